@@ -1,1 +1,1 @@
-"""What is round the coils in each state: target, jaw and shield, and the pad under force."""
+"""Surroundings of the coils in each state: target, jaw, shield, and the pad under force."""

@@ -23,17 +23,17 @@ from sitscad.layout.board import Layout
 
 
 class FrequencyError(ValueError):
-    """A frequency at which the coils cannot be estimated; the text says why."""
+    """Error for a frequency at which the coils cannot be estimated. Its text gives the reason."""
 
 
 @record
 class CoilAtFrequency:
-    """One coil at a `frequency` (Hz), without target and tank, and with its neighbours open.
+    """Electrical values of one coil at a `frequency` (Hz), without target and tank, with its neighbours open.
 
-    ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are those of the winding without leads, each with its
+    ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are for the winding without leads, each with its
     relative error bound. ``inductance`` and ``resistance`` are between the contacts, leads included.
-    ``apparent_inductance`` (H) and ``apparent_resistance`` (ohm) are what an LCR meter reads there, with the coil's own
-    capacitance across it.
+    ``apparent_inductance`` (H) and ``apparent_resistance`` (ohm) are the readings of an LCR meter at the contacts, with
+    the coil's own capacitance across it.
     """
 
     coil: str
@@ -88,7 +88,7 @@ def coils_at(
 
 
 def coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequency:
-    """Estimate one coil of a layout at a frequency (Hz). Raises FrequencyError as `coils_at` does."""
+    """Estimate one coil of a layout at a frequency (Hz). Raises FrequencyError under the conditions of `coils_at`."""
     limit = self_resonance(circuit)
     if frequency >= limit:
         raise FrequencyError(

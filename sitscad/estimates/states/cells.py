@@ -1,6 +1,6 @@
-"""What a cell reads of its neighbours: through their targets and through their coils, in parts of its own full signal.
+"""Crosstalk between cells through their targets, coils and webs, relative to a cell's own full signal.
 
-If the pads stand apart, no force goes from one cell to the next but through the board, which is held.
+If the pads stand apart, force reaches a neighbouring cell through the board alone, and the board is held.
 """
 
 from __future__ import annotations
@@ -26,23 +26,30 @@ from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 AROUND = 1.5
-"""Neighbours that count: as far as so many times the distance of the nearest, those across a corner among them."""
+"""Radius within which neighbours count, relative to the distance of the nearest neighbour.
+
+It includes diagonal ones.
+"""
 
 
 WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
-"""What goes through a web of width w and length g, as thick as the pads (h) of side b: with one target pressed, the
-mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way of its edge at most 1.2 instead of
-0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it, 5 times from end to end of pads 2.5
-times as long as wide: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thicknesses, any width
-(tests/validation/test_webs.py)."""
+"""Displacement of a target by its pressed neighbour, through a web of width w and length g.
+
+The web is as thick as the pads (h); b is the pads' side. The mean displacement is at most 0.25 w/b exp(-0.95 g/h) of
+the pressed target's. The displacement of the edge is at most this, with 1.2 in place of 0.25. This is an envelope of
+linear finite elements, which lie 1.1 to 3 times below it, or 5 times end to end for pads 2.5 times as long as wide.
+Range: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py).
+"""
 
 
 @record
 class CellCrosstalk:
-    """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
-    what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
-    through ``webs`` to its own target, all at most. ``each`` is by cell what it reads of all others at once, ``pairs``
-    are two cells (from 1), and what the first reads of the other at most.
+    """Upper bounds of crosstalk between cells, relative to a coil's own full signal.
+
+    ``target`` is for the pressed target of one neighbouring cell, and ``targets`` for all neighbouring targets pressed
+    at once. ``coils`` is for the idle, grounded coils of neighbours, and ``webs`` for the displacement of the cell's
+    own target through webs. ``each`` is the crosstalk in each cell by all others at once. ``pairs`` holds two cells
+    (from 1), and the crosstalk in the first by the second.
     """
 
     target: float
@@ -54,17 +61,17 @@ class CellCrosstalk:
 
     @property
     def total(self) -> float:
-        """All of it at once, of the cell that reads most."""
+        """Crosstalk by all causes at once, in the cell with the most."""
         return max(self.each, default=0.0)
 
 
 @record
 class CellGroup:
-    """Cells with identical pads and drive: their ``numbers`` (from 1), coils, and what is common to them.
+    """Cells with identical pads and drive: their ``numbers`` (from 1), coils and common values.
 
-    Webs make their pads ``stiffer`` (relative); ``strain`` is that under the required force; ``crosstalk`` is what
-    each reads of all its neighbours at most (None if no cell has a signal). ``felt`` is their performance at rest, half
-    and full load (empty until it is computed): the worst of the `extremes`.
+    ``stiffer`` is the relative increase of the pads' stiffness by webs. ``strain`` is the pads' strain under the
+    required force. ``crosstalk`` bounds the crosstalk by all neighbours (None if no cell has a signal). ``felt`` is the
+    performance at rest, half and full load: the worst of the `extremes`. It is empty until it is computed.
     """
 
     numbers: tuple[int, ...]
@@ -77,17 +84,17 @@ class CellGroup:
 
     @property
     def words(self) -> str:
-        """The cells by name: ``cells 1, 3, 7, 9``."""
+        """Names of the cells: ``cells 1, 3, 7, 9``."""
         return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
 
     @property
     def extremes(self) -> tuple[int, ...]:
-        """The numbers of the cells with the least and the most signal; one number if that is the same cell."""
+        """Numbers of the cells with the least and the most signal. A single number if both are the same cell."""
         order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
         return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
 
     def document(self) -> list[dict[str, Any]]:
-        """Every cell's figures for programs."""
+        """Return the values of every cell for JSON."""
         full, coils = self.felt[-1], len(self.coils) // len(self.numbers)
         axes = full.axes.items()
         told = {
@@ -102,7 +109,7 @@ class CellGroup:
                 for k, number in enumerate(self.numbers)]
 
     def columns(self) -> list[tuple[float, str]]:
-        """How bad each figure of a row of the table is, and its text; all at full load."""
+        """Return badness and text of each figure in the group's table row, at full load."""
         full = self.felt[-1]
         axes, loads = full.axes.values(), (full.overload, full.free_overload)
         overload = min(load for load in loads if load is not None)
@@ -120,10 +127,10 @@ class CellGroup:
 
 @record
 class CellTable:
-    """The cell groups with their performance, those with the softest pads first.
+    """Cell groups with their performance, those with the softest pads first.
 
-    ``weakest`` is the number of the cell with the least signal, ``coils`` are its coils: curves and the response are
-    those of this cell. A table without groups is that of a sensor without cells, or without performance.
+    ``weakest`` is the number of the cell with the least signal, and ``coils`` are its coils. Curves and the response
+    belong to this cell. The table has no groups if the sensor has no cells or no performance.
     """
 
     groups: tuple[CellGroup, ...] = ()
@@ -132,12 +139,12 @@ class CellTable:
 
     @property
     def name(self) -> str:
-        """The weakest cell by name; empty without cells."""
+        """Name of the weakest cell. Empty without cells."""
         return f"cell {self.weakest}" if self.groups else ""
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """A row for each group under a heading; the worst of each column is marked if groups differ."""
+        """A heading and a row for each group. The worst of each column is marked if groups differ."""
         columns = list(zip(*(group.columns() for group in self.groups), strict=True))
         worst = [max(column)[1] for column in columns]
         differs = [len({text for _, text in column}) > 1 for column in columns]
@@ -146,7 +153,7 @@ class CellTable:
         return [HEAD, *((group.words, *line) for group, line in zip(self.groups, marked, strict=True))]
 
     def document(self) -> dict[str, Any]:
-        """The table for programs; empty without groups."""
+        """Return the table for JSON. Empty without groups."""
         if not self.groups:
             return {}
         each = (cell for group in self.groups for cell in group.document())
@@ -157,7 +164,7 @@ class CellTable:
 
     @property
     def note(self) -> str:
-        """Meaning of the other tables and of this one, in sentences."""
+        """Explanation of this table and of the other tables, in sentences."""
         return f"In the other tables {FIGURES_ARE.format(pushed=self.weakest)}. {WEBS_KNOWN}"
 
 
@@ -181,12 +188,14 @@ WEBS_KNOWN = (
 
 @one_thread
 def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
-    """The crosstalk of a sensor's cells, each pressed as in the state pressed, or by `USUAL_STRAIN` of its pad where
-    there is none; None where no coil has a signal.
+    """Return the crosstalk of a sensor's cells. None if no coil has a signal.
 
-    A neighbour's target is taken as if a cell had no target of its own, which would hold most of that off: boxes of
-    loops have less than half (tests/validation/two_targets.py). A coil that waits grounded beside another takes k^2 of
-    its inductance, k their coupling, and so hands on k^2 of the share by which its own changes.
+    Each cell is pressed as in the pressed state, or by `USUAL_STRAIN` of its pad without this state.
+
+    The effect of a neighbour's target is taken as if the cell had no target of its own. That target would shield most
+    of the effect: boxes of loops have less than half (tests/validation/two_targets.py). A grounded idle coil beside
+    another changes its inductance by the fraction k^2, where k is their coupling. So k^2 of the idle coil's own
+    relative change is passed on.
     """
     spec, cells = layout.spec, cell_specs(layout.spec)
     assert spec.elastomer is not None
@@ -210,7 +219,7 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     targets[near] = np.array(others)[which.ravel()] / own
     matrix, count = np.array(estimates.inductance_matrix), len(cells)
     squared = matrix**2 / np.outer(np.diag(matrix), np.diag(matrix))  # k^2
-    coupled = squared.reshape(count, -1, count, len(matrix) // count).sum(axis=3)  # by cell, coil of it and other cell
+    coupled = squared.reshape(count, -1, count, len(matrix) // count).sum(axis=3)  # (cell, its coil, other cell)
     coupled[np.arange(count), :, np.arange(count)] = 0.0
     coils, pairs = coupled.sum(axis=2).max(axis=1), targets + webs + coupled.max(axis=1)
     each = targets.sum(axis=1) + webs.sum(axis=1) + coils
@@ -221,9 +230,11 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
 
 
 def web_crosstalk(spec: SensorSpec) -> Array:
-    """What webs carry to a cell's target (first index) from each other cell at most: (cells, cells).
+    """Return bounds of a target's displacement through webs, (cells, cells).
 
-    A group of coils feels the target's tilt, too; a coil in the middle of its target does not.
+    The first index is the displaced cell, the second the pressed cell. Values are relative to the pressed target's
+    displacement. A group of coils also responds to the target's tilt; a single coil in the middle of its target does
+    not.
     """
     pad, cells = spec.elastomer, cell_specs(spec)
     found = np.zeros((len(cells), len(cells)))
@@ -242,7 +253,7 @@ def web_crosstalk(spec: SensorSpec) -> Array:
 
 
 def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[CellGroup, ...]:
-    """Cells grouped by identical pads and drive, those with the softest pads first; performance is left out."""
+    """Return cells grouped by identical pads and drive, softest pads first, without performance."""
     spec, signals, kinds = layout.spec, cell_signals(layout.spec, estimates), dict[object, list[int]]()
     specs, stiffness, codes = cell_specs(spec), web_stiffness(spec), estimates.readout.drive_codes
     count = len(codes) // len(specs)
@@ -260,10 +271,10 @@ def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk |
 
 
 def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
-    """Figures by which a page shows all cells from the response of the weakest, for programs.
+    """Return values with which a page shows all cells from the response of the weakest cell.
 
-    They are each cell's coils, their frequencies at rest (Hz) and offsets, its signal relative to that of the weakest,
-    and what each neighbour reads of it at most, relative to its signal.
+    For each cell they are its coils, their frequencies at rest (Hz) and offsets, and its signal relative to the weakest
+    cell's. Also, for each neighbour, the bound of its crosstalk from this cell, relative to its signal.
     """
     signals, found, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
     weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
@@ -281,8 +292,10 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
 
 @one_thread
 def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
-    """What each coil reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
-    roughly in proportion to how far these give way. The frequency (Hz) is one near all coils' own.
+    """Return the ratio of two signals under the required force, for each coil.
+
+    They are the coil's signals with its own pad and with the mean pad of all cells. If `is_rough`, it is the ratio of
+    the strains. The frequency (Hz) is near those of all coils.
     """
     spec, pad = layout.spec, layout.spec.elastomer
     assert pad is not None
@@ -298,16 +311,20 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
 
 
 def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
-    """The number, from 1, of the cell that gives the least signal: alike cells differ by their coils' leads, whose
-    inductance the target does not change, and by how many webs hold their pads.
+    """Return the number (from 1) of the cell with the least signal.
+
+    Cells differ by the lengths of their leads, whose inductance the target does not change, and by the number of their
+    webs.
     """
     signals = cell_signals(spec, estimates)
     return 1 + min(range(len(signals)), key=signals.__getitem__)
 
 
 def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
-    """What part, by cell, of its coils' inductance is beside their leads, over how much webs stiffen its pad: signals
-    are in proportion to it, to first order.
+    """Return relative signals by cell, to first order.
+
+    A signal is the fraction of coil inductance outside the leads, summed over the cell's coils, over the pad's
+    stiffness with webs relative to the stiffness without.
     """
     assert spec.cells is not None
     parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]

@@ -1,4 +1,4 @@
-"""The target and the coils, solved for all poses of a cover: what states and responses have in common."""
+"""Target and coils, solved for all poses of a cover. States and responses share this solution."""
 
 from __future__ import annotations
 
@@ -26,18 +26,17 @@ from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_
 from sitscad.kernels.electromagnetics.resonator import Network, Oscillations, oscillate
 
 HEIGHTS = 4
-"""Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out."""
+"""Number of heights, evenly spaced in their logarithm, at which current crowding is computed."""
 
 POINTS = 8
-"""Chebyshev points in ln f at which values that do not depend on the pose are known."""
+"""Number of Chebyshev points in ln f for values that do not depend on the pose."""
 
 
 @record(eq=False)
 class NearTarget:
-    """Target and coils for all poses of a cover, at the frequencies of a band: one (Hz), or the two ends of a range.
+    """Target and coils for all poses of a cover, over a band: one frequency (Hz), or the two ends of a range.
 
-    Every part is solved when it is first asked for, and once. `finer` is how many times finer than usual the target is
-    resolved.
+    Each part is solved at its first use and cached. `finer` multiplies the usual resolution of the target.
     """
 
     wound: Wound
@@ -47,7 +46,7 @@ class NearTarget:
 
     @cached_property
     def plate(self) -> TargetPlate:
-        """The target."""
+        """Target as a solvable plate."""
         return plate_over_jaw(self.wound.layout, self.band, self.cover, self.finer)
 
     @cached_property
@@ -57,14 +56,14 @@ class NearTarget:
 
     @cached_property
     def heights(self) -> Array:
-        """Logarithms of the heights (m) at which `crowding` is known."""
+        """Logarithms of the heights (m) at which `crowding` is computed."""
         lowest = self.cover.lowest
         thickest = max(2.0 * float(at_rest(self.wound.spec)[2]), 3.0 * lowest)
         return np.log(np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS))
 
     @cached_property
     def _assembly(self) -> AssemblyStates:
-        # The coils without a target, then with an endless one as low as the cover goes
+        # The coils without a target, then with an infinite plate at the cover's lowest height
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         states = nothing, replace(nothing, above=self._endless(self.cover.lowest))
         return replace(self.wound.assembly, states=states)
@@ -76,32 +75,33 @@ class NearTarget:
                              wound.method, wound.tolerance)
 
     def _endless(self, height: float) -> Reflector:
-        """An endless target at a height (m)."""
+        """Return an infinite plate of the target's metal at a height (m)."""
         target = self.wound.spec.target
         assert target is not None
         return Reflector(max(height, LEAST_HEIGHT), (sheet_of(target.material, target.thickness),))
 
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:
-        """Inductance matrices (H, complex) at the contacts of the coils without the target, by frequency."""
+        """Function of frequency: inductance matrices (H, complex) at the contacts, without the target."""
         return curves(self.band, self._bare)
 
     @cached_property
     def crowding(self) -> Callable[[Array], ComplexArray]:
-        """Change of the currents' crowding by an endless target over that target's whole change, by height and
-        frequency.
+        """Function of frequency: change of current crowding by an infinite plate, by height.
+
+        It is relative to the plate's whole change.
         """
         heights = np.exp(self.heights).tolist()
         return curves(self.band, lambda at: np.stack([self.crowded_at(at, z) for z in heights], axis=1), 4)
 
     def changes(self, placed: Placed) -> Changes:
-        """Changes of the inductance matrix (H) in a few poses, each of them solved."""
+        """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
         found = self.plate.changes(placed.turns, placed.places, once=True)
         return Changes(self.plate.frequencies, *found,
                        like=endless_like(self.wound.spec.coil.size, self.wound.spec.target))
 
     def impedances(self, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
-        """Return the inductance matrices (H) of all coils at (n,) frequencies (Hz), one for each pose."""
+        """Return a function: inductance matrices (H) of all coils at (n,) frequencies (Hz), by pose."""
         heights = self.over_coils(placed)
         diagonal = np.arange(heights.shape[1])
 
@@ -114,21 +114,22 @@ class NearTarget:
         return whole
 
     def crowded(self, frequencies: Array, height: float) -> ComplexArray:
-        """The part that the currents' crowding adds to the target's change at a logarithm of the height (m), at (n,)
-        frequencies (Hz).
+        """Return the relative addition of current crowding to the target's change, at (n,) frequencies (Hz).
+
+        `height` is the logarithm of the target's height (m).
         """
         return _between(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
     def over_coils(self, placed: Placed) -> Array:
-        """Logarithms of the target's heights over the coils (poses, coils; m)."""
+        """Return logarithms of the target's heights (m) over the coils, (poses, coils)."""
         return placed.heights(np.array([coil.placement.centre for coil in self.wound.layout.coils]))
 
     def oscillations(
         self, placed: Placed, changes: Changes, tank: Tank, network: Network, start: Array
     ) -> Oscillations:
-        """Oscillation of every coil's tank in every pose, (poses, coils).
+        """Return the oscillation of every coil's tank in every pose, (poses, coils).
 
-        `network` lies between the coils' contacts and the pins. `start` (coils,; Hz) are frequencies to start from.
+        `network` lies between the coils' contacts and the pins. `start` (coils,; Hz) are the starting frequencies.
         """
         whole = self.impedances(placed, changes)
         return oscillate(network, lambda at: at_frequencies(whole, at, tank),
@@ -149,7 +150,7 @@ class NearTarget:
         return found
 
     def crowded_at(self, frequencies: Array, height: float) -> ComplexArray:
-        """The part that the currents' crowding adds to the change by an endless target at a height (m)."""
+        """Return the relative addition of current crowding to the change by an infinite plate at a height (m)."""
         crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._endless(height)
         if crowding is None or spectrum is None:
             return np.zeros(frequencies.size, dtype=complex)
@@ -160,15 +161,20 @@ class NearTarget:
 
 
 def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
-    """The polynomial through `values` (n, m) at (m,) even places, at (n, k) others, held beyond the ends."""
+    """Return the polynomial through `values` (n, m) at (m,) evenly spaced places, evaluated at (n, k) places.
+
+    It is constant beyond the ends.
+    """
     even = np.array([(-1) ** k * math.comb(len(places) - 1, k) for k in range(len(places))], dtype=float)
     weights = shares(places, np.clip(at, places[0], places[-1]).ravel(), even)
     return np.asarray(np.einsum("nkm,nm->nk", weights.reshape(*at.shape, -1), values))
 
 
 def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
-    """Inductance (H) and resistance (ohm) at the contacts, (n, coils), each coil at its own (n, coils) frequency (Hz),
-    by inductance matrices as `at_contacts` takes them at (n,) frequencies, one a pose.
+    """Return inductance (H) and resistance (ohm) at the contacts, (n, coils).
+
+    Each coil is at its own frequencies (n, coils; Hz). `impedances` returns the matrices that `at_contacts` needs, at
+    (n,) frequencies, a pose for each.
     """
     found = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]

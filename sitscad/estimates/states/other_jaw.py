@@ -1,8 +1,8 @@
-"""The other jaw's metal in front of the target: what it takes of the coils' inductances, with the target between.
+"""Effect of the other jaw's metal, in front of the target, on the coils' inductances.
 
-A closed jaw comes to less than a millimetre of the target. What the target leaves open of the coils sees that metal: a
-sensor that was tared with open jaws reads a force that is not there. The metal is taken as an endless plate, as thick
-as the jaw, level over the target; windows, pockets and rims in it are left out.
+A closed jaw comes to less than a millimetre of the target. The uncovered part of the coils' field reaches its metal. A
+sensor that was tared with open jaws then reads a false force. The metal is modelled as an infinite plate, as thick as
+the jaw, level over the target. Windows, pockets and rims in the jaw are left out.
 """
 
 from __future__ import annotations
@@ -28,16 +28,21 @@ from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 GRASPED = (0.0, 1e-3, 2e-3)
-"""Thickness (m) of what is between sensor and other jaw where its metal's effect is stated: nothing, thin, and usual
-(an assumption)."""
+"""Thicknesses (m) of an object between sensor and other jaw, for which the effect is stated.
+
+They are nothing, thin, and usual (an assumption).
+"""
 
 ERROR, LEAST_ERROR = 0.05, 2e-4
-"""Error of the change by an endless plate, of itself, and at least of what the target changes: 2 % of it against discs
-of finite elements, and 1e-4 of the target's (tests/validation/test_front_metal.py)."""
+"""Relative error of the change by an infinite plate, and its minimum relative to the target's change.
+
+Discs of finite elements differ by 2 % of the change and by 1e-4 of the target's change
+(tests/validation/test_front_metal.py).
+"""
 
 
 def front_plate(spec: SensorSpec) -> MetalLayer | None:
-    """The other jaw's metal as an endless plate; None without a jaw that conducts and whose figures are known."""
+    """Return the other jaw's metal as an infinite plate. None without a jaw, or if it does not conduct."""
     jaw = spec.jaw
     if jaw is None or jaw.material.conductivity <= LEAST_CONDUCTIVITY:
         return None
@@ -45,15 +50,17 @@ def front_plate(spec: SensorSpec) -> MetalLayer | None:
 
 
 def front_room(spec: SensorSpec) -> float:
-    """From the target's outer face to the other jaw's metal (m) when the jaws are closed on nothing."""
+    """Return the distance (m) from the target's outer face to the other jaw's metal, with jaws closed on nothing."""
     assert spec.jaw is not None
     return film_thickness(spec.encapsulation) + spec.jaw.opposing_pad_thickness
 
 
 def changes_in_front(wound: Wound, frequency: float, heights: Sequence[float], grasped: Sequence[float]) -> Array:
-    """Change of each coil's inductance (heights, grasped, coils; H) at a frequency (Hz) by the other jaw's metal, with
-    the level target moved by `heights` (m) from rest, and so much (m) between the sensor's top and the other jaw. It is
-    solved with the target in the metal's field, and the target's currents in their images in both metals.
+    """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
+
+    The frequency is in Hz. The level target is moved by `heights` (m) from rest; `grasped` (m) are thicknesses between
+    the sensor's top and the other jaw. The target is solved in the metal's field, and its currents have images in both
+    metals.
     """
     spec, coils = wound.spec, wound.layout.coils
     plate, spectrum, behind = front_plate(spec), wound.winding.spectrum, metal_behind(spec)
@@ -73,10 +80,11 @@ def changes_in_front(wound: Wound, frequency: float, heights: Sequence[float], g
 
 
 def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Mapping[str, float]:
-    """About how much each coil's inductance (H) changes at rest by the other jaw's metal, by coil: what that does to a
-    coil without a target, times what the target lacks of an endless one. Where it covers the coils it is up to 1.5
-    times what is solved with nothing between, and 2 times with 1 mm; where it does not, within 25 % (jaw templates).
-    Empty if nothing is known.
+    """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
+
+    It is the change of a coil without a target, times the part of an infinite plate's effect that the target lacks. If
+    the target covers the coils, it is up to 1.5 times the solved value with nothing between, and 2 times with 1 mm.
+    Otherwise it is within 25 % (jaw templates). Empty if nothing is known.
     """
     spec = warmed(layout.spec, estimates.temperature)
     plate, behind, target = front_plate(spec), metal_behind(spec), spec.target

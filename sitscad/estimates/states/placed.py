@@ -1,4 +1,4 @@
-"""Where the target stands in a pose, how near it gets to the coils, and how far from them."""
+"""Places of the target in its poses, and its distances from the coils."""
 
 from __future__ import annotations
 
@@ -22,34 +22,45 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 NEARER, FARTHER = 1.5, 1.3
-"""Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""
+"""Ratios between the steps of height and of reach for which a target is solved: one solution serves many poses."""
 
 LEAST_HEIGHT = 40e-6
-"""Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
+"""Least height (m) over the copper's mid-plane at which a field is taken.
+
+Fields of lower points are taken at this height, because tracks are no filaments there.
+"""
 
 WIDEST, MOST_NODES = 4.4, 800
-"""Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
-along it, at most."""
+"""Side of the table of a coil's potential, in coil sizes, and its largest number of nodes along a side.
+
+Beyond the table the coil is a dipole, to 2e-4 of a change.
+"""
 
 
 MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
-"""How far a target is solved beyond the outermost coil, in the coil's size: so much and twice its height, of heights up
-to so many sizes (a change is below 1 % of an inductance beyond); of magnetic metals so many times as far."""
+"""Extent of the solved target beyond the outermost coil.
+
+It is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. Heights count up to `HIGHEST` coil sizes: beyond,
+a change is below 1 % of an inductance. For magnetic metals the extent is `MAGNETIC` times as large.
+"""
 
 LEFT_OUT, LEFT_OUT_OF_MAGNETIC = 0.003, 0.006
-"""What lies beyond carries of a change, at most: held against targets of 11 sizes (tests/estimates/test_placed.py)."""
+"""Largest relative error of a change by leaving out the rest of the target.
+
+It was compared with targets of 11 sizes (tests/estimates/test_placed.py).
+"""
 
 STEP, WORTH = 0.5, 0.8
-"""Steps, in the coil's size, of how much of a target is solved; from which part of its sides on all of it is."""
+"""Step of the solved part's half side, in coil sizes, and the fraction of a side from which all of it is solved."""
 
 FARTHEST, STEEPEST = 1.0, math.radians(89.0)
-"""How far (m) from rest and how steep (rad) a pose that is asked for may be."""
+"""Largest distance (m) from rest and steepest tilt (rad) of a requested pose."""
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def level_poses(states: Sequence[State]) -> Array:
-    """Poses (n, 6; m, rad) of the level target in the states that have one."""
+    """Return poses (n, 6; m, rad) of the level target in the states with a target."""
     heights = [state.pose.z for state in states if state.pose is not None]
     poses = np.zeros((len(heights), 6))
     poses[:, 2] = heights
@@ -57,24 +68,28 @@ def level_poses(states: Sequence[State]) -> Array:
 
 
 def at_rest(spec: SensorSpec) -> Array:
-    """The centre (m) of the target's near face at rest, in the layout's coordinates."""
+    """Return the centre (m) of the target's near face at rest, in the layout's coordinates."""
     body, gap = target_body(spec), target_gap(spec)
     assert body is not None and gap is not None
     return np.array([*body.footprint.centre, gap])
 
 
 def tabled(coil: CoilSpec, reach: float) -> float:
-    """How far (m) from a coil its potential is tabled for points that reach so far (m) from the coils' middle."""
+    """Return the distance (m) from a coil up to which its potential is tabulated.
+
+    `reach` (m) is the largest distance of points from the coils' middle.
+    """
     return min(reach, (WIDEST / ROOM - 0.5) * max(coil.size))
 
 
 def require_possible(spec: SensorSpec, poses: Array) -> None:
-    """Raise NoResponse for the first of (n, 6) poses that no target can have, with the reason; what a pad cannot take
-    is no such reason.
+    """Raise NoResponse with the reason for the first of (n, 6) poses that is impossible for a target.
+
+    Poses that the pad cannot take are allowed.
     """
     poses = np.asarray(poses, dtype=float).reshape(-1, 6)
     if not np.all(np.isfinite(poses)):
-        return  # said by who solves them
+        return  # the solver refuses these
     placed, target = Placed.of(spec, at_rest(spec), poses), spec.target
     assert target is not None
     highest = 2.0 * placed.places[:, 2] - placed.lowest + target.thickness
@@ -95,9 +110,11 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
 
 @record
 class Cover:
-    """The poses that one solution of a target serves: none below `lowest` (m, of the layout), none farther from the
-    coils' middle than `reach` (m); half of the sides (m) of the part of the target that the coils know of, and the
-    relative error of leaving out the rest.
+    """Range of poses that one solution of a target serves.
+
+    `lowest` (m) is the lowest height in the layout's coordinates, and `reach` (m) the largest distance from the coils'
+    middle. `half` (m) are half the sides of the solved part of the target, and `error` is the relative error of leaving
+    out the rest.
     """
 
     lowest: float
@@ -106,12 +123,12 @@ class Cover:
     error: float = 0.0
 
     def serves(self, other: Cover) -> bool:
-        """Whether a solution for this cover serves all poses of the other one, too."""
+        """Whether a solution for this cover also serves all poses of the other cover."""
         return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
                 and other.half[1] <= self.half[1])
 
     def part(self, spec: SensorSpec) -> SensorSpec:
-        """The spec with that part of its target, about its middle."""
+        """Return the spec with the solved part of its target, about the target's middle."""
         target, size = spec.target, (2.0 * self.half[0], 2.0 * self.half[1])
         assert target is not None
         return spec if size == target.size else replace(spec, target=replace(target, size=size))
@@ -119,8 +136,9 @@ class Cover:
 
 @record(eq=False)
 class Placed:
-    """Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), the lowest point of each (m), and half
-    of the target's sides (m).
+    """Poses of the target: rotations (n, 3, 3) and centres (n, 3; m) of the near face.
+
+    `lowest` is the height (m) of the lowest point in each pose, and `half` are half the target's sides (m).
     """
 
     turns: Array
@@ -130,7 +148,7 @@ class Placed:
 
     @classmethod
     def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> Placed:
-        """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
+        """Return the target in poses (n, 6; m, rad), each with its lowest point (m)."""
         target = spec.target
         assert target is not None
         own = 0.0 if target.outline.is_disc else target.rotation
@@ -140,8 +158,9 @@ class Placed:
         return cls(turns, places, places[:, 2] - _down(target, turns, half), half)
 
     def heights(self, centres: Array) -> Array:
-        """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
-        face itself reaches up and down.
+        """Return logarithms of the heights (m) of the near face's plane over the coils' centres, (n, coils).
+
+        They are limited to the range of heights of the face itself.
         """
         normal = self.turns[:, :, 2]
         away = centres[None, :, :] - self.places[:, None, :2]
@@ -151,7 +170,7 @@ class Placed:
         return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
 
     def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> Cover:
-        """Poses for which a target is solved that serves these, in steps, so that one solution serves many."""
+        """Return a cover that serves these poses. Its values are rounded to steps, so that one solution serves many."""
         assert spec.target is not None
         is_magnetic = spec.target.material.relative_permeability > 1.1
         top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)
@@ -171,6 +190,6 @@ class Placed:
 
 
 def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
-    """How far (m) a target of such sides reaches below the centre of its near face in every turn."""
+    """Return the depth (m) of the target's lowest point below the centre of its near face, for each rotation."""
     along, across = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
     return np.hypot(along, across) if target.outline.is_disc else np.asarray(along + across)

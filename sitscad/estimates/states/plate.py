@@ -1,5 +1,6 @@
-"""The target of a design as a surface of eddy currents, with the coils' fields at it and the mirror behind them; and
-what its change of the inductances can be off by: stated for every pose, and held by tests/validation.
+"""Target of a design as a surface of eddy currents, with the coils' fields and the mirror behind them.
+
+It also states the error bounds of the changed inductances for every pose. Tests in tests/validation check these bounds.
 """
 
 from __future__ import annotations
@@ -33,40 +34,51 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 IMAGED = 0.35
-"""Error of a change over that difference: at most 0.3, over steels and ferrite behind endless sheets."""
+"""Factor from the difference between mirror and metal to the error of a change.
+
+It is at most 0.3 for steels and ferrite behind infinite sheets.
+"""
 
 LONGEST = 1e-3
-"""Least wave number (1/m) that is looked at: at none, air between two plates has no reflection of its own."""
+"""Least wave number (1/m) of a reflection: at zero, air between two plates has no reflection of its own."""
 
 MOST_WAVES = 4.0
-"""Wave number, over one by the coil's size, whose reflection goes with the frequency like a target's changes do: a
-fourteenth to a half of what straight lines leave, for steels and foils of 3 to 6 mm over coils of 6 mm."""
+"""Wave number, times the coil's size, whose reflection has nearly the frequency dependence of a target's changes.
+
+The remaining error is a fourteenth to a half of the error of straight lines, for steels and foils of 3 to 6 mm over
+coils of 6 mm.
+"""
 
 SQUEEZED = 0.8
-"""Length of the waves that count between target and mirror, over their distance, at most: without it boxes and discs
-over coils that are long against that were off by up to 0.5 and 0.8 % of the change (tests/validation/random_poses.py).
+"""Largest relevant wave length between target and mirror, relative to their distance.
+
+Without this limit, boxes and discs over coils that are long against this distance had errors up to 0.5 and 0.8 % of the
+change (tests/validation/random_poses.py).
 """
 
 FRONT_WAVES = 0.1
-"""Length of the waves that count between target and what is in front of it, in the coils' width, at least."""
+"""Least relevant wave length between target and metal in front, relative to the coils' width."""
 
 ROOF, ROOF_MAGNETIC, ROOF_WAVES = (0.3, 0.6, 1.5), (0.0, 0.5, 1.5), 24
-"""Depths of the planes that are like metal in front, in its skin depth times its permeability, and waves at which they
-are: 0.5 to 2 % off of what comes back from steels, brass and copper, 5 to 10 % of magnetic steels'."""
+"""Depths of the planes that stand for metal in front, and the number of waves of their fit.
+
+Depths are in units of the metal's skin depth times its permeability. The fit is 0.5 to 2 % off the reflection of
+steels, brass and copper, and 5 to 10 % off that of magnetic steels.
+"""
 
 MOST_ORDERS = 44
-"""Orders of currents round a disc, at most."""
+"""Largest order of the currents around a disc."""
 
 OUT_OF_PHASE = 1e-4
-"""Share of the field that a mirror returns out of phase (its loss) from which on that counts."""
+"""Fraction of a mirror's field that is out of phase (its loss), from which on this part is included."""
 
 
 @record
 class Detail:
-    """How fine a target is resolved: least height (m) of it over the coils' copper, the coils' size (m), and least
-    distance (m) to a mirror behind them.
+    """Resolution of a target, from its least height (m) over the coils' copper and the coils' size (m).
 
-    `finer` is how many times finer than usual, to see what that changes.
+    `mirror` (m) is the least distance to a mirror behind the coils. `finer` multiplies the usual resolution, for
+    convergence tests.
     """
 
     height: float
@@ -76,20 +88,20 @@ class Detail:
 
     @property
     def length(self) -> float:
-        """Length (m) over which the coils' field at the target varies: their images leave little of longer waves."""
+        """Length (m) over which the coils' field varies at the target. Their images cancel most of longer waves."""
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
     def points(self, length: float) -> int:
-        """How many Gauss points resolve it along a length (m)."""
+        """Return the number of Gauss points that resolve the field along a length (m)."""
         return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
-        """Distance (m) of the splines' knots in the middle of a length."""
+        """Return the distance (m) of the spline knots in the middle of a length (m)."""
         return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
 def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
-    """The target about its own middle, knots `edge` (m) apart at its edges."""
+    """Return the target about its own middle, with knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
     if target.outline.is_disc:
@@ -100,7 +112,7 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
-    """The surface with as few points as resolve a field from so far (m) away as its own image is."""
+    """Return the surface with the fewest points that resolve the field of its own image, `distance` (m) away."""
 
     def count(length: float) -> int:
         return 4 + math.ceil(1.2 * length / distance)
@@ -113,9 +125,11 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
 
 @record
 class Solving:
-    """A target of metal or ferrite, coils over it, what is behind them and what is in front of the target: all that its
-    currents hang on, at some frequencies (Hz), for heights (m) over the coils down to the `lowest` and coils seen from
-    as far as `reach` (m); `finer` as in `Detail`. What is solved is solved when it is asked for.
+    """A target of metal or ferrite over coils, with metal behind the coils and in front of the target.
+
+    It holds all inputs that determine the target's currents, at `frequencies` (Hz). `lowest` (m) is the least height
+    over the coils, and `reach` (m) the largest distance of points from a coil. `finer` is as in `Detail`. Solutions are
+    computed at their first use.
     """
 
     target: Target
@@ -130,12 +144,12 @@ class Solving:
 
     @property
     def middle(self) -> float:
-        """The frequency (Hz) that stands for all of them."""
+        """Frequency (Hz) that represents all frequencies."""
         return math.sqrt(min(self.frequencies) * max(self.frequencies))
 
     @cached_property
     def mirror(self) -> Mirror | None:
-        """What the image of the target's own currents is taken in."""
+        """Mirror for the image of the target's own currents."""
         found = None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
         if self.front is None:
             return found
@@ -144,34 +158,37 @@ class Solving:
 
     @property
     def _room(self) -> float:
-        """Length (m) of the waves that count between target and front: what the target leaves is not much shorter."""
+        """Length (m) of the relevant waves between target and front.
+
+        The target leaves waves that are not much shorter.
+        """
         assert self.front is not None
         room = self.front.distance - self.lowest - self.target.thickness
         return max(room, FRONT_WAVES * min(self.coil.size))
 
     @cached_property
     def mirror_error(self) -> float:
-        """What taking that image in a perfect mirror adds to the relative error."""
+        """Relative error by taking the image of the target's currents in a perfect mirror."""
         if self.mirror is None or self.behind is None:
             return 0.0
         return mirror_error(self.behind, self.mirror, self.middle, self.lowest, max(self.coil.size))
 
     @property
     def seen(self) -> _Coils:
-        """The coils as their potentials are tabulated."""
+        """Coils, in the form in which their potentials are tabulated."""
         height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
         return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
 
     @cached_property
     def is_lossy(self) -> bool:
-        """Whether what is behind the coils returns part of the field out of phase that counts."""
+        """Whether a relevant part of the field returned by other metal is out of phase."""
         waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
         found = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
         return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in found)
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
-        """Potentials of all coils; after them what comes back out of phase, in the same order, where that counts."""
+        """Potentials of all coils. If `is_lossy`, the out-of-phase potentials follow in the same order."""
         frequency = None if self.behind is None and self.front is None else self.middle
         return _potentials(self.seen, self.behind, frequency, self.is_lossy, self.front)
 
@@ -192,11 +209,11 @@ class Solving:
 
     @cached_property
     def said(self) -> bytes:
-        """All of it in words, by which what was solved is kept."""
+        """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 
     def changes(self, turns: Array, places: Array, once: bool) -> tuple[ComplexArray, ComplexArray]:
-        """See `Plate.changes`."""
+        """Return the results of `TargetPlate.changes`, without a cache."""
         n = len(self.coils)
         centres = np.array([coil.placement.centre for coil in self.coils])
         direct, returned = self.potentials[:n], self.potentials[n:]
@@ -210,8 +227,9 @@ class Solving:
 
 @record(eq=False)
 class TargetPlate:
-    """A target of metal or ferrite over coils; `mirror_error` is what taking the image of the target's own currents in
-    a perfect mirror adds to the relative error.
+    """A target of metal or ferrite over coils.
+
+    `mirror_error` is the relative error by taking the image of the target's currents in a perfect mirror.
     """
 
     solving: Solving
@@ -224,14 +242,15 @@ class TargetPlate:
 
     @property
     def is_over_a_poor_mirror(self) -> bool:
-        """Whether what is behind the coils returns less than all of the field, or some of it out of phase."""
+        """Whether the metal behind the coils returns only part of the field, or some of it out of phase."""
         mirror = self.solving.mirror
         return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Changes of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils):
-        all of it, and what it would be with a mirror that does not lose, whose loss is the target's own. `once` where
-        no other poses follow.
+        """Return changes of the coils' inductance matrix (H, complex), (frequencies, poses, coils, coils).
+
+        The first result is the whole change. The second is for a lossless mirror, so that its loss is the target's own.
+        Set `once` if no other poses follow.
         """
         found = solved(
             lambda: (self.solving.said, turns.tobytes(), places.tobytes(), once),
@@ -242,12 +261,12 @@ class TargetPlate:
 
 @record(eq=False)
 class WindowedPlate(TargetPlate):
-    """A target before a jaw with a window, `missing` for each coil: what it changes grows by that."""
+    """A target before a jaw with a window. Its changes grow by the `missing` part of the jaw behind each coil."""
 
     missing: tuple[WindowEffect, ...] = ()
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Changes as of `TargetPlate`, grown by what the jaw lacks behind each coil."""
+        """Return the changes of `TargetPlate`, increased for the missing part of the jaw behind each coil."""
         found = super().changes(turns, places, once)
         own = np.einsum("fpcc->cfp", found[0].real)
         more = np.stack([one.factor(change) for one, change in zip(self.missing, own, strict=True)], axis=-1)
@@ -256,7 +275,7 @@ class WindowedPlate(TargetPlate):
 
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, finer: float = 1.0) -> TargetPlate:
-    """The target of a layout solved at frequencies (Hz) with what is behind the board, a window in the jaw included."""
+    """Return the target of a layout, solved at frequencies (Hz) with its jaw and the jaw's window."""
     spec, missing = layout.spec, missing_parts(layout)
     plate = solved_plate(spec, layout.coils, frequencies, metal_behind(spec), cover, finer)
     if not missing:
@@ -270,8 +289,10 @@ def solved_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
     finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
-    """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`. With metal in `front`
-    of it, whose distance (m) counts from the board's top face, the cover's lowest height is that of the one pose.
+    """Return the target, solved at frequencies (Hz) for the poses of `cover`; `finer` is as in `Detail`.
+
+    `front` is metal in front of the target. Its distance (m) counts from the board's top face. With it, the solution is
+    for a single pose, whose height is the cover's lowest.
     """
     bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec.coil, cover.reach)
     part = cover.part(spec).target
@@ -281,14 +302,14 @@ def solved_plate(
 
 
 _solving = lru_cache(maxsize=4)(Solving)
-"""What is solved is found done when it is tried with another pad or converter."""
+"""Cache of solutions: designs with another pad or converter reuse them."""
 
 
 def _resolved(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
 ) -> tuple[Detail, Box | Disc]:
-    """How fine the target is resolved at a frequency (Hz), and its surface."""
+    """Return the target's resolution at a frequency (Hz), and its surface."""
     detail = _detail(coil, coils, lowest, behind, finer)
     depth = depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
@@ -305,8 +326,10 @@ def _detail(
 def solving_work(
     spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
 ) -> float:
-    """What solving a target takes for the poses of `cover`, with what is `behind` the coils: the cube of the functions
-    that are solved in a box's largest class of currents, and as much for what takes as long of a disc.
+    """Return the work of solving a target for the poses of `cover`, with metal `behind` the coils.
+
+    For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
+    that equal work takes equal time.
     """
     part = cover.part(spec).target
     assert part is not None
@@ -322,13 +345,18 @@ def solving_work(
 
 
 DISCS, IMAGES = 50.0, 12.0
-"""Work of one function of one order of a disc at one of its points, and of what the mirror returns of the currents of
-one order to two of the points that they are seen at."""
+"""Work for discs, in units of `solving_work`.
+
+`DISCS` is for one function of one order at one point. `IMAGES` is for the image of the currents of one order, for two
+points at which they are taken.
+"""
 
 
 def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
-    """What an endless sheet of the target's metal and thickness returns (no unit) of waves as long as coils hold most
-    of, at (n,) frequencies (Hz): the target's changes go with the frequency nearly like it.
+    """Return a function: reflection factors (no unit) of an infinite sheet at (n,) frequencies (Hz).
+
+    The sheet has the target's metal and thickness. The wave length is the strongest one of coils of that size. The
+    target's changes have nearly the same frequency dependence.
     """
     assert target is not None
     k = np.array([MOST_WAVES / max(size)])
@@ -341,8 +369,10 @@ def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[
 
 
 def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
-    """The perfect mirror, deeper and weaker, that returns waves as long as the target at a height (m) is far from what
-    is behind like this does: only the image of the target's own currents is taken in it, the coils' is exact.
+    """Return a perfect mirror, deeper and weaker, with nearly the reflection of the metal behind.
+
+    It is matched for waves as long as the distance from a target at a height (m). It serves for the image of the
+    target's own currents alone; the image of the coils is exact.
     """
     away = height + behind.distance
     k = np.array([0.7, 1.4]) / away
@@ -355,9 +385,10 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
 
 
 def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
-    """The planes whose waves together are like those that come back from what is in front of a target, of waves from
-    three over the `room` (m) between both on: least squares, each as much as it is left after that way. `floor` (m) is
-    that of the mirror behind.
+    """Return planes whose combined reflection is nearly that of the metal in front of a target.
+
+    It is a least-squares fit over wave numbers up to three over the `room` (m) between target and metal. Each wave has
+    the weight that remains after that distance. `floor` (m) is the height of the mirror behind.
     """
     k = np.linspace(0.02, 1.0, ROOF_WAVES) * 3.0 / room
     first = front.plates[0]
@@ -373,9 +404,10 @@ def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> 
 
 
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
-    """How unlike the mirror is to what is behind, as far as it matters to a target at a height (m) or a few times that:
-    relative difference of the waves that go to and fro, about as long as the coils' size (m). The changes differ by
-    less, for shorter waves make most of them.
+    """Return the error by replacing the metal behind by a mirror, for targets at 1, 2 and 5 times a height (m).
+
+    It is the relative difference of waves that go to and fro, about as long as the coils' size (m), times `IMAGED`. The
+    changes differ by less, because shorter waves make most of them.
     """
     k = np.array([2.0, 2.5, 4.0]) / size
     returned, worst = reflection(k, frequency, behind.plates), 0.0
@@ -388,7 +420,7 @@ def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: fl
 
 @record
 class _Coils:
-    # The coils, their tracks' width (m), and for which height and reach (m) of points their potential is wanted.
+    # The coils, their tracks' width (m), and the least height and the reach (m) of points for their potential.
     coils: tuple[Coil, ...]
     width: float
     height: float
@@ -397,8 +429,9 @@ class _Coils:
     def potentials(
         self, floor: Plane | None = None, roof: Plane | None = None, is_lossy: bool = False
     ) -> tuple[CoilPotential, ...]:
-        """The potentials of every coil, then what comes back of each out of phase, where that is lossy; coils that are
-        not turned against each other have them in common.
+        """Return the potentials of every coil. If `is_lossy`, the out-of-phase potentials follow.
+
+        Coils with equal rotations share them.
         """
         known: dict[float, tuple[CoilPotential, ...]] = {}
         for coil in self.coils:
@@ -415,10 +448,8 @@ class _Coils:
 def _potentials(
     seen: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
 ) -> tuple[CoilPotential, ...]:
-    """The coils' potentials, with what comes back from behind and from the front in phase, and out of phase where that
-    loses.
-    """
-    # with no metal about them they are the same at all frequencies, and for every target at that height
+    """Return the coils' potentials with in-phase reflections. Out-of-phase ones follow if `is_lossy`."""
+    # without metal around the coils, the potentials are equal at all frequencies and for all targets at this height
     if frequency is None:
         return seen.potentials()
     floor = None if behind is None else Plane(-behind.distance, _returned(behind, frequency))
@@ -427,7 +458,7 @@ def _potentials(
 
 
 def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
-    """The factor by which waves of wave numbers (1/m) come back."""
+    """Return a function: reflection factor of waves by their wave numbers (1/m)."""
 
     def factor(k: Array) -> ComplexArray:
         return reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)
@@ -436,43 +467,61 @@ def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexA
 
 
 USUAL = 0.006
-"""Error of a change, of its complex size: of any thickness, conductivity and permeability it is within half of that of
-endless plates and of discs of finite elements (tests/validation/test_plates.py); the rest is what a coil's tracks and
-the resolution add (0.07 % of 95 in 100 poses, 0.33 % at most, tests/validation/random_poses.csv)."""
+"""Error of a change, relative to the size of the complex change.
+
+For any thickness, conductivity and permeability, half of it covers the difference from infinite plates and from discs
+of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 % for 95
+of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
+"""
 
 CLOSE, CLOSE_WIDTHS = 0.01, 1.5
-"""What nearness adds: all of it at the copper, none from so many track widths on (a track is two filaments there)."""
+"""Additional relative error at the copper, and the height, in track widths, at which it has fallen to 0.
+
+Near the copper, two filaments are too few for a track.
+"""
 
 WIDE, WIDE_FROM = 0.0002, 8.0
-"""What a target adds for every length, beyond so many, over which the field at it varies."""
+"""Additional relative error of large targets.
+
+`WIDE` is per length over which the field at the target varies, counted from `WIDE_FROM` lengths on.
+"""
 
 MUTUAL = 0.0008
-"""Error of a mutual inductance's change, of the root of the product of both coils' own changes."""
+"""Error of a mutual inductance's change, relative to the geometric mean of both coils' own changes."""
 
 LOSSY = 0.001
-"""What a mirror adds that loses or returns part of the field, beside `Plate.mirror_error`."""
+"""Additional relative error of a mirror with loss or partial reflection, beside `TargetPlate.mirror_error`."""
 
 
 MAGNET = 0.006
-"""What permeability adds, of the complex change's size: of magnetic steels the inductance's own change may pass zero,
-and a thin one leads the field farther than it is wide (discs of finite elements, rods and plates of ferrite)."""
+"""Additional error of permeable metals, relative to the size of the complex change.
+
+With magnetic steels the inductance's change may pass zero, and a thin steel carries the field farther than its width
+(discs of finite elements, rods and plates of ferrite).
+"""
 
 LOSS = 0.015
-"""Error of the loss in a target, of itself (endless plates: 1.2 %, discs of finite elements: 0.1 %)."""
+"""Relative error of the loss in a target (infinite plates: 1.2 %, discs of finite elements: 0.1 %)."""
 
 TALL = 0.007
-"""What a target adds to the error of its loss when it is thicker than wide (a brass rod of 2 x 3 mm was 2.0 % off)."""
+"""Additional relative error of the loss in a target that is thicker than wide (a brass rod of 2 x 3 mm was 2.0 %
+off).
+"""
 
 LEAST_LOSSY = 5.0
-"""Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
+"""Largest complex change of a magnetic target that counts in the error of its loss, relative to the loss.
+
+Targets with little loss then have no large error.
+"""
 
 
 def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lowest: Array, mapping: float,
                   mirror: float) -> Array:
-    """Relative errors (poses, coils, coils) of changes (H), each of the larger of it and 1 % of `scale` (H).
+    """Return relative errors (poses, coils, coils) of changes (H).
 
-    `size` (H) is that of the complex changes, loss included, `lowest` (m) the height of the target's lowest point in
-    each pose, `mapping` what interpolation adds, `mirror` what the one behind the coils does.
+    Each is relative to the larger of the change and 1 % of `scale` (H). `size` (H) is the magnitude of the complex
+    change, and `lowest` (m) the height of the target's lowest point in each pose. `mapping` is the error by
+    interpolation, and `mirror` the error by the mirror behind the coils.
     """
     target = spec.target
     assert target is not None
@@ -487,8 +536,9 @@ def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lo
 
 
 def _more_errors(coil: CoilSpec, target: Target | None, lowest: Array) -> Array:
-    """What nearness and a target far wider than its distance add, (poses,), relative: by the height (m) of its lowest
-    point.
+    """Return the additional relative errors (poses,) of near targets and of targets far wider than their distance.
+
+    `lowest` (m) is the height of the target's lowest point.
     """
     assert target is not None
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * coil.trace_width), 0.0, 1.0)
@@ -498,8 +548,9 @@ def _more_errors(coil: CoilSpec, target: Target | None, lowest: Array) -> Array:
 
 def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowest: Array, mapping: float,
                   mirror: float, frequency: float) -> Array:
-    """What the losses (poses, coils; ohm) in a target may be off by (ohm), the size (H) being that of the complex
-    changes of each coil; see `stated_errors`.
+    """Return error bounds (poses, coils; ohm) of the losses in a target.
+
+    `size` (H) is the magnitude of each coil's complex change. The other arguments are those of `stated_errors`.
     """
     omega = 2.0 * math.pi * frequency
     near = _more_errors(spec.coil, spec.target, lowest)[:, None]
@@ -510,7 +561,8 @@ def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowe
 
 
 def poles_error(target: Target | None) -> float:
-    """What permeability adds, of the complex change's size: it rises from nothing, so weakly magnetic steels are what
-    they nearly are.
+    """Return the additional error of permeable metals, relative to the size of the complex change.
+
+    It rises from 0 at permeability 1, so weakly magnetic steels have little of it.
     """
     return MAGNET * (1.0 - 1.0 / target.material.relative_permeability) if target is not None else 0.0

@@ -1,4 +1,4 @@
-"""Changes at many poses: all of them exactly, or a map through some of them where that is as good."""
+"""Changes of inductance at many poses: solved for each pose, or interpolated if that is accurate enough."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_
 Progress = Callable[[int, int], None]
 Spectrum = Callable[[Array], NDArray[np.generic]]
 
-FEW = 300  # Poses up to which each is worked out by itself
-LINE = 21  # Chebyshev points along a line of poses by which it is seen how many a map needs there
-TAIL = 2e-4  # Part of the largest value that the terms left out of a map may have
-CHECKED = 16  # Poses at which a map is held against what is exact
-USUAL = 2e-3  # Error of a map that is taken, of the larger of a change and 1 % of the free inductance
+FEW = 300  # Number of poses up to which each is solved
+LINE = 21  # Chebyshev points along a line of poses that sets the number of grid points
+TAIL = 2e-4  # Largest term left out of an interpolant, relative to the largest value
+CHECKED = 16  # Number of poses at which an interpolant is compared with the exact solution
+USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of the free inductance
 
 
 @record(eq=False)
 class Exact:
-    """What gives the changes at (n, 6) poses at some frequencies (Hz): all, and with no loss in the mirror.
+    """Exact solution of the changes at (n, 6) poses, at some frequencies (Hz).
 
-    `like` is as of `Changes`.
+    `solve` returns the whole changes and those with a lossless mirror. `like` is as in `Changes`.
     """
 
     frequencies: tuple[float, ...]
@@ -36,13 +36,15 @@ class Exact:
 
 @record(eq=False)
 class Changes:
-    """Changes of the inductance matrix (H, complex), (frequencies, poses, coils, coils); `lossless` are those with a
-    mirror that does not lose. `error` is what interpolation adds to their relative errors.
+    """Changes of the inductance matrix (H, complex), (frequencies, poses, coils, coils).
 
-    In between, and a little beyond, their ratio to a spectrum that is `like` them (no unit, of frequencies in Hz) is
-    straight in one over the root of the frequency, as skin depths are: that of an endless sheet of the metal leaves
-    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero. If
-    `frequencies` is a single frequency, nothing is interpolated: its changes serve for every frequency.
+    `lossless` are those with a lossless mirror. `error` is the additional relative error by interpolation between
+    poses.
+
+    Between the frequencies, and a little beyond, the ratio of a change to the spectrum `like` (no unit, by frequency in
+    Hz) is linear in f^(-1/2), as skin depths are. `like` is the reflection of an infinite sheet of the metal. Compared
+    with interpolation of the change itself, it leaves half the error or less: a magnetic sheet's change of L passes
+    zero. With a single frequency, its changes serve for every frequency.
     """
 
     frequencies: tuple[float, ...]
@@ -52,17 +54,20 @@ class Changes:
     like: Spectrum = np.ones_like
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
-        """All of it at (n,) frequencies, one a pose."""
+        """Return the whole changes at (n,) frequencies (Hz), a pose for each."""
         return self._between(self.total, frequencies[:, None, None])
 
     def at(self, frequencies: Array) -> tuple[Array, Array]:
-        """The change (H) at (n, coils) frequencies, and the loss (ohm) in the target alone, (n, coils)."""
+        """Return the change (H) at (n, coils) frequencies (Hz), and the loss in the target alone (n, coils; ohm)."""
         pairs = 0.5 * (frequencies[:, :, None] + frequencies[:, None, :])
         lost = self._between(np.einsum("fpcc->fpc", self.lossless), frequencies).imag
         return self._between(self.total, pairs).real, np.asarray(-2.0 * math.pi * frequencies * lost)
 
     def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
-        """Changes (2, poses, ...) at frequencies (Hz) of the shape of one of them, or of one that goes with it."""
+        """Return changes (2, poses, ...), interpolated to frequencies (Hz).
+
+        The frequencies have the shape of the changes at one frequency, or a shape that broadcasts to it.
+        """
         if len(self.frequencies) == 1:
             return changes[0].copy()
         low, high = self.frequencies
@@ -76,7 +81,10 @@ class Changes:
 def mapped(
     exact: Exact, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
 ) -> Changes:
-    """The changes at poses; `scale` (H) is the free inductance. Through a map where there are many poses."""
+    """Return the changes at poses. More than `FEW` poses are interpolated if that is accurate enough.
+
+    `scale` (H) is the free inductance.
+    """
     if len(poses) > FEW:
         found = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
         if found is not None:
@@ -88,7 +96,7 @@ AT_ONCE = 64
 
 
 def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
-    """Changes in all poses, some at once, with word of the progress."""
+    """Return the changes in all poses, solved in batches, with reports of progress."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
         parts.append(exact.solve(poses[k : k + AT_ONCE]))
@@ -101,8 +109,9 @@ def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[Complex
 def _interpolated(
     exact: Exact, poses: Array, scale: float, tolerance: float, progress: Progress | None
 ) -> Changes | None:
-    """Changes by a grid of poses that is interpolated; None where that costs more, or is off by more than the
-    tolerance.
+    """Return changes interpolated from a grid of poses.
+
+    None if that costs more than solving every pose, or if its error exceeds the tolerance.
     """
     low, high = poses.min(axis=0), poses.max(axis=0)
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
@@ -128,21 +137,21 @@ def _interpolated(
     if error > tolerance:
         return None
     frequencies, coils, flat = len(exact.frequencies), exact.solve(poses[:1])[0].shape[-1], through(poses)
-    half = flat.shape[1] // 2  # as packed
+    half = flat.shape[1] // 2  # real parts first, as in `_packed`
     both = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
     total, lossless = np.moveaxis(both, 0, 2)
     return Changes(exact.frequencies, total, lossless, error, exact.like)
 
 
 def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:
-    # Real numbers, poses first.
+    # The changes as real numbers, with poses as the first axis.
     both = np.stack(changes)
     flat = np.moveaxis(both, 2, 0).reshape(both.shape[2], -1)
     return np.concatenate([flat.real, flat.imag], axis=1)
 
 
 def _decay(exact: Exact, low: Array, high: Array) -> float:
-    """How fast (1/m) the changes die away with the height."""
+    """Return the decay rate (1/m) of the changes with height."""
     if high[2] - low[2] < 1e-12:
         return 0.0
     ends = np.tile(0.5 * (low + high), (2, 1))
@@ -152,7 +161,11 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
 
 
 def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
-    """Points along each moved axis: as many as two lines need, through the middle and where the target is nearest."""
+    """Return grid points along each moved axis.
+
+    Their number follows from three lines of poses: through the middle, at the lowest height, and off-centre at that
+    height.
+    """
     found = []
     for axis in moved:
         lines = np.tile(0.5 * (low + high), (3, LINE, 1))

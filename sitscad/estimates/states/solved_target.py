@@ -1,4 +1,4 @@
-"""The solved effect of the target on the coils in the states: the response's own solution at their poses."""
+"""Solved effect of the target on the coils in the states, by the response's own solver at their poses."""
 
 from __future__ import annotations
 
@@ -29,13 +29,17 @@ from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 MOST, MAGNETIC = 800.0**3, 1100.0**3
-"""Work (`solving_work`) up to which a target is solved for its states: one or two seconds. Of magnetic metals more,
-three or four: their shares may have the sign of the change wrong."""
+"""Largest work (`solving_work`) for which a target is solved for its states: one or two seconds.
+
+For magnetic metals the limit is higher (three or four seconds), because their ratios to an infinite plate may have the
+wrong sign of the change.
+"""
 
 
 def is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
-    """Whether the target of the states can be solved in a second or two: not where it is far larger than what it is
-    near to.
+    """Whether the target of the states can be solved in a second or two.
+
+    It cannot if it is far larger than its distance to coils or metal.
     """
     layout, assembly = wound.layout.cell(1), wound.assembly
     spec, coils = layout.spec, layout.coils
@@ -46,17 +50,17 @@ def is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
 
 
 def _placed(spec: SensorSpec, assembly: AssemblyStates) -> Placed:
-    """The target in the states, in their order."""
+    """Return the target's poses in the states, in their order."""
     return Placed.of(spec, at_rest(spec), level_poses([around.state for around in assembly.states]))
 
 
 @record(eq=False)
 class SolvedStates:
-    """The solved effect of the level target on the coils in its states (`names`).
+    """Solved effect of the level target on the coils in its states (`names`).
 
     `band` are the two frequencies (Hz) of the solution. `totals` are changes of the inductance matrix of the bare
     windings (H, complex), by state: (2, coils, coils). `errors` are bounds for each coil's own change (H) and its loss
-    (ohm), by state: (coils, 2), with the signs of change and loss. 
+    (ohm), by state: (coils, 2), with the signs of change and loss.
     """
 
     near: NearTarget
@@ -74,33 +78,34 @@ class SolvedStates:
 
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
-        """The spectrum that the changes go with, as of `Changes`."""
+        """Spectrum with the frequency dependence of the changes, as in `Changes`."""
         return endless_like(self.near.wound.spec.coil.size, self.near.wound.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Key that is equal for coils with an equal change in a state."""
+        """Return a key that is equal for coils with an equal change in a state."""
         if state not in self.totals:
             return ()
         own = self.totals[state][:, number, number]
         return tuple(complex(f"{value:.9e}") for value in own)
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return the part that the currents' crowding adds to a coil's own change in a state, by frequency (Hz)."""
+        """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
         own, near = number % len(self.near.wound.layout.coils), self.near
         height = float(near.over_coils(self.placed)[self.names.index(state), own])
-        if self.has_other_cells:  # the circuits' own values are the final ones
+        if self.has_other_cells:  # the circuits' own values are final
             return lambda frequencies: near.crowded_at(frequencies, math.exp(height))
         return lambda frequencies: near.crowded(frequencies, height)
 
     @property
     def has_other_cells(self) -> bool:
-        """Whether the sensor has other cells beside the one that is solved."""
+        """Whether the sensor has cells beside the solved cell."""
         return len(next(iter(self.errors.values()))) != len(self.near.wound.layout.coils)
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
-        """Put where the tanks run in the states into the circuits, as the response has it.
+        """Store the tanks' oscillations in the states in the circuits, as solved for the response.
 
-        Cells stay as they are: their coils also see the idle coils of other cells, which a cell's response leaves out.
+        With other cells, circuits stay unchanged: their coils also couple to idle coils of other cells, which a cell's
+        response leaves out.
         """
         if self.has_other_cells:
             return
@@ -113,7 +118,7 @@ class SolvedStates:
         for row, name in enumerate(self.names):
             for k, circuit in enumerate(circuits):
                 circuit.oscillations[name, tank.capacitor] = found[row * len(circuits) + k]
-        if FREE in circuits[0].reflections:  # not interpolated either
+        if FREE in circuits[0].reflections:  # the response does not interpolate it, either
 
             def alone(frequencies: Array) -> tuple[Array, Array]:
                 each = [one.exactly(FREE, at) for one, at in zip(circuits, frequencies[:, None], strict=True)]
@@ -129,7 +134,7 @@ class SolvedStates:
 def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
     """Solve the level target of every state at both ends of a band (Hz).
 
-    The first cell is solved. A target changes nothing of coils of other cells.
+    The first cell is solved. The target's effect on coils of other cells is neglected.
     """
     first, scale = wound.first_cell, wound.winding.inductance
     spec, coils = first.spec, first.layout.coils
@@ -158,8 +163,9 @@ def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
 
 
 def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
-    """What the target of one cell changes of its coils' inductances (H, complex), (n, coils), at (n, 6) poses (m, rad)
-    and one frequency (Hz), currents even.
+    """Return changes of the coils' inductances (n, coils; H, complex) by the target of one cell.
+
+    They are at (n, 6) poses (m, rad) and one frequency (Hz), for evenly spread current.
     """
     spec = layout.spec
     placed = Placed.of(spec, at_rest(spec), poses)

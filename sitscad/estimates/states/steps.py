@@ -1,4 +1,4 @@
-"""From a layout to its numbers, step by step: each is a frozen value made of the one before it."""
+"""Steps from a layout to its estimates. Each step returns a frozen value built from the one before."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ if TYPE_CHECKING:
 
 @record(eq=False)
 class Tuned:
-    """Every coil as a circuit, the chosen tank and how the converter is set.
+    """Every coil as a circuit, with the chosen tank and the converter's settings.
 
-    `target` is the target's effect: solved, or by shares of an endless plate's. `failed` are the states without
-    numbers, with the reason. `damped` are those whose tank does not oscillate, with their quality factor.
+    `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` are the states
+    without values, with reasons. `damped` are the states whose tank does not oscillate, with their quality factor.
     """
 
     wound: Wound
@@ -79,8 +79,9 @@ class Tuned:
 def wind(
     layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
 ) -> Wound:
-    """Solve the windings by themselves and beside each other; at the spec's temperature where None is given, roughly
-    for a tolerance that is for screening.
+    """Solve the windings by themselves and beside each other.
+
+    If `temperature` is None, it is the spec's. A screening tolerance selects rough solutions.
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
@@ -92,7 +93,7 @@ def wind(
 
 
 def tune(wound: Wound, target: TargetShares | SolvedStates) -> Tuned:
-    """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
+    """Return circuits, tank capacitor and converter settings, without the states that have no values."""
     readout = wound.spec.readout
     circuits, failed = working(coil_circuits(
         wound.layout, wound.winding, wound.matrix, wound.assembly, target))
@@ -109,16 +110,16 @@ def tune(wound: Wound, target: TargetShares | SolvedStates) -> Tuned:
 
 
 def with_target(wound: Wound, is_solved: bool | None = None) -> Tuned:
-    """Circuits and tank with the target's effect solved, as in a response.
+    """Return circuits and tank with the target's effect solved, as in a response.
 
-    It is by shares of an endless plate's effect in screening, for targets that are too large to solve in a second or
+    The effect is by correction ratios of an infinite plate in screening, for targets that take longer than a second or
     two, and if `is_solved` is False.
     """
     if wound.winding.is_rough or not wound.has_target or is_solved is False:
         return tune(wound, _shares(wound))
-    # where about the tanks run is enough for the frequencies to solve at
+    # rough tank frequencies are enough to choose the frequencies of the solution
     tuned = tune(replace(wound, winding=replace(wound.winding, crowding=None, is_rough=True)), _shares(wound, True))
-    from sitscad.estimates.states.solved_target import is_affordable, solve_states  # a solver, loaded for nothing else
+    from sitscad.estimates.states.solved_target import is_affordable, solve_states  # loads a solver
 
     for _ in range(TRIES):
         found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
@@ -133,22 +134,21 @@ def with_target(wound: Wound, is_solved: bool | None = None) -> Tuned:
 
 
 def _shares(wound: Wound, is_rough: bool = False) -> TargetShares:
-    """Shares of an endless plate's effect that the target has."""
+    """Return the ratios of the target's effect to an infinite plate's."""
     heights, rough = [layer.z for layer in wound.layout.coils[0].windings], is_rough or wound.winding.is_rough
     return target_shares(gathered(wound.spec), heights, wound.assembly.states, rough)
 
 
 BAND = 0.9, 1.15
-"""Frequencies between which the target is solved, as for a response: this part of the lowest and of the highest that
-any state has.
-"""
+"""Factors of the lowest and the highest frequency of all states: the target is solved between these products."""
 
-TRIES = 3  # How often it is solved at most: with another capacitor the tank runs elsewhere
+TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 
 
 def read(tuned: Tuned) -> Estimates:
-    """Every coil in every state as the converter sees it, each with one sigma, the drive that keeps its margin, and
-    what is worth saying about the numbers.
+    """Return the estimates of every coil in every state, as the converter reads it.
+
+    They include standard deviations, the drive that keeps its margin, and notes about the values.
     """
     wound, states = tuned.wound, _states(tuned)
     spec, assembly, rough = wound.spec, wound.assembly, wound.winding.is_rough
@@ -157,12 +157,12 @@ def read(tuned: Tuned) -> Estimates:
     readout = with_margin(tuned.readout, found)
     coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in found], readout, spec.readout)
     if spec.web is not None and assembly.compression is not None:
-        from sitscad.estimates.states.cells import press_shares  # a solver, loaded for nothing else
+        from sitscad.estimates.states.cells import press_shares  # loads a solver
 
         shares = press_shares(wound.layout, max(coil.sensor_frequency for coil in coils), rough)
         coils = tuple(replace(coil, press_share=share) for coil, share in zip(coils, shares, strict=True))
     gap_sigmas, deviations = {}, sigmas(spec)
-    if spec.elastomer is not None and spec.target is not None:  # the glue below the target in all
+    if spec.elastomer is not None and spec.target is not None:  # every gap has the glue below the target
         gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])
         gap_sigmas |= {name: math.hypot(scatter.gap, deviations[GLUE]) for name, scatter in assembly.scatters.items()}
     checks = () if rough else cross_checks(coils[0].name, wound.winding.geometry, wound.winding.inductance)
@@ -188,7 +188,7 @@ def read(tuned: Tuned) -> Estimates:
 
 
 def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
-    """What whoever reads the numbers has to know, of the design and of the first of its alike coils."""
+    """Yield notes about the values, for the design and for the first of its identical coils."""
     wound = tuned.wound
     layout, spec, assembly = wound.layout, wound.spec, wound.assembly
     if incomplete := missing_leads(layout.coils):
@@ -209,7 +209,7 @@ TOO_LARGE = (
 
 
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
-    """By coil and state, each with its one sigma."""
+    """Return state estimates by coil and state, each with its standard deviations."""
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.layout, wound.spec, wound.winding
     deviations = sigmas(spec)
@@ -221,7 +221,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
         states = state_estimates(circuit, tank, tuned.readout)
         first = alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
         known = found.get(first)
-        if winding.is_rough and known is not None:  # they differ by their leads alone
+        if winding.is_rough and known is not None:  # coils that differ by their leads alone
             found[circuit.name] = {
                 name: replace(state, spread=known[name].spread, resistance_error=known[name].resistance_error,
                               target_change=known[name].target_change,
@@ -229,7 +229,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
                 for name, state in states.items()
             }
             continue
-        if first not in moves:  # with leads of other lengths a tank runs a per cent beside: alike to a sigma
+        if first not in moves:  # other leads shift the frequency by a per cent: no change of a sigma
             moves[first] = moved_by_surroundings(
                 winding.spectrum, wound.assembly, states, circuit, deeper, winding.is_rough)
         moved = slopes_of(spec, layout.coils[0], winding, moves[first])
@@ -246,14 +246,14 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     return found
 
 
-LEAST_CHANGE = 0.01  # Of the free winding's inductance: errors of smaller changes are relative to that
+LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smaller changes are relative to it
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:
-    """One coil's numbers in one record."""
+    """Return the estimate of one coil."""
     free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
     parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
-    # what is left: the loss has it, too, but the terminal inductance is interpolated to within 3e-5 of itself
+    # the remainder; the loss model has it, too, but the terminal inductance is interpolated to within 3e-5
     parts["crowding"] = free.inductance - math.fsum(parts.values())
     return CoilEstimate(
         name=coil.name,
@@ -289,7 +289,10 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
 
 
 def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[Metered, ...]:
-    """What an LCR meter reads of every coil of the bare board at a temperature (degrees Celsius), far from metal."""
+    """Return the readings of an LCR meter on every coil of the bare board, far from metal.
+
+    The temperature is in degrees Celsius.
+    """
     wound = wind(layout, temperature)
     winding, spec = wound.winding, wound.spec
     circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, NO_SHARES)
@@ -308,4 +311,4 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
 
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
-"""Stands for a free state that has no numbers."""
+"""Placeholder for a free state without values."""
