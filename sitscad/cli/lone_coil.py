@@ -40,6 +40,9 @@ def _plain(text: str) -> object:
     return parts if len(parts) > 1 else parts[0]
 
 
+MISSING = re.compile(r"\bcoil has no (\w+)")
+"""The message of a key that is missing, which knows of a spec only."""
+
 OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
 """A key of a spec in a message. The option with this name sets it."""
 
@@ -123,7 +126,7 @@ def coil(
         drawn = {path: draw() for path, draw in wanted if path is not None}
     except SpecError as error:
         for finding in error.findings:
-            say(OPTION.sub(lambda key: "--" + key[1].replace("_", "-"), finding.advised_message))
+            say(_with_options(finding.advised_message))
         return 2
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
@@ -170,3 +173,11 @@ def _write(files: dict[str, str]) -> None:
     for path, text in files.items():
         write_file(path, text.encode("utf-8"))
         say(f"wrote {path}")
+
+
+def _with_options(message: str) -> str:
+    """Return the message of a spec's finding with the names of the options that give its keys."""
+    if missing := MISSING.search(message):
+        name = missing[1].replace("_", "-")
+        return f"--{name} is missing: give --{name}, or --inner-diameter with all other dimensions"
+    return OPTION.sub(lambda key: "--" + key[1].replace("_", "-"), message)

@@ -12,7 +12,7 @@ import numpy as np
 from sitscad.apps.coil.spiral import USUAL_FREQUENCY, hertz_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
-from sitscad.basics.record import record
+from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.basics.version import __version__
 from sitscad.estimates.states.at_frequency import FrequencyError
@@ -82,7 +82,9 @@ class DrawnCoil:
     at : tuple of DrawnAtFrequency
         figures at each frequency
     notes : tuple of str
-        remarks on the drawing: layers that turn the other way, dead ends, unequal turns, assumed heights
+        remarks on the drawing: layers that turn the other way, dead ends, unequal turns
+    stackup : str
+        name of the stack-up that gave the heights; empty for that of the board
     """
 
     conductor: DrawnConductor
@@ -92,6 +94,7 @@ class DrawnCoil:
     direct_current_resistance: float
     at: tuple[DrawnAtFrequency, ...]
     notes: tuple[str, ...]
+    stackup: str = ""
 
     @property
     def inductance(self) -> float:
@@ -124,6 +127,7 @@ class DrawnCoil:
         runs = [{"layer": layer, "turns": turns} for layer, turns in self.conductor.turns()]
         return {
             "sitscad": __version__, "terminals": list(self.conductor.ends), "runs": runs,
+            "stackup": self.stackup or None,
             "trace_width_m": self.conductor.width, "vias": len(self.conductor.vias), "temperature_C": self.temperature,
             **document(self, DRAWN_COIL),
             "at_frequency": [document(each, DRAWN_COIL_AT_FREQUENCY) for each in self.at], "notes": list(self.notes),
@@ -422,7 +426,8 @@ def drawn_coil(
     """
     frequencies = hertz_of(frequency)
     copper, conductor = read_drawn_coil(path, net, start, end)
-    return estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature)
+    return replace(estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature),
+                   stackup=stackup)
 
 
 def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
@@ -434,7 +439,8 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
     """
     if not stackup:
         if not copper.heights:
-            raise DrawnCoilError("the file has no stack-up: name one with --stackup, like flex-2l-30um")
+            fitting = ", ".join(_fitting(copper))
+            raise DrawnCoilError(f"the file has no stack-up: name one with --stackup, like {fitting}")
         return tuple(copper.heights)
     known = presets.names("stackup")
     if stackup not in known:
@@ -446,6 +452,12 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
         if copper.is_footprint and len(preset.copper) > len(layers) and used <= {"F.Cu", "B.Cu"}:
             layers = ["F.Cu", *(f"In{k}.Cu" for k in range(1, len(preset.copper) - 1)), "B.Cu"]
         else:
-            raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}")
+            raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}: "
+                                 f"choose one of {', '.join(_fitting(copper)) or 'your own'}")
     pairs = zip(layers, preset.copper, strict=True)
     return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in pairs)
+
+
+def _fitting(copper: DrawnCopper) -> list[str]:
+    """Return the names of the preset stack-ups with as many copper layers as a file has."""
+    return [name for name in presets.names("stackup") if len(presets.stackup(name).copper) == len(copper.layers)]
