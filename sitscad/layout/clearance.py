@@ -1,4 +1,4 @@
-"""Room on the board: what is already there, and whether a further track or via keeps its distance from it."""
+"""Obstacles on the board, and the clearance of a new track or via to them."""
 
 from __future__ import annotations
 
@@ -25,29 +25,32 @@ from sitscad.spec.design_rules import DesignRules
 SLACK = 1e-9
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
-"""Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this
-many times the centre distance that they need: legs that part at 45 degrees or more then never count."""
+"""Factor that separates bends of a conductor from clearances.
+
+Two pieces of one conductor form a bend, not a clearance, while their distance along the conductor is less than this
+factor times the centre distance that they need. Legs that part at 45 degrees or more are then never compared.
+"""
 
 
 @record
 class Breadth:
-    """How far a board, or the ground for its leads, reaches across: lower and upper edge from the tail's axis (m)."""
+    """Extent across the tail's axis of a board, or of the area for its leads: lower and upper edge (m)."""
 
     low: float
     high: float
 
     @property
     def half(self) -> float:
-        """Half the width (m) from edge to edge."""
+        """Half of the width (m) from edge to edge."""
         return (self.high - self.low) / 2
 
     @property
     def farthest(self) -> float:
-        """The distance (m) from the axis to the edge that is farther away."""
+        """Distance (m) from the axis to the farther edge."""
         return max(-self.low, self.high)
 
     def holds(self, low: float, high: float, keep: float) -> bool:
-        """Whether what reaches from one height to another keeps a distance from both edges (m)."""
+        """Whether a piece from height `low` to height `high` keeps the distance `keep` from both edges (m)."""
         return low >= self.low + keep and high <= self.high - keep
 
 
@@ -64,7 +67,7 @@ class TrackToPlace:
 
     @cached_property
     def pieces(self) -> Primitives:
-        """The track's segments, for exact distances."""
+        """Segments of the track, for exact distances."""
         return from_rows([row for row, _ in path_rows(self.path)])
 
     @cached_property
@@ -74,13 +77,13 @@ class TrackToPlace:
 
     @cached_property
     def copper(self) -> CopperBoxes:
-        """The track as a table of its own, remembered: the same way is held against much else."""
+        """The track as a cached table, because a candidate is compared with many obstacles."""
         return CopperBoxes.of([self])
 
 
 @record
 class ViaToPlace:
-    """A via to be placed: centre, pad and drill diameters (m); its pad is on every layer."""
+    """A via to be placed: centre, pad and drill diameters (m). It has a pad on each layer."""
 
     centre: Point
     pad: float
@@ -89,7 +92,7 @@ class ViaToPlace:
 
 @record
 class CopperBoxes:
-    """The pieces of many tracks as one table: boxes (n, 4; m) of their centre lines, and half their widths (n; m)."""
+    """Segments of several tracks as a table: boxes (n, 4; m) of their centre lines and half widths (n; m)."""
 
     pieces: Primitives
     boxes: Array
@@ -97,14 +100,17 @@ class CopperBoxes:
 
     @classmethod
     def of(cls, tracks: Sequence[TrackToPlace]) -> CopperBoxes:
-        """The table of some tracks."""
+        """Return the table of several tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
         return cls(joined([track.pieces for track in tracks]), boxes, widths)
 
 
 class Obstacles:
-    """What is already on the board; `admits` asks whether tracks and holes keep the rules' distances from all of it."""
+    """Tracks and holes on the board.
+
+    `admits` checks whether new tracks and holes keep the rules' clearances to all of them.
+    """
 
     def __init__(self, rules: DesignRules, spacing: float, breadth: Breadth = ENDLESS) -> None:
         self._rules = rules
@@ -123,17 +129,20 @@ class Obstacles:
         self._holes, self._kept = [*self._holes, *holes], None
 
     def copy(self) -> Obstacles:
-        """An independent copy, to try things on."""
+        """Return an independent copy for trials."""
         other = Obstacles(self._rules, self._spacing, self._breadth)
         other._tracks, other._holes, other._copper = dict(self._tracks), self._holes, dict(self._copper)
         return other
 
     def admits(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace] = ()) -> bool:
-        """Whether all of these keep their distance from what is there (not from one another)."""
+        """Whether all new pieces keep their clearance to the obstacles.
+
+        Clearances between the new pieces are not checked.
+        """
         return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
     def admits_each(self, tracks: Sequence[TrackToPlace]) -> Flags:
-        """Whether each of some tracks on one layer keeps its distances: as `admits`, all tracks at once."""
+        """Whether each of several tracks on one layer keeps its clearances, as in `admits`."""
         own = CopperBoxes.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
         keep = self._rules.copper_to_edge + own.half_width - 2 * SLACK
@@ -147,7 +156,7 @@ class Obstacles:
         return free
 
     def admitted(self, holes: Sequence[ViaToPlace]) -> list[ViaToPlace]:
-        """The holes of some that keep their distance from what is there, each on its own."""
+        """Return the holes that keep their clearance to the obstacles. Each hole is checked alone."""
         if not holes:
             return []
         centres = np.array([hole.centre for hole in holes])
@@ -168,7 +177,7 @@ class Obstacles:
         return self._copper[layer]
 
     def _admits_track(self, track: TrackToPlace) -> bool:
-        """Whether a track keeps its distances from edge, holes and tracks."""
+        """Whether a track keeps its clearances to edge, holes and tracks."""
         from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
@@ -178,14 +187,14 @@ class Obstacles:
         return track.layer not in self._tracks or not bool(self._touching(own, self._on(track.layer)).size)
 
     def _kept_by_holes(self) -> tuple[Array, Array]:
-        """Centres of the holes (n, 2), and what each keeps from its centre to copper (n) (m)."""
+        """Return centres of the holes (n, 2; m), and the clearance from each centre to copper (n; m)."""
         if self._kept is None:
             keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
 
     def _touching(self, track: CopperBoxes, other: CopperBoxes) -> Index:
-        """Which pieces of copper come nearer to other copper than the spacing."""
+        """Return numbers of the copper pieces that are closer to other copper than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
@@ -195,7 +204,7 @@ class Obstacles:
 
 
 def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
-    """Pairs (m, 2) of the copper's pieces and some centres that are nearer to each other than the centres' `keep`."""
+    """Return pairs (m, 2) of copper pieces and centres whose distance is less than the centre's `keep`."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
     gaps = to_points(copper.pieces.take(piece), centres[hole])
@@ -203,8 +212,10 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
 
 
 def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
-    """Distances (m) of points from straight stretches: points (x, y) are counted from where each stretch begins, (dx,
-    dy) is its step. All are broadcast; nan for a point that is nan.
+    """Return distances (m) of points from straight stretches.
+
+    Points (x, y) are relative to the start of each stretch, and (dx, dy) is the vector to its end. All arrays are
+    broadcast. The distance of a nan point is nan.
     """
     share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
     np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
@@ -212,20 +223,21 @@ def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
 
 
 def via_room(rules: DesignRules, spacing: float, width: float) -> float:
-    """The room (m) that the smallest via takes which joins tracks of a width (m): from its far side to copper that is
-    not joined to it.
+    """Return the room (m) for the smallest via that joins tracks of a width (m).
+
+    It reaches from the via's far side to copper that is not joined to it.
     """
     hole = joined_hole(rules, width)
     return hole_keep_out(hole, rules, spacing) + hole.pad / 2
 
 
 def joined_hole(rules: DesignRules, width: float) -> ViaToPlace:
-    """The smallest via, unplaced, with the round ends of the tracks (width in m) that it joins."""
+    """Return the smallest via without position, including the round ends of the tracks (width in m) that it joins."""
     return ViaToPlace(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
 
 
 def hole_keep_out(hole: ViaToPlace, rules: DesignRules, spacing: float) -> float:
-    """Distance (m) from a hole's centre to the edge of any copper that is not joined to it."""
+    """Return the distance (m) from a hole's centre to the edge of copper that is not joined to it."""
     return max(hole.pad / 2 + spacing, hole.drill / 2 + rules.drill_to_copper)
 
 

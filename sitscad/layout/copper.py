@@ -1,5 +1,6 @@
-"""All the copper of a layout as exact pieces, each knowing where it stands along its coil's conductor, and how near
-pieces come to one another: turn to turn of one net just as much as net to net.
+"""All copper of a layout as exact pieces with their positions along each coil's conductor, and the gaps between pieces.
+
+Gaps are found between turns of one net and between nets.
 """
 
 from __future__ import annotations
@@ -29,10 +30,13 @@ if TYPE_CHECKING:
     from sitscad.basics.arrays import Array, Flags, Index
 
 ROUNDING = 1e-9
-"""Lengths that differ by less (m) are equal."""
+"""Difference (m) below which lengths are equal."""
 
 DETOUR = 1.5
-"""A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""
+"""Ratio of the distance along the conductor to the direct distance from which two pieces form a turn back.
+
+It is 1.41 for a right angle and 1.57 for a half circle.
+"""
 
 _SPLITS = 4
 
@@ -41,9 +45,11 @@ Item = Trace | Via | Pad | Teardrop
 
 @record
 class Copper:
-    """All copper, piece by piece and layer by layer (arrays of one length); a via has a piece on every layer. ``half``
-    is half the width (m); ``chain`` numbers the conductor, ``first`` and ``last`` are the way (m) along it to both ends
-    of a piece, ``reach`` what a contact adds to the way that counts as joined; ``item`` numbers ``items``.
+    """All copper by piece and layer, as arrays of equal length. A via has a piece on each layer.
+
+    `half` is half the width (m). `chain` numbers the conductor. `first` and `last` are the distances (m) along it to
+    both ends of a piece. `reach` (m) is the distance that a contact adds to the joined part. `item` is the index into
+    `items`.
     """
 
     layer: Index
@@ -59,7 +65,7 @@ class Copper:
 
 @record
 class Nearness:
-    """Two pieces of copper that come nearer than `asked` (m): centre distance and half-widths (m), where, and whose."""
+    """Two pieces of copper closer than `asked` (m): centre distance and half widths (m), place, and items."""
 
     one: Item
     other: Item
@@ -73,7 +79,7 @@ class Nearness:
 
     @property
     def gap(self) -> float:
-        """Copper to copper (m); negative where the pieces overlap."""
+        """Gap between copper edges (m). Negative if the pieces overlap."""
         return self.distance - self.half_one - self.half_other
 
     @property
@@ -84,14 +90,14 @@ class Nearness:
 
 @record
 class _Stand:
-    """Where an item stands on its conductor: which chain, and the way (m) along it to the item's start."""
+    """Position of an item on its conductor: chain number, and distance (m) along the chain to the item's start."""
 
     chain: int
     at: float
 
 
 def name_of(item: Item) -> str:
-    """A piece of copper in words."""
+    """Describe a piece of copper in a text."""
     if isinstance(item, Via):
         return f"a via of {item.net}"
     if isinstance(item, Pad):
@@ -102,13 +108,13 @@ def name_of(item: Item) -> str:
 
 
 def pair_in_words(near: Nearness) -> str:
-    """Two pieces of copper in words."""
+    """Describe two pieces of copper in a text."""
     one, other = name_of(near.one), name_of(near.other)
     return f"two parts of {one}" if near.one is near.other else f"{one} and {other}"
 
 
 def copper_of(layout: Layout) -> Copper:
-    """The copper of a whole layout."""
+    """Return the copper of a whole layout."""
     stands = dict(_stands(layout))
     items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.all_pads, *layout.teardrops)
     rows: list[Row] = []
@@ -128,9 +134,10 @@ def copper_of(layout: Layout) -> Copper:
 
 
 def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator[Nearness]:
-    """Every pair of items with copper nearer than `spacing` (m) to one another on one layer, where they are not joined.
-    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items and
-    layer, the nearest place of it.
+    """Yield pairs of items that are not joined and have copper closer than `spacing` (m) on one layer.
+
+    `winding_spacing` (m) holds for the turns of a coil and the conductors that lead to them. Each pair of items yields
+    its closest place on each layer.
     """
     track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
     turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
@@ -147,8 +154,10 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
 
 
 def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
-    """The smallest gap between two pieces of copper on each copper layer, as drawn. Layers with a single piece of
-    copper are left out. Pieces that follow each other along one conductor make a gap only where it turns back.
+    """Return the smallest gap between two pieces of copper on each copper layer, as drawn.
+
+    Layers with a single piece of copper are left out. Successive pieces of one conductor have a gap only if the
+    conductor turns back.
     """
     copper, found = copper_of(layout), dict[int, Nearness]()
     layers, reach = set(copper.layer.tolist()), 2.0 * layout.spec.coil.trace_spacing
@@ -162,8 +171,9 @@ def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
 
 
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
-    """Every via whose drilled hole comes nearer than `clearance` (m) to copper that it is not joined to, on any layer.
-    The half-width of the via is then its drill's radius.
+    """Yield each via whose drilled hole is closer than `clearance` (m) to copper that is not joined to it.
+
+    All layers count. The half width of the via is then its drill's radius.
     """
     radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
     drilled = radius[copper.item] if len(radius) else np.empty(0)
@@ -175,9 +185,10 @@ def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
 
 
 def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
-    """Pieces of one conductor so near to one another along it that they count as joined, with an open gap of less than
-    `spacing` (m) between them: where the way along the conductor is `DETOUR` times the centre distance and more. Legs
-    that meet in a corner are no notch, whatever their angle.
+    """Yield pieces of one conductor that count as joined but have an open gap of less than `spacing` (m) between them.
+
+    The distance along the conductor between them is at least `DETOUR` times the centre distance. Legs that meet in a
+    corner form no notch, at any angle.
     """
     i, j = _pairs(copper, spacing)
     i, j = np.where(copper.first[i] <= copper.first[j], (i, j), (j, i))
@@ -217,7 +228,10 @@ def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tup
 
 
 def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None = None, along: float = ALONG) -> Array:
-    """Copper to copper (m) of pairs of pieces, without what is joined along one conductor; infinite where all is."""
+    """Return gaps (m) between pairs of pieces, without the parts joined along one conductor.
+
+    Infinite if all is joined.
+    """
     half = copper.half if half is None else half
     widths = half[i] + half[j]
     gap = np.full(len(i), np.inf)
@@ -258,7 +272,7 @@ def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut
 
 
 def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, asked: Array) -> Iterator[Nearness]:
-    """One result a pair of items and layer, the worst of all first."""
+    """Yield one result for each pair of items and layer, the smallest gap first."""
     seen: set[tuple[int, int, int]] = set()
     gap = np.round(gap, 12)  # picometres: rounding noise must not decide which of two equal places is named
     for k in np.lexsort((j, i, gap)):
@@ -274,7 +288,10 @@ def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array,
 
 
 def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
-    """A point (m) near the meeting of two pieces: the sampled point of the shorter piece nearest to the other one."""
+    """Return a point (m) near the meeting of two pieces.
+
+    It is the sampled point of the shorter piece that is nearest to the other piece.
+    """
     if float(copper.last[a] - copper.first[a]) > float(copper.last[b] - copper.first[b]):
         a, b = b, a
     fractions = np.linspace(0.0, 1.0, 33)
@@ -287,7 +304,7 @@ def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
 
 
 def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
-    """(row, half-width, way from the item's start, length along it, reach) of every piece of an item."""
+    """Yield (row, half width, distance from the item's start, length along it, reach) for each piece of an item."""
     if isinstance(item, Via):
         yield line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
     elif isinstance(item, Pad):
@@ -312,7 +329,7 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
 
 
 def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
-    """Where every item stands along its coil's conductor, by the identity of the layout's own objects."""
+    """Yield the identity of each item of the layout and its position along its coil's conductor."""
     ways: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):
         way = 0.0
@@ -332,7 +349,7 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
 
 
 def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
-    """Each contact of a coil (by identity), and where along the coil's conductor (m) it stands."""
+    """Yield the identity of each contact of a coil and its position (m) along the coil's conductor."""
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return
@@ -352,7 +369,7 @@ def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float)
 
 
 def _key(item: Trace | Via) -> tuple[object, ...]:
-    """What tells two conductors of a layout apart (cheaper than comparing whole paths)."""
+    """Return a key that identifies a conductor of a layout. It is cheaper than a comparison of whole paths."""
     if isinstance(item, Via):
         return ("via", item.centre, item.net)
     return ("trace", item.layer, item.path.start, item.path.end, len(item.path.segments), item.net)

@@ -1,4 +1,4 @@
-"""In which steps a board of several copper layers is bonded, drilled, plated and etched."""
+"""Sequence of bonding, drilling, plating and etching for a board of several copper layers."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from sitscad.spec.presets import is_rigid
 
 
 def tail_holes(layout: Layout) -> int:
-    """How many holes go through fewer layers than the others: those in a tail that has fewer."""
+    """Return the number of holes that pass fewer layers than the others: holes in a tail of fewer layers."""
     return sum(layout.lowest_layer(via) < layout.copper_layers for via in layout.vias)
 
 
 def cores(stackup: Stackup) -> list[list[int]]:
-    """The copper layers (numbers from 1) of each laminate that a stack-up is bonded from, the uppermost first."""
+    """Return copper layers (numbers from 1) of each laminate in a stack-up, the uppermost laminate first."""
     found = [[1]]
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         if is_bonded(stackup.between(upper, lower)):
@@ -28,13 +28,17 @@ def cores(stackup: Stackup) -> list[list[int]]:
 
 
 def is_bonded(films: tuple[StackLayer, ...]) -> bool:
-    """Whether the films between two copper layers are laid when cores are bonded: not the one film of a core."""
+    """Whether the films between two copper layers are laid when cores are bonded.
+
+    False for the single film of a core.
+    """
     return len(films) != 1 or films[0].material == "bondply"
 
 
 def lamination_text(layout: Layout) -> str:
-    """The order of steps of a flexible board of several cores, or whose tail has fewer layers than the body; empty for
-    others.
+    """Return the sequence of steps for a flexible board of several cores, or with a tail of fewer layers than the body.
+
+    Empty for other boards.
     """
     last, count, stackup = tail_copper(layout), layout.copper_layers, layout.spec.fpc.stackup
     if is_rigid(stackup) or (last == count and len(cores(stackup)) == 1):
@@ -50,7 +54,7 @@ def lamination_text(layout: Layout) -> str:
         return ", ".join(f"copper {a} to {b}" for a, b in pairs if b == last + 1 or is_bonded(stackup.between(a, b)))
 
     def made(first: int, end: int) -> str:
-        """Copper layers bonded with each other, those between the first and the last etched before."""
+        """Describe copper layers that are bonded with each other. The inner layers are etched before."""
         numbers = f"copper {first} to {end}" if end > first else f"copper {first}"
         inner = bonds(first, end)
         if not inner:

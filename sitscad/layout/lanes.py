@@ -1,8 +1,8 @@
-"""The ways outside a coil: its ring road, and the lanes along the jaw past the other coils and into the tail.
+"""Paths outside a coil: its ring road, and the lanes along the jaw past the other coils and into the tail.
 
-The ring road is the track next outside a coil, on which its leads and the stubs of its outer vias run. The coil next to
-the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so that no pair
-crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
+The ring road is the track next outside a coil, for its leads and the stubs of its outer vias. The coil next to the tail
+leaves forwards. The others pass it above and below in turn, the nearest on the inner lanes, so that no pair crosses
+another. A pair runs stacked on two copper layers, or side by side if the tail has only one layer.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sitscad.spec.coil import CoilPlacement, CoilSpec
 
 @record
 class Ring:
-    """The closed curve at `offset` (m) outside a coil's copper, walked by angle (rad) about the coil's centre."""
+    """The closed curve at `offset` (m) outside a coil's copper, parametrised by angle (rad) about the coil's centre."""
 
     coil: CoilSpec
     placement: CoilPlacement
@@ -29,18 +29,19 @@ class Ring:
 
     @cached_property
     def centre(self) -> Point:
-        """The coil's centre."""
+        """Centre of the coil."""
         return Point(*self.placement.centre)
 
     @cached_property
     def boundary(self) -> Path:
-        """The ring about the origin, unrotated."""
+        """The ring about the origin, without rotation."""
         return self.coil.outline.boundary(self.coil.size, self.offset)
 
     @cached_property
     def half_size(self) -> tuple[float, float]:
-        """How far the ring reaches from its centre in x and y (m), to the farther side where a corner has a side across
-        from it.
+        """Largest distance of the ring from its centre in x and y (m).
+
+        A corner with a side across from it counts up to the farther side.
         """
         if self.coil.outline.is_round:
             radius = 0.5 * self.coil.size[0] + self.offset
@@ -53,7 +54,10 @@ class Ring:
         return {}
 
     def at(self, angle: float) -> Point:
-        """The ring's point in a direction (rad) from its centre; remembered, for many ways round begin or end alike."""
+        """Return the ring's point in a direction (rad) from its centre.
+
+        It is cached, because many paths share their ends.
+        """
         if angle not in self._known:
             if self.coil.outline.is_round:
                 distance = self.coil.size[0] / 2 + self.offset
@@ -65,8 +69,10 @@ class Ring:
         return self._known[angle]
 
     def facing(self, point: Point) -> tuple[float, float]:
-        """The directions from the centre in which the ring's points nearest to `point` lie (rad), the first clockwise
-        of the second: two of them for a point on the diagonal of a corner, else twice the same. Remembered.
+        """Return directions (rad) from the centre to the ring's points nearest to `point`, cached.
+
+        The first is clockwise of the second. A point on the diagonal of a corner has two nearest points. Otherwise both
+        values are equal.
         """
         if point not in self._known:
             centre, turn = self.centre, self.placement.rotation
@@ -93,7 +99,10 @@ class Ring:
         return False
 
     def along(self, start: float, end: float, ccw: bool) -> Path:
-        """The way along the ring from one angle to another, either way round; empty where they are equal."""
+        """Return the path along the ring from one angle to another, counter-clockwise or clockwise.
+
+        Empty if the angles are equal.
+        """
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
         if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
             return Path(())
@@ -110,7 +119,7 @@ class Ring:
 
 
 def _foot(line: Segment, point: Point) -> Point:
-    """The point of a straight side that is nearest to another."""
+    """Return the point of a straight side that is nearest to another point."""
     dx, dy = line.end.x - line.start.x, line.end.y - line.start.y
     share = ((point.x - line.start.x) * dx + (point.y - line.start.y) * dy) / (dx * dx + dy * dy)
     share = min(1.0, max(0.0, share))
@@ -118,7 +127,10 @@ def _foot(line: Segment, point: Point) -> Point:
 
 
 def _ray_length(segment: Segment, ux: float, uy: float) -> float:
-    """Distance from the origin at which a ray in direction (ux, uy) meets a straight side; 0 where it misses."""
+    """Return the distance from the origin at which a ray in direction (ux, uy) meets a straight side.
+
+    0 if the ray misses it.
+    """
     dx, dy = segment.end.x - segment.start.x, segment.end.y - segment.start.y
     determinant = ux * dy - uy * dx
     if abs(determinant) < 1e-18:
@@ -129,15 +141,15 @@ def _ray_length(segment: Segment, ux: float, uy: float) -> float:
 
 
 STAGGER = math.sqrt(2.0) - 1.0
-"""Parallel tracks bend by 45 degrees this many spacings apart, so that they stay equally far from each other."""
+"""Offset of successive 45 degree bends of parallel tracks, in spacings, that keeps the tracks equally far apart."""
 
 TURNED = (-15, 15, -30, 30, 45)
-"""Degrees from the corner of the ring, away from the tail, at which a pair may leave it too."""
+"""Alternative exit angles (degrees from the ring's corner, positive away from the tail) of a pair."""
 
 
 @record
 class Exit:
-    """Where one end of a coil leaves its ring (angle, rad), and the corners that it then passes up to the tail."""
+    """Exit of a coil's end from its ring: angle (rad), and the corners of its path up to the tail."""
 
     angle: float
     way: tuple[Point, ...]
@@ -145,20 +157,24 @@ class Exit:
 
 
 BENT_BACK = math.sin(math.radians(22.5))
-"""A lead bends back no more than by a right angle and a quarter of one (sine), under the turns or off its ring."""
+"""Limit of a lead's backward bend, as a sine: a right angle plus a quarter of a right angle.
+
+It holds under the turns and off the ring.
+"""
 
 
 def straightness(one: Point, corner: Point, other: Point) -> float:
-    """The cosine of the angle by which a way turns at a corner."""
+    """Return the cosine of the angle by which a path turns at a corner."""
     ahead, onward = (corner.x - one.x, corner.y - one.y), (other.x - corner.x, other.y - corner.y)
     return (ahead[0] * onward[0] + ahead[1] * onward[1]) / max(math.hypot(*ahead) * math.hypot(*onward), 1e-30)
 
 
 @record
 class Bus:
-    """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
-    ``coils`` is how far the coils' copper extends across the jaw; lanes stand off from it by the ring road and by
-    ``base``, which leaves the coils room for tracks or vias under the lanes.
+    """Dimensions of all lanes (m): trace width and spacing, the layers of both conductors, and the start of the lanes.
+
+    `coils` is the extent of the coils' copper across the jaw. Lanes stand off from it by the ring road and by `base`,
+    which leaves room for tracks or vias between coils and lanes.
     """
 
     width: float
@@ -169,17 +185,17 @@ class Bus:
 
     @property
     def reach(self) -> float:
-        """The farthest from the axis that a coil's copper extends."""
+        """Largest distance (m) of the coils' copper from the axis."""
         return self.coils.farthest
 
     @property
     def ring_offset(self) -> float:
-        """The distance (m) from a coil's copper edge to the centre line of the ring road."""
+        """Distance (m) from a coil's copper edge to the centre line of the ring road."""
         return self.spacing + self.width / 2
 
     @property
     def pitch(self) -> float:
-        """Distance of neighbouring tracks."""
+        """Centre distance (m) of neighbouring tracks."""
         return self.width + self.spacing
 
     @property
@@ -190,7 +206,10 @@ class Bus:
 
 @record
 class Lane:
-    """One coil's lane: ``side`` +1 above, -1 below, 0 ahead; ``index`` outwards; ``rank`` from the top in the tail."""
+    """Lane of a coil.
+
+    `side` is +1 above, -1 below and 0 ahead; `index` counts outwards; `rank` counts from the top in the tail.
+    """
 
     placement: CoilPlacement
     side: int
@@ -199,15 +218,17 @@ class Lane:
 
 
 WIDEST_GAP = 8 * 25.4e-6
-"""Gap (m) beyond which leads are led no farther apart: 8 mil, the most that a profile asks between turns in 35 um
-copper (hkgalaxy, jselectronic, ship.ie).
+"""Largest gap (m) between leads: 8 mil, the largest gap that a profile requires between turns in 35 um copper.
+
+Sources: hkgalaxy, jselectronic, ship.ie.
 """
 
 
 def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
-    """Gaps (m) between leads, vias and turns, in the order in which they are tried.
+    """Return gaps (m) between leads, vias and turns, in the order of trial.
 
-    The turns' own gap comes first, then half and a quarter of its excess over the fabricator's least, then the least.
+    The turns' own gap comes first, then half and a quarter of its excess over the fabricator's minimum, then the
+    minimum.
     """
     wanted = min(trace_spacing, WIDEST_GAP)
     shares = (1.0, 0.5, 0.25, 0.0) if wanted > least + 1e-9 else (0.0,)
@@ -215,8 +236,9 @@ def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
 
 
 def bus_for(placements: tuple[CoilPlacement, ...], coil: CoilSpec, fpc: FpcSpec, spacing: float | None = None) -> Bus:
-    """The coil's own trace width, a spacing (m; the fabricator's least if None), and the two top layers if the tail has
-    two.
+    """Return the bus for the coils' trace width, a spacing (m), and the two top layers if the tail has two.
+
+    If the spacing is None, it is the fabricator's minimum.
     """
     tail_layers = fpc.tail.layers if fpc.tail else 2
     second = 2 if min(tail_layers, len(fpc.stackup.copper)) >= 2 else 1
@@ -224,13 +246,13 @@ def bus_for(placements: tuple[CoilPlacement, ...], coil: CoilSpec, fpc: FpcSpec,
 
 
 def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Breadth:
-    """How far the coils' copper reaches across."""
+    """Return the extent (m) of the coils' copper across the jaw."""
     halves = [(p.centre[1], Ring(coil, p, 0.0).half_size[1]) for p in placements]
     return Breadth(min(y - half for y, half in halves), max(y + half for y, half in halves))
 
 
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
-    """A lane for every coil, in the order of the placements; `first_side` is the side that is used first."""
+    """Return a lane for each coil, in the order of the placements. The first lane is on `first_side`."""
     near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
     taken = {near_first[0]: (0, 0)}
     for distance, coil in enumerate(near_first[1:]):
@@ -240,11 +262,12 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
 
 
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
-    """Places in the tail for coils in several rows, to be tried in this order.
+    """Return orders of the coils in the tail for coils in several rows, in the order of trial.
 
-    Rows from the top with the far coils of each outermost, so that they pass outside the near ones; innermost, so that
-    they come through between the rows; and with a row in the middle passing all others on one side. Where every coil
-    has a height of its own, first in the order in which they are seen from the tail, and as if they stood in line.
+    In the first order, the far coils of each row are outermost, so that they pass outside the near coils. In the
+    second, they are innermost, so that they pass between the rows. In further orders a middle row passes all others on
+    one side. If all coils have different heights, two orders come first: as seen from the tail, and as for coils in
+    line.
     """
     middle = sum(p.centre[1] for p in placements) / len(placements)
     far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
@@ -269,21 +292,25 @@ def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...
 
 
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:
-    """Distance (m) from the axis to a lane's track: `index` counts outwards, `track` 1 is the outer of a flat pair."""
+    """Return the distance (m) from the axis to a track of a lane.
+
+    `index` counts outwards; `track` 1 is the outer track of a flat pair.
+    """
     tracks = index if bus.is_stacked else 2 * index + track
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 
 
 def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
-    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order. `turned` gives
-    those that leave the ring beside its corner, for coils whose own ends stand there.
+    """Return pairs of exits for a coil's two ends (A, B), in the order of trial.
+
+    With `turned`, the exits lie beside the ring's corner, for coils whose own ends stand at the corner.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])
     upper, lower = bus.layers
 
     def passing(angle: float, track: int = 0) -> tuple[Point, ...]:
-        """The way at 45 degrees towards the tail up to the lane, and along it."""
+        """Return the path at 45 degrees towards the tail up to the lane, and along the lane."""
         start, height = ring.at(angle), lane.side * lane_height(bus, lane.index, track)
         return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
 
@@ -309,7 +336,7 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
 
 
 def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
-    """Where the pair of the coil next to the tail may leave its ring: the angle (rad) and the way to the funnel."""
+    """Return exits of the coil next to the tail: the angle (rad) on its ring and the path to the funnel."""
     found: list[tuple[float, tuple[Point, ...]]] = []
     length, breadth = ring.half_size
     for turn in map(math.radians, (0, 20, -20, 40, -40)):

@@ -1,4 +1,4 @@
-"""What a laser cuts: the sheet with one part and its kerf coupon, as contours on named layers. No file format here."""
+"""Laser cutting sheets: contours of one part and its kerf coupon on named layers, independent of file formats."""
 
 from __future__ import annotations
 
@@ -29,19 +29,22 @@ _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plai
 
 
 def laser_limit(material: str) -> float | None:
-    """The greatest thickness (m) of a material that a known laser cuts; None if no limit is known."""
+    """Return the largest thickness (m) of a material that a known laser cuts. None if no limit is known."""
     known = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
     return max((parse_quantity(text, "length") for text in known if text), default=None)
 
 
 def is_laser_cut(material: str, thickness: float) -> bool:
-    """Whether a laser that is known to cut a material may cut this thickness (m); True if no limit is known."""
+    """Whether a known laser may cut this thickness (m) of a material. True if no limit is known."""
     most = laser_limit(material)
     return most is None or thickness <= most + 1e-9
 
 
 class CutLayer(StrEnum):
-    """What the laser does with a contour, in order: engraving first, then inside cuts, for a loose piece may move."""
+    """Laser operations on a contour, in their order.
+
+    Engraving comes first, then inside cuts, because a loose piece may move.
+    """
 
     ENGRAVE = "ENGRAVE"
     CUT_INNER = "CUT_INNER"
@@ -51,8 +54,9 @@ class CutLayer(StrEnum):
 
 @record
 class Look:
-    """How a layer is told from the others in every format: its colour in words, as ``#rrggbb`` and by AutoCAD's index,
-    and what the laser does with it; empty where it does nothing.
+    """Appearance of a layer in all formats: colour name, ``#rrggbb``, AutoCAD colour index, and the laser's action.
+
+    The action is empty if the laser ignores the layer.
     """
 
     colour: str
@@ -67,14 +71,15 @@ LOOKS = {
     CutLayer.CUT_OUTER: Look("magenta", "#ff00ff", 6, "cut outside"),
     CutLayer.REF: Look("grey", "#999999", 8, ""),
 }
-"""Drivers order their work by colour, so every step has one of its own out of those that all of them know; by the
-conventions of most shops black is engraved and red is cut, and blue, which is scored, is left out.
+"""Layer appearances. Laser drivers order their work by colour, so each step has a colour that all drivers support.
+
+Most shops engrave black and cut red. Blue is left out, because it is scored.
 """
 
 
 @record
 class Contour:
-    """A path on a layer; `diameter` (m) where it is a full circle, which formats may have a word for."""
+    """A path on a layer. `diameter` (m) is set for a full circle, because some formats have a circle element."""
 
     layer: CutLayer
     path: Path
@@ -82,18 +87,21 @@ class Contour:
 
     @property
     def centre(self) -> Point:
-        """The centre of a circle; meaningless for other contours."""
+        """Centre of a circle. It is meaningless for other contours."""
         return Point((self.path.start.x + self.path.segments[0].end.x) / 2, self.path.start.y)
 
     @property
     def area(self) -> float:
-        """Enclosed area in square metres."""
+        """Enclosed area (m2)."""
         return abs(enclosed_area(self.path))
 
 
 @record
 class Nest:
-    """How copies lie on a sheet: `columns` by `rows` for `count`; which sheet it is, and how often it is cut."""
+    """Layout of copies on a sheet: `columns` by `rows` for `count` copies.
+
+    It also has the sheet's number, and the number of times that the sheet is cut.
+    """
 
     count: int = 1
     columns: int = 1
@@ -104,9 +112,10 @@ class Nest:
 
 @record
 class LaserSheet:
-    """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
-    ``size`` is the nominal size [x, y] of the finished part, ``kerf`` the width of material that the beam removes,
-    ``width`` and ``height`` those of the drawing; all in metres.
+    """One part to be cut: contours, with the origin in the sheet's lower left corner, and notes on layer REF.
+
+    `size` is the nominal size [x, y] of the finished part. `kerf` is the width of material that the beam removes.
+    `width` and `height` are the size of the drawing. All are in metres.
     """
 
     part: str
@@ -123,24 +132,26 @@ class LaserSheet:
 
     @property
     def name(self) -> str:
-        """What its file is called: the part, with a number where there are several sheets."""
+        """File name: the part, with a number if there are several sheets."""
         return self.part if self.nest.number == 1 else f"{self.part}-{self.nest.number}"
 
     def on(self, layer: CutLayer) -> tuple[Contour, ...]:
-        """The contours of one layer."""
+        """Return the contours of one layer."""
         return tuple(contour for contour in self.contours if contour.layer is layer)
 
     @property
     def cut(self) -> Contour:
-        """The outside contour of the part itself, where the beam's centre runs: the outline grown by half a kerf."""
+        """Path of the beam's centre for the outside cut: the part's outline grown by half a kerf."""
         return self.on(CutLayer.CUT_OUTER)[0]
 
 
 @record
 class CutPart:
-    """A part that is cut out of a sheet: its name, material, shape and nominal size [x, y], thickness and kerf (m), the
-    place where it lies over or under the coils, what is said of that, and how many of it one sensor has; `boxes` where
-    it is one piece of several rectangles, its size that of all.
+    """A part that is cut from a sheet.
+
+    Fields are its name, material, shape, nominal size [x, y], thickness and kerf (m), its place over or under the
+    coils, a note on the place, and the number per sensor. `boxes` lists the rectangles of a part that is one piece of
+    several rectangles. Its size is then their overall size.
     """
 
     part: str
@@ -155,7 +166,7 @@ class CutPart:
     boxes: tuple[Box, ...] = ()
 
     def contours(self, layer: CutLayer, grown: float, centre: Point) -> Iterator[Contour]:
-        """Its outline about a place, larger by so much on each side (m), and those of its holes."""
+        """Yield the part's outline about a centre, grown by `grown` (m) on each side, and its holes."""
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
@@ -172,7 +183,7 @@ class CutPart:
 
 
 def joined_part(spec: SensorSpec) -> CutPart | None:
-    """All pads as the one piece that webs make of them; None without webs."""
+    """Return all pads as one piece, joined by webs. None if there are no webs."""
     pad, strips = spec.elastomer, webs(spec)
     if pad is None or spec.web is None or not strips:
         return None
@@ -187,7 +198,7 @@ def joined_part(spec: SensorSpec) -> CutPart | None:
 
 
 def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
-    """Elastomer and target, those that the spec has."""
+    """Return elastomer and target, if the spec has them."""
     joined = joined_part(spec)
     if joined is not None:
         return (joined, *(part for part in cut_parts(replace(spec, elastomer=None)) if part.part == "target"))
@@ -202,9 +213,14 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
 
 
 def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
-    """The sheets of the elastomer and of the target, of those that the spec has, and of `more` parts
-    (`sitscad.assembly.places.stack.sheets` has the shield among them); `stop` is the first of their notes. Raises
-    ValueError for a kerf that is negative or as wide as the coupon's hole.
+    """Return the sheets of elastomer and target, if the spec has them, and of the parts in `more`.
+
+    `sitscad.assembly.places.stack.sheets` adds the shield. `stop` is the first note of each sheet.
+
+    Raises
+    ------
+    ValueError
+        if a kerf is negative, or as wide as the coupon's hole
     """
     spec = layout.spec
     return tuple(
@@ -215,9 +231,15 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
 
 
 def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
-    """How so many copies of a plate [x, y] (m) are laid on sheets: as many full ones as it takes, and a rest. Rows are
-    filled from the left, as nearly square as the sheet allows; the coupon has a place beside them on each. Raises
-    ValueError where not even one plate fits.
+    """Lay out the copies of a plate [x, y] (m) on sheets: full sheets, and a last one with the rest.
+
+    Rows are filled from the left, as nearly square as the sheet permits. Each sheet has room for the coupon beside the
+    plates.
+
+    Raises
+    ------
+    ValueError
+        if not a single plate fits
     """
     if boards == 1:
         return (Nest(),)
@@ -237,12 +259,12 @@ def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int)
 
 
 def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
-    """How large (m) a sheet has to be for one plate [x, y] and the coupon beside it, with their kerfs and margins."""
+    """Return the sheet size (m) for one plate [x, y] and the coupon beside it, with their kerfs and margins."""
     return (size[0] + kerf + 3 * MARGIN + COUPON_SIZE + 2 * kerf, max(size[1] + kerf, COUPON_SIZE + kerf) + 2 * MARGIN)
 
 
 def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
-    """The outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
+    """Return the outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
     if PLATES[shape].is_disc:
         return Contour(layer, circle(centre, size[0] / 2), size[0])
     x, y = size[0] / 2, size[1] / 2
@@ -250,7 +272,7 @@ def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point)
 
 
 def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
-    """One plate's sheet: its contours with the kerf allowed for, the coupon beside them, and the notes above."""
+    """Return the sheet of one plate: contours with kerf compensation, the coupon beside them, and the notes above."""
     shape, size, kerf = part.shape, part.size, part.kerf
     if not 0.0 <= kerf < COUPON_HOLE:
         raise ValueError(
@@ -281,13 +303,16 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
 
 
 def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
-    """Where a copy lies from the first one (m): row by row, there and back, so that the beam travels little."""
+    """Return the position (m) of a copy relative to the first.
+
+    Rows alternate in direction, so that the beam travels little.
+    """
     row, column = divmod(index, columns)
     return step[0] * (column if row % 2 == 0 else columns - 1 - column), step[1] * row
 
 
 def _counted(nest: Nest) -> Iterator[str]:
-    """How many are on the sheet, and how often it is cut; nothing for one."""
+    """Yield notes on the number of copies and the number of cuts. Empty for a single copy."""
     if nest.count > 1:
         yield f"{nest.count} pieces in {nest.rows} row{'s' if nest.rows > 1 else ''}"
     if nest.times > 1:
@@ -323,14 +348,14 @@ def _texts(issue: Issue, name: str, part: CutPart) -> tuple[str, ...]:
 
 
 def _order(is_engraved: bool) -> Iterator[str]:
-    """The legend: what has to be done first, and by which colour a driver tells it."""
+    """Yield the legend: the order of the steps, and the colour by which a driver identifies each."""
     steps = [layer for layer in CutLayer if LOOKS[layer].work and (is_engraved or layer is not CutLayer.ENGRAVE)]
     for i, layer in enumerate(steps, 1):
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
 def _marks(layout: Layout, part: CutPart, centre: Point, width: float, height: float) -> Iterator[Contour]:
-    """Crosses on REF: the part's centre, the coils under it, and two corners to register the sheet by."""
+    """Yield crosses on REF: the part's centre, the coils under it, and two corners to register the sheet."""
     over = layout.spec.array.placements if part.boxes else cell_placements(layout.spec)[0]
     beside = (part.place.place_of(Point(*p.centre)) for p in over)
     marks = (centre.shifted(x, y) for x, y in beside)
@@ -361,7 +386,10 @@ _DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
 
 
 def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
-    """The kerf in millimetres, engraved between the coupon's hole and its lower edge; nothing where there is none."""
+    """Yield the strokes of the kerf in millimetres, engraved between the coupon's hole and its lower edge.
+
+    Empty without a kerf.
+    """
     text = in_mm(kerf) if kerf else ""
     band = (COUPON_SIZE - COUPON_HOLE) / 2
     left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2

@@ -1,4 +1,4 @@
-"""The board's outline: the body under the coils, a taper, and the tail; and the coverlay's openings."""
+"""Outline of the board: the body under the coils, a taper, and the tail. Openings of the coverlay."""
 
 from __future__ import annotations
 
@@ -37,20 +37,22 @@ CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points 
 
 
 def edge_of_body(spec: SensorSpec) -> Path | None:
-    """The outline (closed, counter-clockwise) that the spec gives its body, where the coils stand; None without one."""
+    """Return the outline (closed, counter-clockwise) that the spec gives for the body. None if it gives no outline."""
     return None if spec.fpc.body is None else spec.fpc.body.edge.shifted(*spec.array.middle)
 
 
 def given_box(spec: SensorSpec) -> tuple[float, float, float, float] | None:
-    """The box (m) of the outline that the spec gives its body; None where coils and leads say how large it is."""
+    """Return the box (m) of the body's outline in the spec. None if coils and leads determine the size."""
     edge = edge_of_body(spec)
     return None if edge is None else bounding_box([edge])
 
 
 @record
 class Root:
-    """Where one side of the tail leaves the body: the ball's centre and where it touches the body's edge, the piece of
-    that (its index), and where it touches the tail's edge.
+    """Joint of one side of the tail and the body.
+
+    Fields are the centre of the rounding, its contact point with the body's edge, the index of the touched segment, and
+    the contact point with the tail's edge.
     """
 
     centre: Point
@@ -61,9 +63,10 @@ class Root:
 
 @lru_cache(maxsize=64)
 def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None:
-    """One side (+1 above, -1 below) of the root of a tail with its axis at y = 0: its inner corner is rounded by a ball
-    of a radius (m) that rolls along the tail's edge until it touches the body's too. None where that edge passes the
-    body.
+    """Return one side (+1 above, -1 below) of the root of a tail with its axis at y = 0.
+
+    A ball of a radius (m) rolls along the tail's edge until it touches the body's edge. It rounds the inner corner.
+    None if the tail's edge passes the body.
     """
     height = side * (half_width + radius)
     found = [(x, index, foot) for index, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
@@ -74,7 +77,10 @@ def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None
 
 
 def _contacts(segment: Segment, height: float, radius: float) -> Iterator[tuple[float, Point]]:
-    """Where balls of a radius whose centres lie at a height touch a segment: their centres' x, and the point (m)."""
+    """Yield x (m) of the centre of each ball that touches a segment, and the contact point (m).
+
+    The balls have the given radius, and their centres lie at the given height.
+    """
     start = segment.start
     for x in _abscissae(start, height, radius):
         yield x, start
@@ -103,13 +109,16 @@ def _abscissae(centre: Point, height: float, reach: float) -> tuple[float, ...]:
 
 
 def roots(edge: Path, tail: TailFrame) -> tuple[Root, Root] | None:
-    """The lower and the upper side of a tail's root; None where the tail is wider than the body."""
+    """Return the lower and the upper side of a tail's root. None if the tail is wider than the body."""
     lower, upper = (root(edge, side, tail.half_width, tail.inner_radius) for side in (-1, 1))
     return None if lower is None or upper is None else (lower, upper)
 
 
 def board(edge: Path, tail: TailFrame) -> Path:
-    """The closed outline, counter-clockwise, of body and tail; the body's box where the tail is wider."""
+    """Return the closed outline, counter-clockwise, of body and tail.
+
+    The body's box if the tail is wider than the body.
+    """
     both = roots(edge, tail)
     if both is None:
         return edge
@@ -140,7 +149,7 @@ def _between(edge: Path, first: Root, last: Root) -> list[Segment]:
 
 
 def _along(segment: Segment, point: Point) -> float:
-    """How far (m, or rad on an arc) along a segment a point on it lies."""
+    """Return the distance (m, or rad on an arc) along a segment to a point on it."""
     if isinstance(segment, Line):
         return segment.start.distance(point)
     angle = math.atan2(point.y - segment.centre.y, point.x - segment.centre.x) - segment.start_angle
@@ -148,8 +157,10 @@ def _along(segment: Segment, point: Point) -> float:
 
 
 def walls(spec: SensorSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
-    """The given edge as tracks on all layers, so wide that what keeps its spacing from them keeps the fabricator's
-    distance from the edge (their width is negative where that is the smaller one); none without a given outline.
+    """Return the body's given edge as tracks on all layers. Empty if the spec gives no outline.
+
+    Tracks that keep the track spacing from these walls keep the fabricator's distance from the edge. The walls' width
+    is negative if the edge distance is smaller than the spacing.
     """
     edge = edge_of_body(spec)
     if edge is None:
@@ -160,8 +171,9 @@ def walls(spec: SensorSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
 
 
 def lack(spec: SensorSpec, tail: TailFrame) -> Shortfall | None:
-    """What a body of a given outline lacks most room for, as far as that is known before leads are laid: the root of
-    its tail, or the coil that lies farthest out, with the fabricator's distance from the edge.
+    """Return the largest known shortfall of a body with a given outline, before leads are laid out.
+
+    Candidates are the tail's root and the outermost coil with the fabricator's distance from the edge.
     """
     edge, asked = edge_of_body(spec), spec.fpc.rules.copper_to_edge
     if edge is None:
@@ -185,15 +197,17 @@ def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:
 
 
 def breadth_of(spec: SensorSpec) -> Breadth | None:
-    """How far a body of a given outline reaches across; None where coils and leads say it."""
+    """Return the extent across the tail's axis of a body with a given outline. None if coils and leads determine it."""
     box = given_box(spec)
     return None if box is None else Breadth(box[1], box[3])
 
 
 @record
 class BodyExtent:
-    """The part of the board on the jaw: from `start` to `end` along x, from `low` to `high` across, where y = 0 is the
-    tail's axis (m); ``edge`` is its outline where the spec gives one.
+    """The part of the board on the jaw.
+
+    It reaches from `start` to `end` along x and from `low` to `high` across (m), with y = 0 at the tail's axis. `edge`
+    is its outline if the spec gives one.
     """
 
     start: float
@@ -203,12 +217,12 @@ class BodyExtent:
     edge: Path | None = None
 
     def half_width(self, side: int) -> float:
-        """The distance (m) from the axis to its edge on one side: +1 is the upper one, -1 the lower one."""
+        """Return the distance (m) from the axis to the edge on one side: +1 above, -1 below."""
         return self.high if side > 0 else -self.low
 
     @property
     def corner_room(self) -> float:
-        """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
+        """Largest radius (m) of the far corners that the sides permit: a fifth of the shorter side."""
         return 0.2 * min(self.high - self.low, self.end - self.start)
 
 
@@ -216,7 +230,7 @@ def far_end(
     placements: tuple[CoilPlacement, ...], coil: CoilSpec, copper_to_edge: float, tracks: Iterable[TrackToPlace],
     holes: Iterable[ViaToPlace]
 ) -> float:
-    """The least x (m) that the body needs for coils, tracks and holes, with the distance of copper from the edge."""
+    """Return the smallest x (m) of the body for coils, tracks and holes, including the edge distance of copper."""
     left = min(p.centre[0] - Ring(coil, p, 0.0).half_size[0] for p in placements)
     for hole in holes:
         left = min(left, hole.centre.x - hole.pad / 2)
@@ -228,14 +242,15 @@ def far_end(
 
 
 def least_x(segment: Segment) -> float:
-    """An x (m) that no point of a segment lies below: cheaper than where it really ends."""
+    """Return a lower bound of x (m) on a segment. It is cheaper than the exact minimum."""
     return min(segment.start.x, segment.end.x) - segment.length
 
 
 def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
-    """Where the body begins and ends along x (m), for coils and leads that need it from `far` to `near`. The margin is
-    added at both ends; then the shorter one grows until the mean of the coils' centres is in the middle, as far as the
-    jaw is long. A body of a given outline is as long as that.
+    """Return the x range (m) of the body for coils and leads that need `far` to `near`.
+
+    The margin is added at both ends. Then the shorter end grows until the mean of the coils' centres is in the middle,
+    within the length of the jaw. A given outline determines both ends.
     """
     if (box := given_box(spec)) is not None:
         return box[0], box[2]
@@ -245,7 +260,7 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
 
 
 def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
-    """How far the body reaches across, for coils and leads that need so much of it: as `ends`."""
+    """Return the extent of the body across the tail's axis for coils and leads that need `needed`, as in `ends`."""
     if (given := breadth_of(spec)) is not None:
         return given
     margin, jaw = spec.fpc.margin[1], spec.jaw
@@ -254,16 +269,18 @@ def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
 
 
 def _about(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
-    """A range grown at its shorter end until its middle is there, at most to a length of `room`."""
+    """Extend a range at its shorter end until its middle is `middle`, up to a length of `room`."""
     lacks = (middle - low) - (high - middle)
     more = min(abs(lacks), max(0.0, room - (high - low)))
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
 def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
-    """The body for coils and leads that begin at `far` (m) and take so much of it across. It is as wide as a wider tail
-    where the inner corner between them would not fit beside the far one, where it reaches beyond the place from which
-    leads part to such a tail, and where only one of its sides is the narrower one.
+    """Return the body for coils and leads that begin at `far` (m) and need the extent `needed` across.
+
+    It is as wide as a wider tail in three cases. The inner corner between them does not fit beside the far corner. The
+    body reaches beyond the place at which leads part to such a tail. Or only one of its sides is narrower than the
+    tail.
     """
     across = body_breadth(spec, needed)
     low, high = across.low, across.high
@@ -283,9 +300,10 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
 
 
 def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
-    """The closed outline, counter-clockwise from the body's far lower corner. ``copper`` lists points of the body's
-    copper with their half widths (m): a corner of the body is rounded only as far as they keep the distance `edge` from
-    it. A given outline stays as it is.
+    """Return the closed outline, counter-clockwise from the body's far lower corner.
+
+    `copper` lists points of the body's copper with their half widths (m). A corner of the body is rounded only as far
+    as they keep the distance `edge` (m). A given outline stays unchanged.
     """
     if body.edge is not None:
         return board(body.edge, tail)
@@ -308,7 +326,7 @@ def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]]
 
 
 def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
-    """The largest radius (m) of a far corner, at most `CORNER_RADIUS`, that leaves all copper its distance."""
+    """Return the largest radius (m) of a far corner that leaves all copper its distance, at most `CORNER_RADIUS`."""
 
     def keeps(radius: float, point: Point, need: float) -> bool:
         x, y = body.start + radius, body.half_width(side) - radius
@@ -325,12 +343,13 @@ def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, fl
 def openings(
     rules: DesignRules, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
 ) -> tuple[Region, ...]:
-    """The coverlay's openings: one over a plug or one over each contact for solder, and those over capacitors' pads.
+    """Return the coverlay's openings: for a plug, for each solder contact, and for capacitor pads.
 
-    That over a plug covers the whole width of what is plugged in and past its end, so that no strip of coverlay makes
-    it thicker there; and reaches so far back that the contacts are bare over their length with the coverlay out of
-    register. Past the edges it reaches as far as outline and coverlay may be off together. The coverlay covers the rims
-    of contacts for solder, of which half stays bare; a capacitor's pads are bare as far as `chip_opening` allows.
+    The opening for a plug covers the whole width of the plugged part and goes past its end. A strip of coverlay would
+    make it thicker there. It reaches back far enough that the contacts are bare over their length with misregistered
+    coverlay. Past the edges it reaches as far as the joint tolerance of outline and coverlay. The coverlay covers the
+    rims of solder contacts and leaves at least half of their area bare. Capacitor pads are bare as far as
+    `chip_opening` permits.
     """
     over_chips = (_grown(pad, tail.chip_opening) for pad in chip_pads)
     if tail.connector.kind == "pads":

@@ -1,10 +1,10 @@
-"""The panel: copies of a part that is too small to be handled alone, held by bridges in a frame that is ordered whole.
+"""The panel: copies of a part that is too small to be handled alone, held by bridges in a frame and ordered as a whole.
 
-The frame carries tooling holes and fiducials, three of each, so that it cannot be loaded the wrong way round, and
-coupons: the sensor's first coil alone with solder pads, to measure its inductance before any part is cut out.
-All parts lie the same way, so that every tail runs along the same grain of the film. Lengths in metres, the panel's
-lower left corner is the origin. Parts stay whole: no perforation enters their outline, for a tear would start there;
-the cut stops at each bridge.
+The frame has three tooling holes and three fiducials, so that it cannot be loaded in a wrong orientation. It also has
+coupons: the sensor's first coil alone with solder pads. Its inductance can be measured before any part is cut out. All
+parts have the same orientation, so that all tails run along the same grain of the film. Parts stay whole: a perforation
+in their outline would start a tear, so the cut stops at each bridge. Lengths are in metres. The origin is the panel's
+lower left corner.
 """
 
 from __future__ import annotations
@@ -23,20 +23,27 @@ from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 
 BRIDGE_RUN = 25e-3
-"""One bridge at least for every so much of an outline (m), and three beside those at the tail's end, if there is room.
+"""Length (m) of outline per bridge, at most.
+
+At least three bridges are added to those at the tail's end, if there is room.
 """
 
 FEWEST_BRIDGES = 3
-"""A part on fewer bridges tilts or drops out while the panel is made: `checks` refuses such a panel."""
+"""Smallest number of bridges per part.
+
+With fewer, a part tilts or drops out in production, and `checks` refuses the panel.
+"""
 
 NARROWER, NARROWEST = 0.1e-3, 0.2e-3
-"""In steps of this (m) narrower bridges are tried where wide ones find too few places, down to the spec's narrowest.
+"""Step (m) by which bridges are made narrower if wide bridges find too few places, and the smallest width (m).
+
+The smallest width is also that of a spec.
 """
 
 FREE_OF_BRIDGES = 1.0e-3  # How far (m) bridges keep from contacts and from the bend zone
 
 BESIDE_CONTACTS = 0.25e-3
-"""How far (m) a bridge at the tail's end keeps from the contacts: what it leaves on the edge is not plugged in."""
+"""Distance (m) of a bridge at the tail's end from the contacts: its remnant on the edge is not plugged in."""
 
 _STEP, _FINE_STEP = 0.25e-3, 0.05e-3
 _ON_EDGE = 1e-9
@@ -44,20 +51,20 @@ _ON_EDGE = 1e-9
 
 @record
 class Bridge:
-    """Where the cut round a part stops: a segment of its outline, and the part of its length (m) that stays whole."""
+    """A gap in the cut round a part: a segment of its outline, and the uncut range (m) of the segment's length."""
 
     segment: int
     begin: float
     end: float
 
     def middle(self, outline: Path) -> Point:
-        """The middle of the bridge, on the outline."""
+        """Return the middle of the bridge, on the outline."""
         piece = outline.segments[self.segment]
         return piece.at((self.begin + self.end) / 2.0 / piece.length)
 
 
 def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
-    """A closed outline without its bridges: open paths, or the outline itself where there is no bridge."""
+    """Return a closed outline without its bridges, as open paths. The outline itself if there are no bridges."""
     runs: list[list[Segment]] = [[]]
     for index, segment in enumerate(outline):
         at = 0.0
@@ -72,18 +79,18 @@ def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
 
 
 def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, Point], ...]:
-    """Where the cut stops before each bridge and goes on behind it, in the outline's sense."""
+    """Return the end of the cut before each bridge and its start behind the bridge, in the outline's sense."""
     pieces = ((_piece(outline.segments[stop.segment], stop.begin, stop.end)[0]) for stop in stops)
     return tuple((piece.start, piece.end) for piece in pieces)
 
 
 def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
-    """Bridges along an outline, of a width (m; left out the spec's): at the end of the tail on both its sides, the
-    others as far apart as they can be.
+    """Return the bridges along an outline, of a width (m; the spec's if None).
 
-    There are none at the contacts, beside what is plugged in or in the bend zone, where a nick in the edge would do
-    harm; they are on straight edges unless these are too few. Wide bridges on a small part may find fewer places than
-    `FEWEST_BRIDGES`: then only those are made that there is room for.
+    One is at the end of the tail on each side. The others are as far apart as possible. There are none at the contacts,
+    beside the plugged part or in the bend zone, where a nick in the edge would do harm. They are on straight edges
+    unless these offer too few places. A small part may have room for fewer wide bridges than `FEWEST_BRIDGES`. Then
+    only these are returned.
     """
     width = layout.spec.fpc.panel.bridge if width is None else width
     edge, least = layout.outline, 2.0 * width
@@ -114,7 +121,10 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
 
 
 def narrower_bridge(layout: Layout) -> float | None:
-    """The widest narrower bridge (m), in steps, of which enough find a place on a board; None if none do."""
+    """Return the widest narrower bridge (m), in steps, for which enough bridges fit on a board.
+
+    None if there is none.
+    """
     most, least = math.ceil(layout.spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
     widths = (steps * NARROWER for steps in range(most, least - 1, -1))
     return next((width for width in widths if len(bridges(layout, width)) >= FEWEST_BRIDGES), None)
@@ -123,7 +133,7 @@ def narrower_bridge(layout: Layout) -> float | None:
 def _places(
     layout: Layout, width: float, is_fit: Callable[[Layout, Box | None, Path], bool], step: float
 ) -> Iterator[Bridge]:
-    """Every bridge of a width (m) that could be made where the edge is fit for it, at steps (m) along each segment."""
+    """Yield the possible bridges of a width (m) on fit parts of the edge, at steps (m) along each segment."""
     plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
     for index, segment in enumerate(layout.outline):
         room = segment.length - 2.0 * width
@@ -134,7 +144,7 @@ def _places(
 
 
 def _is_free(layout: Layout, plate: Box | None, edge: Path) -> bool:
-    """Whether a piece of the edge lies on the film, off contacts, stiffener and bend zone."""
+    """Whether a piece of the edge lies on the film, away from contacts, stiffener and bend zone."""
     at, keep = edge.segments[0].at(0.5), FREE_OF_BRIDGES
     if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
         return False
@@ -152,7 +162,7 @@ def _is_near(box: Box, at: Point, keep: float) -> bool:
 
 
 def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
-    """Whether a piece of the edge and a little beside it is stiffened, or does not bend, and lies off the contacts."""
+    """Whether a piece of the edge and its surroundings are stiffened or never bent, and lie off the contacts."""
     at = edge.segments[0].at(0.5)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
     if plate is not None:
@@ -165,7 +175,7 @@ def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
 
 
 def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
-    """A segment from one length (m) along it to another; nothing where these are the same."""
+    """Return the part of a segment between two lengths (m) along it. Empty if they are equal."""
     if end - begin < 1e-9:
         return []
     a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))
@@ -180,8 +190,10 @@ FIDUCIAL_STEP = 5.0e-3  # Distance (m) of a fiducial from its tooling hole
 
 @record
 class Panel:
-    """Copies of a board in a frame. ``parts`` and ``coupons`` are how far each copy's own origin is moved. ``coupon``
-    is None where there is none; ``no_coupon`` then says why.
+    """Copies of a board in a frame.
+
+    `parts` and `coupons` are the displacements of each copy's origin. `coupon` is None if there is no coupon;
+    `no_coupon` then gives the reason.
     """
 
     layout: Layout
@@ -200,7 +212,7 @@ class Panel:
 
     @property
     def cuts(self) -> tuple[Path, ...]:
-        """The cuts round all parts and coupons: open paths that stop at the bridges."""
+        """Cuts round all parts and coupons: open paths that stop at the bridges."""
         found = [piece.shifted(*at) for at in self.parts for piece in cut_lines(self.layout.outline, self.bridges)]
         if self.coupon is not None:
             pieces = cut_lines(self.coupon.outline, self.coupon_bridges)
@@ -215,13 +227,16 @@ def is_too_small(layout: Layout) -> bool:
 
 
 def is_wanted(layout: Layout) -> bool:
-    """Whether the spec asks for a panel, or leaves it to the size of the part and the part is too small."""
+    """Whether the spec requests a panel, or leaves the choice to the part's size and the part is too small."""
     wish = layout.spec.fpc.panel.wish
     return wish == "always" or (wish == "auto" and is_too_small(layout))
 
 
 def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float]:
-    """The least sides (m) of a panel with the parts that the spec asks for, or with one; without a coupon."""
+    """Return the smallest panel sides (m) for the number of parts in the spec, or for one part.
+
+    Coupons do not count.
+    """
     (length, width) = size
     columns, rows = wish.parts or (1, 1)
     frame = 2 * (wish.rail + wish.gap) - wish.gap
@@ -229,11 +244,11 @@ def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float
 
 
 def plan(layout: Layout) -> Panel | None:
-    """The panel of a board; None where none is wanted.
+    """Return the panel of a board. None if no panel is wanted.
 
-    Copies fill the fabricator's usual panel unless the spec says how many: one at least, `MOST_PARTS` boards at most.
-    A coupon stands at either end of the lowest row, to see a drift across the panel; one where there is no room for
-    two. Tooling holes are in three corners of the frame, with a fiducial beside each.
+    Copies fill the fabricator's usual panel unless the spec states their number. There is at least one and at most
+    `MOST_PARTS`. A coupon stands at either end of the lowest row, to show a drift across the panel. There is one coupon
+    if there is no room for two. Tooling holes are in three corners of the frame, each with a fiducial beside it.
     """
     if not is_wanted(layout):
         return None
@@ -281,7 +296,7 @@ def plan(layout: Layout) -> Panel | None:
 
 
 def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
-    """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
+    """Return the first coil alone on a piece of the same stack-up with solder pads, or None and the reason."""
     from sitscad.layout import arrange  # seldom drawn, and the package imports the panel's parts from here
 
     if spec.fpc.tail is None and len(spec.array.placements) == 1:
@@ -296,7 +311,7 @@ def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
 
 
 def coupon_spec(spec: SensorSpec) -> SensorSpec:
-    """The sensor reduced to its first coil in free air, with solder pads in place of the tail."""
+    """Return the sensor's spec reduced to its first coil in free air, with solder pads in place of the tail."""
     alone = CoilPlacement("C1", (0.0, 0.0), spec.array.placements[0].rotation)
     return replace(
         spec, array=ArraySpec("single", (alone,)), fpc=replace(spec.fpc, tail=None, body=None, largest=None),

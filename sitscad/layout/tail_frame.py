@@ -1,9 +1,8 @@
-"""The tail's frame: from the end of the body, where the board tapers, to the contacts; where vias and bends may be; and
-the tail's turn in its own plane.
+"""Frame of the tail from the taper at the body's end to the contacts, and the tail's turn in its own plane.
 
-The board is laid out straight with the tail's axis at y = 0. Within a turn only tracks and edges along the tail run,
-and they become concentric arcs: tracks keep their widths and their distances from each other and from the edge. What
-lies beyond is moved rigidly.
+The frame also has the places of vias and bends. The board is laid out straight with the tail's axis at y = 0. Within a
+turn only tracks and edges along the tail run. They become concentric arcs: tracks keep their widths and their distances
+from each other and from the edge. All beyond the turn is moved rigidly.
 """
 
 from __future__ import annotations
@@ -26,9 +25,10 @@ SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner
 
 @record
 class Taper:
-    """The change of the half width `near` to the half width `far` (m) along x from `begin` to `end`, or a longer one.
-    The inner one of its two corners has the radius `inner`, the outer one `outer` (m). Where the way from `begin` to
-    `end` is too steep for both, the taper becomes longer at its inner corner, so that the board only grows.
+    """A change of the half width from `near` to `far` (m) along x from `begin` to `end`.
+
+    Its inner corner has the radius `inner`, its outer corner `outer` (m). If the slope from `begin` to `end` is too
+    steep for both radii, the taper becomes longer at its inner corner. The board then only grows.
     """
 
     begin: float
@@ -40,37 +40,40 @@ class Taper:
 
     @property
     def narrows(self) -> bool:
-        """Whether the far part is the narrower one; its corner is then the inner one."""
+        """Whether the far part is narrower than the near part. The far corner is then the inner corner."""
         return self.far < self.near
 
     @property
     def step(self) -> float:
-        """The change (m) of the half width."""
+        """Change (m) of the half width."""
         return abs(self.near - self.far)
 
     @cached_property
     def angle(self) -> float:
-        """How far (rad) the edge turns at both corners: their two arcs together must not climb more than the step."""
+        """Angle (rad) by which the edge turns at both corners.
+
+        The two arcs together must not climb more than the step.
+        """
         steepest = math.acos(max(0.0, 1.0 - self.step / (self.inner + self.outer)))
         return min(math.atan2(self.step, self.end - self.begin), steepest)
 
     @property
     def length(self) -> float:
-        """Along x (m) from corner to corner."""
+        """Length (m) along x from corner to corner."""
         return self.step / math.tan(self.angle) if self.step > SAME else 0.0
 
     @property
     def reach_before(self) -> float:
-        """How far (m) the rounding of the first corner reaches back along the near part."""
+        """Distance (m) by which the rounding of the first corner reaches back along the near part."""
         return self._cut(self.outer if self.narrows else self.inner)
 
     @property
     def reach_beyond(self) -> float:
-        """How far (m) the rounding of the second corner reaches along the far part."""
+        """Distance (m) by which the rounding of the second corner reaches along the far part."""
         return self._cut(self.inner if self.narrows else self.outer)
 
     def corners(self) -> list[tuple[Point, float]]:
-        """The two corners of the lower edge with their radii (m); none where the widths are the same."""
+        """Return the two corners of the lower edge with their radii (m). Empty if the widths are equal."""
         if self.step <= SAME:
             return []
         if self.narrows:
@@ -87,22 +90,25 @@ class Taper:
 TAIL_TRACE_WIDTH = 0.2e-3  # Tracks widen to this outside the jaw, for their resistance (m)
 
 BARE_LENGTH = 2.0e-3
-"""Length of the strip with solder pads where the spec asks for no tail: pads, vias and a little to hold (m)."""
+"""Length (m) of the strip with solder pads if the spec has no tail: pads, vias and a little to hold."""
 
 END_GAP = 0.2e-3  # Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance
 CHIP_ROOM = 0.3e-3  # Between a capacitor's pads and the vias behind and the bends before them (m), at least
 
 CORNER_RADIUS = 0.5e-3
-"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
-fabricator's radius where that is larger."""
+"""Radius (m) of rounded corners: no sharp edge touches tissue, and sharp inner corners of a flexible circuit tear.
+
+Inner corners have the fabricator's radius if it is larger.
+"""
 
 CAP = 0.25e-3  # Straight copper left between the bends and the vias at the contacts (m)
 
 
 @record
 class Row:
-    """The contacts at the tail's end: ``count`` of them, of which the coils have ``used`` from number ``first`` on.
-    Those that no coil has are shared out to both sides, so that the tail stays in line; one more is below if need be.
+    """The contacts at the tail's end: `count` contacts, of which the coils use `used` from number `first` on.
+
+    Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
     """
 
     pitch: float
@@ -111,28 +117,28 @@ class Row:
 
     @property
     def first(self) -> int:
-        """The number of the first contact that a coil has."""
+        """Number of the first contact with a coil."""
         return (self.count - self.used) // 2 + 1
 
     @property
     def offset(self) -> float:
-        """How far (m) the middle of the coils' contacts stands above the axis: half a pitch where one more is below."""
+        """Height (m) of the middle of the coils' contacts above the axis: half a pitch if an odd contact is below."""
         return self.pitch * ((self.count - self.used) % 2) / 2
 
     def height(self, number: int) -> float:
-        """Height (m) above the axis of a contact, number 1 at the top."""
+        """Return the height (m) of a contact above the axis. Number 1 is at the top."""
         return contact_height(self.pitch, self.count, number)
 
 
 @record
 class TailFrame:
-    """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
+    """Position of the tail (m) before it is turned: start and end along x, half width, and connector.
 
-    ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
-    Leads come with ``lead_width`` and draw together as necks of ``neck_width``, no wider than their lanes allow.
-    Tracks of pairs are ``lane_width`` wide along the tail, and ``trace_width`` from where a pair parts.
-    ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
-    (``chip``) need more; ``outer_contact`` is the height of a coil's outermost contact over the middle of them all.
+    `turn` is the length of its turn, which lies before the stiffener and before the pairs part. Leads arrive with
+    `lead_width`. They draw together as necks of `neck_width`, no wider than their lanes permit. Tracks of pairs are
+    `lane_width` wide along the tail, and `trace_width` wide from the place where a pair parts. `fan_pitch` is the pitch
+    of the tracks in the tail, up to the vias. It exceeds the contacts' pitch if vias or capacitors (`chip`) need more.
+    `outer_contact` is the height of a coil's outermost contact above the middle of all contacts.
     """
 
     connector: Connector
@@ -154,25 +160,29 @@ class TailFrame:
     edge: float
     row: Row
     finger_lap: float = 0.0
-    """How far (m) the contacts go on under the coverlay, where they are plugged in."""
+    """Length (m) of plugged-in contacts under the coverlay."""
     chip: Chip | None = None
     chip_opening: float = 0.0
-    """How far (m) the coverlay's opening over a capacitor's pad reaches beyond the pad."""
+    """Distance (m) by which the coverlay's opening over a capacitor pad reaches beyond the pad."""
     turn: float = 0.0
     wait: float = 0.0
-    """How much later (m) than the innermost the outermost lane bends, for which the body's end leaves room."""
+    """Distance (m) from the bend of the innermost lane to the later bend of the outermost.
+
+    The body's end leaves this room.
+    """
     covered: float = 0.0
-    """How far (m) a via at the contacts keeps from an opening of the coverlay, beyond `CAP`."""
+    """Distance (m), beyond `CAP`, of a via at the contacts from an opening of the coverlay."""
     chip_room: float = CHIP_ROOM
-    """Between a capacitor's pads and the vias behind and the bends before them (m)."""
+    """Distance (m) of a capacitor's pads from the vias behind them and the bends before them."""
     ahead: float = 0.0
-    """How much farther (m) the body reaches than coils and leads need it to."""
+    """Distance (m) by which the body reaches beyond the need of coils and leads."""
     waiting: float = 0.0
-    """How much of that (m) leads run on before they part to a wider tail."""
+    """Part of `ahead` (m) along which leads run on before they part to a wider tail."""
 
     def reaching(self, ahead: float, leads_wait: bool = False) -> TailFrame:
-        """The tail of a body that reaches so much (m) farther: the leads come to their lanes where they did, or as much
-        later if they wait.
+        """Return the tail of a body that reaches farther by `ahead` (m).
+
+        The leads reach their lanes at the old place, or later by `ahead` if `leads_wait`.
         """
         begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
         later = ahead if leads_wait else 0.0
@@ -181,28 +191,28 @@ class TailFrame:
 
     @property
     def pad_start(self) -> float:
-        """Where the contacts' copper begins."""
+        """Start (m) of the contacts' copper along x."""
         return self.end - self.end_gap - self.contact_length
 
     @property
     def contact_length(self) -> float:
-        """Length (m) of the contacts' copper: what is bare, and what goes on under the coverlay."""
+        """Length (m) of the contacts' copper: the bare part, and the part under the coverlay."""
         return self.connector.contact_length + self.finger_lap
 
     @property
     def shoulder(self) -> float:
-        """How much wider the tail is, on each side, than what is plugged in: room for the outer vias' edge distance."""
+        """Width (m), on each side, of the tail beyond the plugged part: room for the outer vias' edge distance."""
         return self.half_width - self.plug_half_width
 
     @property
     def taper(self) -> Taper:
-        """The taper from the body to the tail; at an outer first corner a lead bends and keeps off the rounding."""
+        """Taper from the body to the tail. At an outer first corner a lead bends and keeps clear of the rounding."""
         shoulder = self.edge + self.lead_width / 2
         return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
 
     @cached_property
     def plug_taper(self) -> Taper:
-        """The taper from the tail to what is plugged in, which has its own width from the contacts on."""
+        """Taper from the tail to the plugged part, which has its own width from the contacts on."""
         widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
         corners = Taper(0.0, self.shoulder, *widths)
         end = self.pad_start - corners.reach_beyond
@@ -211,13 +221,15 @@ class TailFrame:
 
     @property
     def squeeze(self) -> float:
-        """How much farther (m) the first contact's track is from the axis at its via than at the contact."""
+        """Distance (m) of the first contact's track from the axis at its via, minus that at the contact."""
         return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
     def squeeze_start(self) -> float:
-        """Where tracks at the vias' pitch begin to draw together, so that all are straight again before the contacts.
-        Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
+        """Position x (m) at which tracks at the vias' pitch begin to draw together.
+
+        All tracks are straight again before the contacts. The outermost draws in at 45 degrees beside the shoulder and
+        keeps its distance from the edge.
         """
         plug_begin = self.plug_taper.begin + self.shoulder
         beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2)
@@ -227,21 +239,21 @@ class TailFrame:
 
     @property
     def fan_end(self) -> float:
-        """Up to where the vias stand; behind them are the capacitors, if any."""
+        """End (m) of the vias along x. Capacitors, if any, lie behind it."""
         if self.chip:
             return self.chip_end - self.chip.pad_across - 2.0 * self.chip_room
         return min(self.chip_end, self.pad_start - self.covered)
 
     @property
     def chip_end(self) -> float:
-        """Up to where capacitors may stand, and the tail has its whole width, which keeps off the shoulder too."""
+        """End (m) along x of the range for capacitors and of the tail's full width, clear of the shoulder."""
         shoulder = self.plug_taper.begin
         if self.shoulder > SAME:
             shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     def strip(self, start: float) -> Path:
-        """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
+        """Return the closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
         end = [(Point(self.end, -self.plug_half_width), 0.0)]
         lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
         corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
@@ -249,7 +261,10 @@ class TailFrame:
 
 
 def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
-    """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
+    """Lay out the tail.
+
+    `front` is the x (m) at which the coils' leads have come together. Beyond it, lanes run along x.
+    """
     rules, tail, chip = spec.fpc.rules, spec.fpc.tail, chip_of(spec.fpc.tail, spec.readout.chip, bus)
     edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
     row = contact_row(spec.array.placements, spec.fpc.tail, connector)
@@ -302,16 +317,19 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
 
 
 def chip_opening(rules: DesignRules, chip: Chip) -> float:
-    """How far (m) the coverlay's opening over a capacitor's pad reaches beyond the pad: by the coverlay's registration,
-    or as far as the web between the two pads allows.
+    """Return the distance (m) by which the coverlay's opening reaches beyond a capacitor pad.
+
+    It is the coverlay's registration tolerance, or less if the web between the two pads is narrow.
     """
     between = (chip.pitch - chip.pad_along - rules.coverlay_web) / 2
     return max(0.0, min(rules.coverlay_registration, between))
 
 
 def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connector: Connector) -> Row:
-    """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with
-    and that are enough; just those where it has none so many.
+    """Return the contacts at the tail's end.
+
+    Their number is the spec's, or the smallest sufficient number in which the connector is made. If the connector has
+    no sufficient number, it is the number that the coils need. It is never smaller than this.
     """
     used = 2 * len(placements)
     wanted = tail.contacts if tail is not None else None
@@ -320,7 +338,10 @@ def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connec
 
 
 def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Connector) -> float:
-    """Pitch (m) of the tracks where a via stands beside every other one: the contacts', or what such a row needs."""
+    """Return the pitch (m) of tracks with a via beside every second track.
+
+    It is the contacts' pitch, or more if such a row needs more.
+    """
     if not bus.is_stacked:
         return connector.pitch
     chip, rules = chip_of(fpc.tail, readout_chip, bus), fpc.rules
@@ -328,36 +349,36 @@ def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Conn
 
 
 def _beside_via(rules: DesignRules) -> float:
-    """The distance (m) from a via's centre to the nearest edge of a track beside it."""
+    """Return the distance (m) from a via's centre to the nearest edge of a track beside it."""
     return hole_keep_out(joined_hole(rules, 0.0), rules, rules.trace_spacing)
 
 
 def chip_of(tail: Tail | None, chip: Chip | None, bus: Bus) -> Chip | None:
-    """What stands across every pair before its contacts; nothing without a tail, or where pairs lie side by side."""
+    """Return the capacitor across each pair before its contacts. None without a tail, or if pairs lie side by side."""
     return chip if tail is not None and bus.is_stacked else None
 
 
 def contact_height(pitch: float, contacts: int, number: int) -> float:
-    """Height (m) above the axis of a contact, or of its track in the tail, number 1 at the top."""
+    """Return the height (m) above the axis of a contact, or of its track in the tail. Number 1 is at the top."""
     return pitch * ((contacts - 1) / 2 - (number - 1))
 
 
 def pair_height(placements: tuple[CoilPlacement, ...], tail: TailFrame, lane: Lane) -> float:
-    """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
+    """Return the height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
     contacts = 2 * len(placements)
     first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
     return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
 def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
+    """Return x (m) at which the two tracks of a stacked pair part, or up to which a flat pair must reach its lanes."""
     if not bus.is_stacked:
         return tail.pad_start - CAP
     return first_via(rules, tail) - tail.fan_pitch / 2
 
 
 def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
+    """Return x (m) at which the turn begins. On a straight tail: x up to which the pairs must reach their lanes."""
     apart = parting(rules, bus, tail)
     if not tail.turn:
         return apart
@@ -370,7 +391,7 @@ def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
 
 
 def first_via(rules: DesignRules, tail: TailFrame) -> float:
-    """Where along x the vias at the contacts begin: up to there the tail may be bent."""
+    """Return x (m) at which the vias at the contacts begin. The tail may be bent up to this place."""
     return tail.fan_end - rules.via_pad - 2.0 * CAP
 
 
@@ -379,9 +400,10 @@ ASKEW = "within a tail's turn everything has to run along the tail"
 
 @record
 class FrameStretch:
-    """A part of a tail's middle line from `begin` on (m along the straight tail). It starts at `origin` with a heading
-    (rad from +x); ``radius`` (m) is positive for an arc to the left, negative for one to the right, None for a straight
-    part.
+    """A part of a tail's middle line from `begin` (m along the straight tail).
+
+    It starts at `origin` with a heading (rad from +x). `radius` (m) is positive for an arc to the left and negative for
+    an arc to the right. None for a straight part.
     """
 
     begin: float
@@ -391,12 +413,12 @@ class FrameStretch:
 
     @cached_property
     def centre(self) -> Point:
-        """The centre of an arc."""
+        """Centre of an arc."""
         assert self.radius is not None
         return _beside(self.origin, self.heading, self.radius)
 
     def place(self, point: Point) -> Point:
-        """Where a point of the straight tail comes to lie."""
+        """Map a point of the straight tail to its place on this stretch."""
         along = point.x - self.begin
         if self.radius is None:
             cosine, sine = round(math.cos(self.heading), 15), round(math.sin(self.heading), 15)  # exact along an axis
@@ -405,22 +427,25 @@ class FrameStretch:
 
 
 def _beside(point: Point, heading: float, left: float) -> Point:
-    """A point so far (m) to the left of another, seen along a heading: exact where that is along an axis."""
+    """Return a point at a distance (m) to the left of another along a heading.
+
+    Exact if the heading is along an axis.
+    """
     return point.shifted(-left * round(math.sin(heading), 15), left * round(math.cos(heading), 15))
 
 
 @record
 class Course:
-    """The stretches of a tail's middle line, one after the other; before the first one the board is as it was."""
+    """Successive stretches of a tail's middle line. The board before the first stretch stays in place."""
 
     stretches: tuple[FrameStretch, ...]
 
     def place(self, point: Point) -> Point:
-        """Where a point of the straight board comes to lie."""
+        """Map a point of the straight board to its place."""
         return self._at(point.x).place(point)
 
     def path(self, path: Path) -> Path:
-        """A path of the straight board laid along the course. Raises ValueError where it runs askew in the turn."""
+        """Map a path of the straight board. Raises ValueError if it runs obliquely in the turn."""
         laid: list[Segment] = []
         for segment in path:
             low, _, high, _ = segment.box
@@ -437,7 +462,7 @@ class Course:
 
     @property
     def is_across(self) -> bool:
-        """Whether the tail ends across the direction in which it began."""
+        """Whether the tail ends at a right angle to its initial direction."""
         return abs(math.sin(self.stretches[-1].heading)) > 0.5
 
     def _at(self, x: float) -> FrameStretch:
@@ -458,12 +483,12 @@ def _moved(segment: Segment, stretch: FrameStretch) -> Segment:
 
 
 def turn_length(tail: Tail | None, half_width: float) -> float:
-    """How much (m) of a tail of some half width its turn takes along the middle line; 0 for a straight one."""
+    """Return the length (m) of a tail's turn along the middle line. 0 for a straight tail."""
     return math.fsum(abs(length) for length, _ in _plan(tail, half_width))
 
 
 def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
-    """The course of a tail whose turn begins at `begin` (m); None for a straight one."""
+    """Return the course of a tail whose turn begins at `begin` (m). None for a straight tail."""
     plan = _plan(tail, half_width)
     if not plan:
         return None
@@ -479,7 +504,10 @@ def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
 
 
 def _plan(tail: Tail | None, half_width: float) -> list[tuple[float, float | None]]:
-    """Lengths of the turn's parts (m), and their radii of the middle line: positive to the left, None for straight."""
+    """Return lengths and middle-line radii (m) of the turn's parts.
+
+    Radii are positive to the left, None if straight.
+    """
     if tail is None:
         return []
     radius = tail.turn_radius + half_width

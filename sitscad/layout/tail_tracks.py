@@ -1,9 +1,10 @@
-"""The tracks in the tail: every pair down the funnel to its lane, along it, apart to its two contacts; their table.
+"""Tracks in the tail, and the contact table.
 
-In the funnel tracks that come side by side past the coils draw together, or apart. Every track bends by 45 degrees
-where it leaves its height and bends back where it has reached its lane's. Tracks never cross: their order across the
-tail is that of their lanes. So two can only come too near each other where both run towards the same side, and there
-the one behind waits.
+Each pair runs down the funnel to its lane and apart to its two contacts.
+
+In the funnel, tracks that come side by side past the coils draw together or apart. Each track bends by 45 degrees at
+its own height and bends back at the height of its lane. Tracks never cross: their order across the tail is the order of
+their lanes. Two tracks can therefore only come too close if both run towards the same side. The rear track then waits.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ SAME = 1e-9  # Heights that differ by less (m) are equal
 
 @record
 class Descent:
-    """One track in the funnel: where it enters it, the height of its lane (m), and the x (m) where it bends to it."""
+    """A track in the funnel: its entry, the height of its lane (m), and the x (m) at which it bends towards the
+    lane.
+    """
 
     entry: Point
     height: float
@@ -36,29 +39,31 @@ class Descent:
 
     @property
     def climb(self) -> float:
-        """How far up its lane lies (m), negative for down."""
+        """Height (m) of the lane above the entry. Negative for a lower lane."""
         return self.height - self.entry.y
 
     @property
     def parts(self) -> bool:
-        """Whether its lane is as far from the axis as its entry, or farther."""
+        """Whether the lane is at least as far from the axis as the entry."""
         return abs(self.height) >= abs(self.entry.y)
 
     @property
     def foot(self) -> Point:
-        """Where it has reached its lane."""
+        """Point at which the track reaches its lane."""
         return Point(self.bend + abs(self.climb), self.height)
 
     def neck(self, length: float) -> Path:
-        """The way from the entry to the foot, and so far (m) along the lane."""
+        """Return the path from the entry to the foot and a `length` (m) along the lane."""
         bend = Point(self.bend, self.entry.y)
         return polyline([self.entry, bend, self.foot, self.foot.shifted(length, 0.0)])
 
 
 def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
-    """The ways of one layer's tracks from x = `funnel` (m) to lanes at these heights, middle lines a `pitch` (m) apart.
-    Those that part bend in turn, the outermost first: a track widens only where its neighbour has gone. Any others bend
-    at once, or as late as those must that follow another to the same side.
+    """Return the paths of one layer's tracks from x = `funnel` (m) to lanes at given heights, with a centre distance
+    `pitch` (m).
+
+    Parting tracks bend in turn, the outermost first: a track widens only after its neighbour has gone. Other tracks
+    bend at once, or later if they follow another track to the same side.
     """
     ways = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
     outermost = max((abs(way.entry.y) for way in ways if way.parts), default=0.0)
@@ -79,8 +84,9 @@ Ends = tuple[Point, Point]  # Where a coil's two conductors (A, B) enter the fun
 
 @record
 class Run:
-    """One conductor from the funnel to its contact, in that direction: the lead's last track, down to its lane in the
-    tail; the tail's own tracks and holes; the contact; a capacitor's pad.
+    """A conductor from the funnel to its contact, in this direction.
+
+    Its parts are the lead's last track down to its lane, the tail's tracks and holes, the contact, and a capacitor pad.
     """
 
     neck: TrackToPlace
@@ -95,12 +101,12 @@ class Run:
 
 
 def _track_height(tail: TailFrame, number: int) -> float:
-    """Height (m) above the axis of a track in the tail; the coils' own are numbered from 1 at the top."""
+    """Return the height (m) of a track in the tail above the axis. The coils' tracks are numbered from 1 at the top."""
     return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
 
 
 def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
-    """The numbers of the contacts of a coil's ends A and B."""
+    """Return the contact numbers of a coil's ends A and B."""
     first = 2 * lane.rank + 1
     return (first, first + 1) if bus.is_stacked or entries[0].y >= entries[1].y else (first + 1, first)
 
@@ -108,7 +114,7 @@ def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
 def ways_down(
     placements: tuple[CoilPlacement, ...], bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
 ) -> list[tuple[Descent, Descent]]:
-    """How both conductors of every coil, entering the funnel at these points, come to their lanes."""
+    """Return the descents of both conductors of each coil from their entries into the funnel to their lanes."""
     if bus.is_stacked:  # both at the pair's middle, above each other on two layers
         middles = [pair_height(placements, tail, lane) for lane in lanes]
         return [(way, way) for way in descents(tail.funnel, [a for a, _ in entries], middles, bus.pitch)]
@@ -119,7 +125,7 @@ def ways_down(
 
 
 def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
-    """The tail made longer where pairs come down to their lanes too late, begun later where the outer ones wait."""
+    """Make the tail longer if pairs reach their lanes too late. Its start is later if the outer pairs wait."""
     both = [way for pair in ways for way in pair]
     waited = max((way.bend - tail.funnel for way in both if not way.parts), default=0.0) - tail.wait
     if waited > SAME and tail.taper.narrows:
@@ -131,13 +137,16 @@ def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, ways: list[tuple[De
 
 
 def runs(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[Descent, Descent]) -> tuple[Run, Run]:
-    """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
+    """Return both conductors (A, B) of a coil from the funnel's entry to the contacts."""
     a, b = _numbers(bus, lane, (ways[0].entry, ways[1].entry))
     return _run(fpc, bus, tail, lane, ways[0], a, "A"), _run(fpc, bus, tail, lane, ways[1], b, "B")
 
 
 def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
-    """A conductor from the funnel to its contact; end B of a stacked pair comes up to the contact's layer by a via."""
+    """Return a conductor from the funnel to its contact.
+
+    End B of a stacked pair changes to the contact's layer by a via.
+    """
     name, width, rules = lane.placement.name, tail.trace_width, fpc.rules
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     neck = TrackToPlace(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
@@ -171,7 +180,7 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
 
 
 def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
-    """The contacts that no coil has: copper without a net, which the connector holds the tail by."""
+    """Return the contacts without a coil: copper without a net, by which the connector holds the tail."""
     used = range(tail.row.first, tail.row.first + tail.row.used)
     return tuple(_bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
 
@@ -183,7 +192,7 @@ def _bare_contact(tail: TailFrame, number: int) -> Pad:
 
 @record
 class Contact:
-    """One contact: its number, the pin (``C1.A``), the net, the coil, the converter, its channel and that one's pin."""
+    """A contact: its number, pin (``C1.A``), net, coil, converter, converter channel, and converter pin."""
 
     number: int
     pin: str
@@ -195,13 +204,13 @@ class Contact:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row of `contact_rows`."""
+        """Row for `contact_rows`."""
         pin = self.converter_pin
         return str(self.number), self.pin, self.net, self.coil, self.converter, self.channel, pin
 
 
 def contacts(layout: Layout) -> tuple[Contact, ...]:
-    """All contacts of the tail in the order of their numbers; none where the coils found no way to them."""
+    """Return the contacts of the tail in the order of their numbers. Empty if no coils are routed to them."""
     places = layout.spec.readout.device.places(len(layout.coils))
     wired = {coil.net: (channel, coil.name) for channel, coil in zip(places, layout.coils, strict=True)}
     found = []
@@ -217,7 +226,7 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
 
 
 def contact_rows(layout: Layout) -> list[tuple[str, ...]]:
-    """The table of the contacts, the heads of its columns first; empty without contacts."""
+    """Return the table of the contacts, with the column heads first. Empty without contacts."""
     head = "contact", "pin", "net", "coil", layout.spec.readout.device.part, "channel", "its pin"
     rows = [contact.cells for contact in contacts(layout)]
     return [head, *rows] if rows else []

@@ -1,5 +1,7 @@
-"""The coils wound and joined inside, before they are led out. Every layer's spiral is joined to the next, so that the
-current circulates one way through all of them; the search for the inner vias is done once for all coils of a rotation.
+"""Windings of the coils and the joins inside them, before they are led out.
+
+Each layer's spiral is joined to the next, so that the current circulates in one sense through all layers. The inner
+vias are searched once for all coils of the same rotation.
 """
 
 from __future__ import annotations
@@ -28,13 +30,15 @@ RADII, ANGLES = 7, 48  # Rings of places about the centre
 ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
 
 MOST = 160
-"""Candidates of a join that are compared with those of the others, shortest stubs first and then every so many."""
+"""Largest number of candidates of a join that are compared with other joins: the shortest stubs, then an even
+selection.
+"""
 
 TRIALS = 4_000  # Combinations after which the search gives up
 SAMPLE = 60e-6  # Distance (m) of the points that stand for a turn
 
 SHARPEST = math.cos(math.radians(82.0))
-"""A straight stub turns away from its turn by at least this angle's worth: sharper corners hold etchant."""
+"""Cosine of the least angle by which a straight stub turns away from its turn. Sharper corners hold etchant."""
 
 AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
 ROUNDING = 0.5e-6  # What points a little apart may miss (m)
@@ -42,20 +46,20 @@ ROUNDING = 0.5e-6  # What points a little apart may miss (m)
 
 @record
 class InnerJoin:
-    """A via inside the winding and the stubs that reach it: (copper layer, from the winding's inner end to the via)."""
+    """A via inside the winding and its stubs: (copper layer, path from the winding's inner end to the via)."""
 
     hole: ViaToPlace
     stubs: tuple[tuple[int, Path], ...]
 
     def shifted(self, dx: float, dy: float) -> InnerJoin:
-        """The join, moved (m)."""
+        """Return the join moved by `dx`, `dy` (m)."""
         hole = ViaToPlace(self.hole.centre.shifted(dx, dy), self.hole.pad, self.hole.drill)
         return InnerJoin(hole, tuple((layer, path.shifted(dx, dy)) for layer, path in self.stubs))
 
 
 @record
 class InnerEnd:
-    """The inner end of one layer: where it is, its copper layer, the unit direction from it back along the turn."""
+    """Inner end of one layer: position, copper layer, and unit direction from it back along the turn."""
 
     point: Point
     layer: int
@@ -64,8 +68,9 @@ class InnerEnd:
 
 @record
 class Inside:
-    """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters. `longer` (m)
-    is by how much the winding is longer than wide, along `rotation` (rad).
+    """Room inside a winding: its centre and the radius (m) of the circle about it without copper.
+
+    `longer` (m) is the excess of the winding's length over its width, along `rotation` (rad).
     """
 
     centre: Point
@@ -78,9 +83,10 @@ def place_inner_vias(
     windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float, rules: DesignRules,
     spacing: float, turn_spacing: float, thorough: bool = True,
 ) -> tuple[InnerJoin, ...] | None:
-    """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
-    `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another. Of all choices that keep
-    every distance one with short stubs is taken; all places are tried only if `thorough`.
+    """Place one via for each pair of inner ends, or for the last end alone if the number of layers is odd.
+
+    `turns` are the turns of each winding. `turn_spacing` (m) is the spacing of the turns. A choice with short stubs
+    that keeps all clearances is returned. None if there is no room. All places are tried only if `thorough`.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
@@ -117,7 +123,7 @@ def place_inner_vias(
 
 @record
 class _Innermost:
-    """The last turn of a layer and a bit: the copper that the centre can touch, with points (n, 2) on it."""
+    """The innermost turn of a layer and a little more: the copper next to the centre, with points (n, 2) on it."""
 
     end: InnerEnd
     segments: tuple[Segment, ...]
@@ -125,7 +131,7 @@ class _Innermost:
 
     @classmethod
     def of(cls, winding: Winding, turns: float) -> _Innermost:
-        """The innermost turn of a winding of so many turns."""
+        """Return the innermost turn of a winding with `turns` turns."""
         path = winding.path if winding.inward else winding.path.reversed()
         end, before = path.end, path.segments[-1].at(1.0 - min(0.5, 20e-6 / path.segments[-1].length))
         length = end.distance(before)
@@ -139,7 +145,9 @@ class _Innermost:
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
-    """Smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one ring."""
+    """Return the smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one
+    ring.
+    """
     hole = joined_hole(rules, 0.0)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:
@@ -148,7 +156,7 @@ def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
 
 
 def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:
-    """Places (n, 2) for a via inside all turns and far enough from them on every layer."""
+    """Return places (n, 2) for a via inside all turns and with sufficient clearance on each layer."""
     reach = inside.clear_radius - keep
     if reach < -1e-9:
         return np.empty((0, 2))
@@ -164,7 +172,10 @@ def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep:
 
 
 def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
-    """Rings about the centre; in a long coil also a grid along it, no farther across than the rings."""
+    """Yield places on rings about the centre.
+
+    A long coil also has a grid along it, no farther across than the rings.
+    """
     centre = inside.centre
     start = math.atan2(towards.y - centre.y, towards.x - centre.x)
     yield centre
@@ -182,8 +193,9 @@ def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
 
 
 class _StubRoom:
-    """What stubs must keep from the turns: points on each layer's innermost turn, and the distances of centre lines (m)
-    that are wanted, and at least asked where a stub comes back to its own turn.
+    """Clearances of stubs to the turns, with points on each layer's innermost turn.
+
+    Distances (m) of centre lines are `wanted`, and at least `asked` for a stub that returns to its own turn.
     """
 
     def __init__(self, points: dict[int, Array], wanted: float, asked: float) -> None:
@@ -199,8 +211,9 @@ class _StubRoom:
         self._known: dict[tuple[int, Point], int | None] = {}
 
     def stub(self, end: InnerEnd, place: Point) -> Path | None:
-        """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
-        None where each would bend back sharply or come too near to a turn beyond its own end.
+        """Return the path from a turn's end to a via: straight, first at a right angle, or first along the turn's line.
+
+        None if each of them bends back sharply or comes too close to a turn beyond its own end.
         """
         if end.point.distance(place) < 1e-9:
             return None
@@ -212,7 +225,7 @@ class _StubRoom:
         return None if which is None else polyline(next(islice(_ways(end, place, self.wanted), which, None)))
 
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
-        """Whether a stub keeps the wanted distance where it is well off its turn's end, the asked one everywhere."""
+        """Whether a stub keeps the wanted distance away from its turn's end, and the least distance everywhere."""
         turns, points = self.points[end.layer], _spread(corners)
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
         if off.any() and _nearer(turns[_beside(turns, points[off], self.wanted)], points[off], self.wanted).any():
@@ -227,7 +240,7 @@ class _StubRoom:
 
 
 def _beside(points: Array, others: Array, reach: float) -> Index:
-    """Which points lie in the box round others, grown by a reach (m): only they can be as near as that."""
+    """Return the points in the bounding box of others, grown by a reach (m). Only these can be within the reach."""
     if not len(others):
         return np.empty(0, dtype=np.intp)
     (low_x, low_y), (high_x, high_y) = (others.min(axis=0) - reach).tolist(), (others.max(axis=0) + reach).tolist()
@@ -236,7 +249,7 @@ def _beside(points: Array, others: Array, reach: float) -> Index:
 
 
 def _nearer(one: Array, other: Array, distance: float) -> Flags:
-    """Which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
+    """Return which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
     across, up = (one[:, axis, None] - other[:, axis] for axis in (0, 1))
     across *= across
     up *= up
@@ -245,7 +258,7 @@ def _nearer(one: Array, other: Array, distance: float) -> Flags:
 
 
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
-    """Ways from an inner end to a hole: straight, or round one corner."""
+    """Yield paths from an inner end to a hole: straight, or round one corner."""
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]
     if back <= SHARPEST * math.hypot(dx, dy):
@@ -261,7 +274,7 @@ def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
 
 
 def _spread(corners: list[Point]) -> Array:
-    """Points (n, 2) on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
+    """Return points (n, 2) on a stub, as dense as those on the turns, with at least eight per straight piece."""
     found = []
     for start, end in pairwise(corners):
         along = _shares(max(8, math.ceil(start.distance(end) / SAMPLE)))
@@ -271,12 +284,15 @@ def _spread(corners: list[Point]) -> Array:
 
 @lru_cache(maxsize=256)
 def _shares(count: int) -> Array:
-    """Shares (n, 1; no unit) of a length at the ends of so many equal parts of it."""
+    """Return the fractions (n, 1) of a length at the ends of `count` equal parts."""
     return np.asarray(np.arange(1, count + 1)[:, None] / count)
 
 
 class _Candidates:
-    """The joins whose stubs keep off the turns, near ones first, worked out when asked for: few are needed."""
+    """Joins whose stubs keep clear of the turns, near ones first.
+
+    They are computed on demand, because few are needed.
+    """
 
     def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: ViaToPlace) -> None:
         away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
@@ -289,14 +305,14 @@ class _Candidates:
 
     @property
     def thinned(self) -> list[InnerJoin]:
-        """The nearest ones, and those at some of the other places, evenly: at most `MOST`."""
+        """The nearest candidates, and an even selection of the others: at most `MOST`."""
         near = list(islice(self, MOST // 3))
         rest = range(max(self._known, default=-1) + 1, len(self._places))
         stride = max(1, math.ceil(len(rest) / (MOST - len(near))))
         return near + list(self._at(rest[::stride]))
 
     def _at(self, order: range) -> Iterator[InnerJoin]:
-        """The joins at places of that order, worked out once each."""
+        """Yield the joins at the places of an order. Each is computed once."""
         for index in order:
             if index not in self._known:
                 self._known[index] = self._join(Point(*self._places[index].tolist()))
@@ -314,7 +330,7 @@ class _Candidates:
 def _at_once(
     options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
-    """The first candidate of each join that those before it leave room: what the search tries first."""
+    """Return for each join the first candidate that is clear of the earlier joins: the first trial of the search."""
     chosen: list[InnerJoin] = []
     for each in options:
         near = islice(each, MOST // 3)
@@ -327,7 +343,7 @@ def _at_once(
 
 
 def holes_fit(places: Array, count: int, apart: float) -> bool:
-    """Whether so many holes may find room at the places, whatever their stubs: False is certain."""
+    """Whether `count` holes may find room at the places, regardless of their stubs. False is certain."""
     if len(places) < count:
         return False
     far = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
@@ -339,7 +355,7 @@ def holes_fit(places: Array, count: int, apart: float) -> bool:
 def _choose(
     candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
-    """One candidate a join, none in the way of another: a search in depth over sets of those that are still left."""
+    """Return one candidate per join, all clear of each other, by depth-first search over the remaining sets."""
     if not all(candidates):
         return None
     count = len(candidates)
@@ -353,13 +369,17 @@ def _choose(
 
 
 def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
-    """One candidate of each join that leave one another room, and whether that is certain: the search has ended.
-    `apart` are, for two joins and a candidate of the first, those of the second that it leaves room.
+    """Search one candidate per join so that all are clear of each other.
+
+    Also return whether the search was exhaustive.
+
+    `apart` maps two joins to sets: for each candidate of the first join, the candidates of the second that are clear of
+    it.
     """
     count, trials = len(sizes), 0
 
     def search(join: int, left: list[int]) -> list[int] | None:
-        """Numbers of candidates, one a join, that keep clear of each other; None where none do."""
+        """Return candidate numbers, one per join, that are clear of each other. None if there are none."""
         nonlocal trials
         options = left[join]
         while options and trials < TRIALS:
@@ -379,14 +399,14 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
 
 
 def _sets(table: Flags) -> list[int]:
-    """Rows of a table as sets of columns, one bit each."""
+    """Return the rows of a table as sets of columns, one bit each."""
     return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
 
 
 def _all_apart(
     first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
 ) -> Flags:
-    """Whether every candidate of one join leaves every one of another its distance (n, m)."""
+    """Return whether each candidate of one join is clear of each candidate of another (n, m)."""
     hole = first[0].hole
     holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
     far = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
@@ -396,7 +416,7 @@ def _all_apart(
 
 
 def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
-    """Whether the stubs of every join pass every hole at a distance of at least `keep` (m): (joins, holes)."""
+    """Return whether the stubs of each join pass each hole at a distance of at least `keep` (m): (joins, holes)."""
     rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
     table = np.array(rows)
     start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]
@@ -407,7 +427,10 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
 
 
 def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:
-    """The coil's layers in winding order, odd ones inwards, even ones mirrored and outwards; tolerance in m."""
+    """Return the coil's layers in winding order: odd layers inwards, even layers mirrored and outwards.
+
+    Tolerance in m.
+    """
     wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation, tolerance)
     if placement.centre == (0.0, 0.0):
         return wound
@@ -416,7 +439,7 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHO
 
 @lru_cache(maxsize=16)
 def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tolerance: float) -> tuple[Winding, ...]:
-    """The windings of a coil about the origin: the coils of an array differ in their places alone."""
+    """Return the windings of a coil about the origin: the coils of an array differ only in their positions."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = coil.outline.start(coil.start_angle, sense, coil.is_mid_side)
@@ -437,7 +460,7 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tole
 
 @record
 class WoundCoil:
-    """A coil before it is led out: its windings, the joins inside, and what could not be placed."""
+    """A coil before it is led out: windings, inner joins, and shortfalls."""
 
     windings: tuple[Winding, ...]
     inner: tuple[InnerJoin, ...]
@@ -446,7 +469,7 @@ class WoundCoil:
 
 
 def wind_all(spec: SensorSpec) -> tuple[WoundCoil, ...]:
-    """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
+    """Wind all coils and join them inside. Vias are searched once per rotation, about the origin."""
     wound = []
     # the copper layer on which a coil with an odd number of layers comes out from under its turns: the second if free
     free = [layer.number for layer in spec.fpc.stackup.copper if layer.number not in spec.coil.layers]
@@ -465,8 +488,9 @@ def wind_all(spec: SensorSpec) -> tuple[WoundCoil, ...]:
 def _joined_inside(
     spec: SensorSpec, placement: CoilPlacement, way_out: int | None
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
-    """The joins of a coil's layers inside it, and what found no room. Vias and stubs keep the first of
-    `lead_spacings` that the inside has room for.
+    """Return the inner joins of a coil's layers, and the shortfalls.
+
+    Vias and stubs keep the first of `lead_spacings` for which the inside has room.
     """
     coil, stackup, rules, centre = spec.coil, spec.fpc.stackup, spec.fpc.rules, Point(0.0, 0.0)
     windings = wind_coil(spec, replace(placement, centre=centre))

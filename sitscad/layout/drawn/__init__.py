@@ -1,1 +1,1 @@
-"""Coils that somebody drew: copper read from KiCad files, and the conductor followed through it."""
+"""Drawn coils: copper read from KiCad files, and the conductor followed through it."""

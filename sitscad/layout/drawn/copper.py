@@ -10,7 +10,7 @@ from sitscad.kernels.geometry.path import Point, Segment
 
 
 class DrawnCoilError(ValueError):
-    """A drawn coil that cannot be computed. The text says why, with the place."""
+    """An error for a drawn coil that cannot be computed. The text gives the reason and the place."""
 
 
 @record
@@ -50,7 +50,7 @@ class DrawnPad:
 
 @record
 class DrawnZone:
-    """A poured area: its net, layers and a corner."""
+    """A poured area: net, layers and a corner."""
 
     net: str
     layers: frozenset[str]
@@ -89,7 +89,7 @@ class DrawnCopper:
 
 
 MOST_NAMED = 12
-"""Nets that a message lists."""
+"""Largest number of nets that a message lists."""
 
 
 def place_text(point: Point, layer: str = "") -> str:

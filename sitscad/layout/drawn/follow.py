@@ -1,7 +1,7 @@
 """Follow the conductor of a drawn coil from terminal to terminal, through tracks, vias and pads.
 
-Tracks are edges of a graph. Their ends are its nodes, and each via or pad is one node for all ends on its copper. Dead
-ends are left out. What remains has to be one chain: a branch or a loop is refused with its place.
+Tracks are edges of a graph. Their ends are its nodes. Each via or pad is one node for all ends on its copper. Dead ends
+are left out. The rest must be a chain: a branch or a loop is refused with its place.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pa
 from sitscad.layout.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
 
 MOST_TRACKS = 20_000
-"""Tracks of a net that are followed at most."""
+"""Largest number of tracks in a net."""
 
 JOINED = 1e-6
-"""Distance (m) up to which ends count as one point: files round to 1 um at most."""
+"""Distance (m) up to which track ends are the same point: files round to 1 um at most."""
 
 OVERLAP = 0.25
 """Distance of two ends, in widths of the narrower track, up to which their copper joins them."""
@@ -53,7 +53,7 @@ class DrawnConductor:
 
     @property
     def width(self) -> float:
-        """Width (m) of most of the length."""
+        """Track width (m) of the largest part of the length."""
         lengths: dict[float, float] = defaultdict(float)
         for run in self.runs:
             for segment, width in zip(run.path, run.widths, strict=True):
@@ -62,11 +62,12 @@ class DrawnConductor:
 
     @cached_property
     def winding_circle(self) -> tuple[Point, float]:
-        """Centre and radius (m) of a circle about the turns; leads to far pads reach beyond it.
+        """Centre and radius (m) of a circle about the turns. Leads to far pads reach beyond it.
 
-        The centre is the median of the centres of curvature of runs with a turn or more. If these are mostly straight,
-        it is the centroid of the area that they enclose, each place counted as often as turns go round it. The radius
-        is 1.2 times that within which nine tenths of the tracks lie that are no farther away than twice the median.
+        The centre is the median of the centres of curvature of runs with at least one turn. If these runs are mostly
+        straight, it is the centroid of their enclosed area. Each place counts as often as turns go round it. For the
+        radius, only tracks within twice the median distance count. It is 1.2 times the distance within which nine
+        tenths of them lie.
         """
         wound = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
         bends = [bend for path in wound for bend in _bends(path)]
@@ -99,12 +100,12 @@ class DrawnConductor:
 
 
 SAMPLED = 10e-6
-"""Distance (m) of chords from the arcs that they stand for when turns are counted."""
+"""Distance (m) between arcs and their chords when turns are counted."""
 
 
 
 LEAST_BEND = 1.5 * math.pi
-"""Angle (rad) by which a run bends in all, from which on it is a part of the winding."""
+"""Total bend (rad) of a run from which it is a part of the winding."""
 
 
 def _bent(path: Path) -> float:
@@ -131,7 +132,7 @@ def _bends(path: Path) -> Iterator[tuple[float, Point]]:
 
 
 GENTLE = math.radians(16.0)
-"""Angle between chords up to which they stand for an arc."""
+"""Largest angle (rad) between chords that stand for an arc."""
 
 
 def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
@@ -146,7 +147,7 @@ def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
 
 
 def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
-    """Return the distance within which a part of the length lies, of sorted distances and lengths."""
+    """Return the distance within which a fraction of the length lies. `pieces` are sorted distances and lengths."""
     wanted, within = part * math.fsum(length for _, length in pieces), 0.0
     for distance, length in pieces:
         within += length
@@ -190,7 +191,7 @@ def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConducto
 
 
 class _Graph:
-    """Tracks as edges between nodes; nodes are pads and vias, or the joined ends of tracks."""
+    """Graph with tracks as edges. Nodes are pads, vias, and joined ends of tracks."""
 
     def __init__(self, copper: DrawnCopper) -> None:
         self.pads = list(copper.pads)
@@ -209,7 +210,7 @@ class _Graph:
         self._join_ends_on_tracks()
 
     def _joined_pads(self) -> list[int]:
-        """Return for each pad the first pad with which its copper is one: a via in a pad."""
+        """Return for each pad the first pad that shares its copper, as for a via in a pad."""
         owner = list(range(len(self.pads)))
         by_place = sorted(range(len(self.pads)), key=lambda k: self.pads[k].centre.x)
         for position, k in enumerate(by_place):
@@ -223,7 +224,7 @@ class _Graph:
         return owner
 
     def _node(self, point: Point, layer: str, width: float) -> int:
-        """Return the node of a track's end: a pad that holds it, an end that is joined to it, or a new one."""
+        """Return the node of a track's end: a pad under the end, a joined end, or a new node."""
         for number in self.layered[layer]:
             if self.pads[number].distance(point) <= JOINED:
                 return self.owner[number]
@@ -260,7 +261,7 @@ class _Graph:
         return a, b, track
 
     def _join_ends_on_tracks(self) -> None:
-        """Split tracks on whose centre line another track ends."""
+        """Split tracks at the ends of other tracks on their centre line."""
         for node in [node for node, edges in self.at.items() if len(edges) == 1 and node >= len(self.pads)]:
             (own,) = self.at[node] or {0}
             point, layer = self.places[node]
@@ -286,13 +287,13 @@ class _Graph:
                 self.at[last].add(new)
 
     def name(self, node: int) -> str:
-        """Return the name of a pad's node, or the place of another."""
+        """Return the name of a pad's node, or the place of another node."""
         if node < len(self.pads) and self.pads[node].name:
             return f"pad {self.pads[node].name}"
         return place_text(*self.places[node])
 
     def terminals(self, start: str, end: str) -> tuple[int, int]:
-        """Return the nodes of the two terminals. Raises DrawnCoilError if there are no two."""
+        """Return the nodes of the two terminals. Raises DrawnCoilError if there are not two terminals."""
         named = {pad.name: self.owner[k] for k, pad in reversed(list(enumerate(self.pads))) if pad.name}
         if start or end:
             for name in (start, end):
@@ -384,14 +385,14 @@ class _Graph:
 
 
 CELL = 0.2e-3
-"""Side (m) of the squares by which ends of tracks are found; `OVERLAP` of a wider track is cut off at it."""
+"""Side (m) of the grid squares for the search of track ends. For wider tracks `OVERLAP` is limited to it."""
 
 MOST_NAMED = 12
-"""Pads that a message lists."""
+"""Largest number of pads that a message lists."""
 
 
 def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
-    """Yield tracks once that are drawn twice."""
+    """Yield each track once, even if it is drawn twice."""
     seen = set()
     for track in tracks:
         middle = track.line.at(0.5)
@@ -403,7 +404,7 @@ def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
 
 
 def _nearest(line: Segment, point: Point) -> Point:
-    """Return the point of a segment nearest to another point, among 200."""
+    """Return the point of a segment nearest to another point, among 200 samples."""
     return min((line.at(k / 200.0) for k in range(201)), key=point.distance)
 
 
@@ -432,7 +433,7 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
 
 
 def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
-    """Add a straight piece from the end of a run to a point, if there is a distance."""
+    """Add a straight piece from the end of a run to a point, unless they coincide."""
     if run[1] and run[1][-1].end.distance(point) > 1e-9:
         run[1].append(Line(run[1][-1].end, point))
         run[2].append(width)
@@ -494,4 +495,4 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
 
 
 NEIGHBOURS = 2.0
-"""Distance along the conductor, in widths, up to which pieces are neighbours that may touch."""
+"""Distance along the conductor, in track widths, up to which pieces may touch as neighbours."""

@@ -21,7 +21,7 @@ from sitscad.layout.drawn.copper import (
 )
 
 MOST_BYTES = 100_000_000
-"""Size of a file that is read at most."""
+"""Largest size of a file."""
 
 TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|([()])|([^\s()"]+)')
 EXPRESSIONS = ("kicad_pcb", "footprint", "module")
@@ -57,7 +57,7 @@ def read_kicad(path: str) -> DrawnCopper:
 
 
 def parsed(text: str, path: str) -> Node:
-    """Return the one expression of a KiCad file. Raises DrawnCoilError if it is none of a board or a footprint."""
+    """Return the root expression of a KiCad file. Raises DrawnCoilError if it is neither a board nor a footprint."""
     stack: list[Node] = [[]]
     for token in TOKEN.finditer(text):
         quoted, bracket, plain = token.groups()
@@ -83,7 +83,7 @@ def parsed(text: str, path: str) -> Node:
 
 
 DEEPEST = 200
-"""Brackets inside each other."""
+"""Largest nesting depth of brackets."""
 
 
 def _line(text: str, place: int) -> int:
@@ -95,7 +95,7 @@ def _children(node: Node, *names: str) -> Iterator[Node]:
 
 
 def _child(node: Node, name: str) -> Node:
-    """Return the first expression of a name in another. Empty if there is none."""
+    """Return the first child expression with a name. Empty if there is none."""
     return next(_children(node, name), [])
 
 
@@ -112,7 +112,7 @@ def _numbers(node: Node) -> list[float]:
 
 
 def _length(node: Node, name: str, usual: float = 0.0) -> float:
-    """Return a length (m) that an expression holds under a name."""
+    """Return the length (m) under a name in an expression. `usual` if the expression has no such name."""
     numbers = _numbers(_child(node, name) or [name])
     return numbers[0] * 1e-3 if numbers else usual
 
@@ -256,7 +256,7 @@ def _reference(part: Node) -> str:
 
 def _pad(node: Node, nets: dict[str, str], known: tuple[str, ...], reference: str, home: Point,
          turn: float) -> Iterator[DrawnPad]:
-    """Return the pad of an expression; none if it has no copper."""
+    """Yield the pad of an expression. Empty if the pad has no copper."""
     layers, at = _layers(node, known), _numbers(_child(node, "at") or ["at"])
     size = [value * 1e-3 for value in _numbers(_child(node, "size") or ["size"])]
     if not layers or len(at) < 2 or len(size) < 2 or node[2] == "np_thru_hole":
@@ -272,7 +272,7 @@ def _pad(node: Node, nets: dict[str, str], known: tuple[str, ...], reference: st
 
 def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: Point,
                 turn: float) -> Iterator[DrawnTrack]:
-    """Return the lines and arcs that a custom pad is made of."""
+    """Yield the lines and arcs of a custom pad."""
     at = _numbers(_child(node, "at") or ["at"])
     if len(at) < 2:
         return
@@ -290,7 +290,7 @@ def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: 
 
 
 def _zone(node: Node, nets: dict[str, str], known: tuple[str, ...], move: Any) -> Iterator[DrawnZone]:
-    """Return a zone that is filled with copper; none for rule areas."""
+    """Yield a zone that is filled with copper. Empty for rule areas."""
     layers, points = _layers(node, known), _child(_child(node, "polygon"), "pts")
     if _child(node, "keepout") or not layers or not points:
         return
