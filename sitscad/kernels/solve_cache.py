@@ -38,13 +38,13 @@ class Solutions:
 
     def forget(self) -> None:
         """Keep results used since the last call first, then older results, up to `MOST` bytes."""
-        found, size = dict[str, Answer](), 0
+        results, size = dict[str, Answer](), 0
         for key in dict.fromkeys((*self.asked, *self.known)):
             size += HEAD + sum(part.nbytes for part in self.known[key])
             if size > MOST:
                 break
-            found[key] = self.known[key]
-        self.known, self.asked = found, {}
+            results[key] = self.known[key]
+        self.known, self.asked = results, {}
 
     def as_bytes(self, by: str) -> bytes:
         """Return a file of all results: a hash of the rest, a line of JSON, and the numbers.

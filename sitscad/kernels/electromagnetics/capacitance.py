@@ -116,10 +116,10 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
     chain = np.zeros((waves.size, count, count))
     for k, slab in enumerate(slabs):
         decay = np.exp(-2.0 * waves * slab.thickness)
-        own = EPSILON0 * slab.permittivity * waves * (1.0 + decay) / (1.0 - decay)
+        diagonal = EPSILON0 * slab.permittivity * waves * (1.0 + decay) / (1.0 - decay)
         across = EPSILON0 * slab.permittivity * waves * 2.0 * np.sqrt(decay) / (1.0 - decay)
-        chain[:, k, k] += own
-        chain[:, k + 1, k + 1] += own
+        chain[:, k, k] += diagonal
+        chain[:, k + 1, k + 1] += diagonal
         chain[:, k, k + 1] -= across
         chain[:, k + 1, k] -= across
     chain[:, 0, 0] += EPSILON0 * waves

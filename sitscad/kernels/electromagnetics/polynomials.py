@@ -53,9 +53,9 @@ def shares(points: Array, at: Array, weights: Array | None = None) -> Array:
     Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). If `weights` (points) is None, points are
     Chebyshev points.
     """
-    away = at[:, None] - points
-    away[away == 0.0] = 1e-300  # at a point, its own weight dominates
-    each = (_roots(points.size)[1] if weights is None else weights) / away
+    offset = at[:, None] - points
+    offset[offset == 0.0] = 1e-300  # at a point, its own weight dominates
+    each = (_roots(points.size)[1] if weights is None else weights) / offset
     return np.asarray(each / each.sum(axis=1)[:, None])
 
 
@@ -81,13 +81,13 @@ def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDA
     axis.
     """
     weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
-    found = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
+    values = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
     for some in slices(len(places), AT_ONCE):
         part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
         for weight in weights[1:]:
             part = np.einsum("ni,ni...->n...", weight[some], part)
-        found[some] = part
-    return found
+        values[some] = part
+    return values
 
 
 @record(eq=False)
@@ -119,19 +119,19 @@ def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Expone
     The sum of the exponents of each term is at least `least`. Low degrees come first.
     """
     each = [range(int(degree / weight + 1e-9) + 1) for weight in weights]
-    found = [row for row in product(*each) if np.dot(row, weights) <= degree + 1e-9 and sum(row) >= least]
-    return np.array(sorted(found, key=lambda row: (sum(row), tuple(-k for k in row))), dtype=np.int64).reshape(
+    rows = [row for row in product(*each) if np.dot(row, weights) <= degree + 1e-9 and sum(row) >= least]
+    return np.array(sorted(rows, key=lambda row: (sum(row), tuple(-k for k in row))), dtype=np.int64).reshape(
         -1, len(weights)
     )
 
 
 def monomials(points: Array, powers: Exponents) -> Array:
     """Return values (n, terms; no unit) of products of powers at (n, variables) points."""
-    found = np.ones((len(points), len(powers)))
+    values = np.ones((len(points), len(powers)))
     for k in range(points.shape[1]):
         highest = int(powers[:, k].max(initial=0))
-        found *= (points[:, k : k + 1] ** np.arange(highest + 1))[:, powers[:, k]]
-    return found
+        values *= (points[:, k : k + 1] ** np.arange(highest + 1))[:, powers[:, k]]
+    return values
 
 
 def chebyshev(points: Array, orders: Exponents) -> Array:
@@ -143,12 +143,12 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
     # T_n(x) = cos(n arccos x) is accurate at orders where sums of powers cancel; T_n' is n^2 at 1
     inside = np.clip(points, -1.0, 1.0)
     angles, beyond = np.arccos(inside), points - inside
-    found = np.ones((len(points), len(orders)))
+    values = np.ones((len(points), len(orders)))
     for k in range(points.shape[1]):
         order = np.arange(int(orders[:, k].max(initial=0)) + 1)
         slope = np.sign(inside[:, k : k + 1]) ** (order + 1) * order**2
-        found *= (np.cos(angles[:, k : k + 1] * order) + beyond[:, k : k + 1] * slope)[:, orders[:, k]]
-    return found
+        values *= (np.cos(angles[:, k : k + 1] * order) + beyond[:, k : k + 1] * slope)[:, orders[:, k]]
+    return values
 
 
 Basis = Callable[[Array, Exponents], Array]
@@ -182,8 +182,8 @@ class Polynomial:
     def slope(self, points: Array) -> Array:
         """Return derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
         steps = 5e-4 * (self.high - self.low)
-        found = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
-        return np.stack(found, axis=2)
+        differences = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
+        return np.stack(differences, axis=2)
 
 
 def least_squares(
@@ -231,9 +231,9 @@ def spread(count: int, variables: int, skip: int = 0) -> Array:
 
 def _inverse_digits(number: int, base: int) -> float:
     """Return van der Corput's radical inverse (no unit): the digits of a number in reverse behind the point."""
-    found, share = 0.0, 1.0
+    inverse, share = 0.0, 1.0
     while number:
         share /= base
         number, digit = divmod(number, base)
-        found += share * digit
-    return found
+        inverse += share * digit
+    return inverse

@@ -71,9 +71,9 @@ def j0(x: ArrayLike) -> Array:
     Source: Abramowitz and Stegun 9.4.1 and 9.4.3.
     """
     x = np.asarray(x, dtype=float)
-    found, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
-    found[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
-    return found
+    values, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
+    values[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
+    return values
 
 
 def j1(x: ArrayLike) -> Array:
@@ -82,10 +82,10 @@ def j1(x: ArrayLike) -> Array:
     Source: Abramowitz and Stegun 9.4.4 and 9.4.6.
     """
     x = np.asarray(x, dtype=float)
-    found, near = _far(x, _MODULUS, _PHASE), x < 3.0
+    values, near = _far(x, _MODULUS, _PHASE), x < 3.0
     low = x[near]
-    found[near] = low * _polynomial(_SMALL, (low / 3.0) ** 2)
-    return found
+    values[near] = low * _polynomial(_SMALL, (low / 3.0) ** 2)
+    return values
 
 
 def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
@@ -96,17 +96,17 @@ def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Arra
     """
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
-    found = np.asarray(_polynomial(phase, inverse))
-    found += high
-    found *= 0.5
-    np.tan(found, out=found)
-    np.square(found, out=found)
-    cosine = 1.0 - found
-    found += 1.0
-    np.divide(cosine, found, out=found)
-    found *= _polynomial(modulus, inverse)
-    found /= np.sqrt(high, out=high)
-    return found
+    values = np.asarray(_polynomial(phase, inverse))
+    values += high
+    values *= 0.5
+    np.tan(values, out=values)
+    np.square(values, out=values)
+    cosine = 1.0 - values
+    values += 1.0
+    np.divide(cosine, values, out=values)
+    values *= _polynomial(modulus, inverse)
+    values /= np.sqrt(high, out=high)
+    return values
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
@@ -149,19 +149,19 @@ def _downward(x: Array, highest: int, shift: float) -> Array:
     # all start positive, like the functions of orders above x
     x = np.maximum(x, 1e-6)
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
-    found = np.zeros((highest + 1, x.size))
+    values = np.zeros((highest + 1, x.size))
     slope = 2.0 / x
     for n in range(max(highest, math.ceil(float(x.max(initial=0.0)))) + 40, 0, -1):
         above, here = here, (n + shift) * slope * here - above
         total += (2 * n - 1 if shift else 2 if n > 1 else 1) * here * here
         if n <= highest + 1:
-            found[n - 1] = here
+            values[n - 1] = here
         if n % 4 == 0:
             scale = np.where(total > 1e120, 1e-60, 1.0)
             above, here, total = above * scale, here * scale, total * (scale * scale)
-            found[n - 1 :] *= scale
-    found /= np.sqrt(total)
-    return found
+            values[n - 1 :] *= scale
+    values /= np.sqrt(total)
+    return values
 
 
 def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLike) -> Array:

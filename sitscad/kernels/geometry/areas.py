@@ -22,8 +22,8 @@ def parts_inside(path: Path, box: Box) -> list[Path]:
     if _is_inside(path, box):
         return [path]
     line = shapely.LineString(path.flattened(CHORDS))
-    found = shapely.get_parts(line.intersection(_rectangle(path, box)))
-    return [_path(part) for part in found if isinstance(part, shapely.LineString) and part.coords]
+    parts = shapely.get_parts(line.intersection(_rectangle(path, box)))
+    return [_path(part) for part in parts if isinstance(part, shapely.LineString) and part.coords]
 
 
 def areas_inside(path: Path, box: Box) -> list[Path]:
@@ -34,8 +34,8 @@ def areas_inside(path: Path, box: Box) -> list[Path]:
     if _is_inside(path, box):
         return [path]
     area = shapely.Polygon(path.flattened(CHORDS))
-    found = shapely.orient_polygons(shapely.get_parts(area.intersection(_rectangle(path, box))))
-    return [_path(part.exterior) for part in found if isinstance(part, shapely.Polygon) and not part.is_empty]
+    parts = shapely.orient_polygons(shapely.get_parts(area.intersection(_rectangle(path, box))))
+    return [_path(part.exterior) for part in parts if isinstance(part, shapely.Polygon) and not part.is_empty]
 
 
 def areas_beyond(path: Path, x: float) -> list[Path]:

@@ -39,9 +39,9 @@ def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
     The line crosses the path at most twice. It runs through `edge`, perpendicular to the unit vector `normal`, which
     points to the removed part.
     """
-    kept = [part for segment in outline for part in _behind(segment, edge, normal)]
+    parts = [part for segment in outline for part in _behind(segment, edge, normal)]
     segments: list[Segment] = []
-    for part in kept:
+    for part in parts:
         if segments and segments[-1].end.distance(part.start) > _TINY:
             segments.append(Line(segments[-1].end, part.start))
         segments.append(part)
@@ -59,10 +59,10 @@ def within_box(outline: Path, box: Box) -> Path | None:
     """
     x0, y0, x1, y1 = box
     low, high = Point(x0, y0), Point(x1, y1)
-    found: Path | None = outline
+    part: Path | None = outline
     for edge, normal in ((low, Point(-1, 0)), (low, Point(0, -1)), (high, Point(1, 0)), (high, Point(0, 1))):
-        found = None if found is None else clipped(found, edge, normal)
-    return found
+        part = None if part is None else clipped(part, edge, normal)
+    return part
 
 
 def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
@@ -168,8 +168,8 @@ def centroid(outline: Path) -> Point:
         beside = sweep - math.sin(sweep)  # area between the arc and its chord, over r^2 / 2
         if beside > 0.0:
             cap = math.copysign(0.5 * radius**2 * beside, segment.sweep)
-            away = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * beside)
-            out = polar(away, segment.start_angle + segment.sweep / 2.0, segment.centre) - origin
+            distance = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * beside)
+            out = polar(distance, segment.start_angle + segment.sweep / 2.0, segment.centre) - origin
             area, x, y = area + cap, x + cap * out.x, y + cap * out.y
     return origin.shifted(x / area, y / area) if abs(area) > 0.0 else origin
 
@@ -251,8 +251,8 @@ class Footprint:
             aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
             lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
             return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
-        clip, found = (other, self.outline()) if not other.is_round else (self, other.outline())
-        here: Path | None = found
+        clip, outline = (other, self.outline()) if not other.is_round else (self, other.outline())
+        here: Path | None = outline
         for corner, after in zip(clip.corners, clip.corners[1:] + clip.corners[:1], strict=True):
             side = corner.distance(after)
             normal = Point((after.y - corner.y) / side, (corner.x - after.x) / side)

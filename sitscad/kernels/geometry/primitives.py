@@ -188,14 +188,14 @@ def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other
         blocks = _blocks(grown)
         others_blocks = blocks if same else _blocks(other_grown)
         around = np.array([_around(other_grown[block]) for block in others_blocks])
-        found = []
+        pairs = []
         for block in blocks:
             near = np.flatnonzero(_touch(_around(grown[block])[None], around)[0])
             if near.size:
                 beside = np.concatenate([others_blocks[k] for k in near])
                 one, other = np.nonzero(_touch(grown[block], other_grown[beside]))
-                found.append((block[one], beside[other]))
-        i, j = (np.concatenate([pair[k] for pair in found]) if found else np.empty(0, dtype=np.intp) for k in (0, 1))
+                pairs.append((block[one], beside[other]))
+        i, j = (np.concatenate([pair[k] for pair in pairs]) if pairs else np.empty(0, dtype=np.intp) for k in (0, 1))
     if same:
         i, j = i[i < j], j[i < j]
     order = np.lexsort((j, i))
@@ -210,11 +210,11 @@ def _touch(boxes: Array, others: Array) -> Flags:
     """Return flags (n, m) of boxes (n, 4) that touch others (m, 4)."""
     left, low, right, high = boxes.T[:, :, None]
     other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
-    found = left <= other_right
-    found &= right >= other_left
-    found &= low <= other_high
-    found &= high >= other_low
-    return np.asarray(found)
+    touches = left <= other_right
+    touches &= right >= other_left
+    touches &= low <= other_high
+    touches &= high >= other_low
+    return np.asarray(touches)
 
 
 def _blocks(boxes: Array) -> list[Index]:

@@ -48,9 +48,9 @@ class BodyEnergies:
 
     def jump(self, square: complex, permeability: float) -> Array:
         """Return S - T (2, n, n; m; real and imaginary part) for g = `square` (1/m2) and a relative permeability."""
-        found = permeability * self.within(square)
-        found[0] += (1.0 - permeability) * self.vacuum
-        return found
+        difference = permeability * self.within(square)
+        difference[0] += (1.0 - permeability) * self.vacuum
+        return difference
 
 
 CONSTANT = 1e-9
@@ -72,9 +72,9 @@ def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
     vacuum[number, number] = np.trace(vacuum) / len(vacuum)
 
     def within(square: complex) -> Array:
-        found = body.within(square).copy()
-        found[0, number, number] += vacuum[number, number]
-        return found
+        response = body.within(square).copy()
+        response[0, number, number] += vacuum[number, number]
+        return response
 
     return BodyEnergies(vacuum, within)
 
@@ -96,9 +96,9 @@ def on_surface(counts: Sequence[int]) -> Index:
     axis. The result (of shape `counts`, no unit) is -1 for products that are zero on the surface.
     """
     number = np.full(counts, -1)
-    kept = np.zeros(number.shape, dtype=bool)
-    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
-    number[kept] = np.arange(np.count_nonzero(kept))
+    is_outer = np.zeros(number.shape, dtype=bool)
+    is_outer[-1], is_outer[:, -1], is_outer[:, :, -1] = True, True, True
+    number[is_outer] = np.arange(np.count_nonzero(is_outer))
     return number
 
 
@@ -152,10 +152,10 @@ class _Driven:
         vary along each axis.
         """
         over = tuple(4 + axis for axis in self.over)
-        found = (self.amounts * waves).sum(axis=over, keepdims=True)
+        total = (self.amounts * waves).sum(axis=over, keepdims=True)
         for axis, amounts in self.level.items():
-            found = found + (amounts * level[axis]).sum(axis=over, keepdims=True)
-        return np.asarray(found)
+            total = total + (amounts * level[axis]).sum(axis=over, keepdims=True)
+        return np.asarray(total)
 
 
 @record(eq=False)
@@ -169,9 +169,9 @@ class _Entries:
 
     def filled(self, values: Array) -> Array:
         """Return symmetric matrices (n, size, size) from values (n, pairs), in their unit."""
-        found = np.zeros((len(values), self.size, self.size))
-        found[:, self.rows, self.columns] = found[:, self.columns, self.rows] = values[:, self.used]
-        return found
+        matrices = np.zeros((len(values), self.size, self.size))
+        matrices[:, self.rows, self.columns] = matrices[:, self.columns, self.rows] = values[:, self.used]
+        return matrices
 
 
 def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[BodyEnergies]:
@@ -217,8 +217,8 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
         to_waves, *to_level = answered
         return np.concatenate([one.summed(to_waves, to_level).reshape(2, len(kept), -1) for one in driven], axis=2)
 
-    own = np.concatenate([part.reshape(len(kept), -1) for part in vacuum], axis=1)
-    bodies = [_of_parity(k, one, own[k], np.concatenate(pairs, axis=1), answers) for k, one in enumerate(kept)]
+    energies = np.concatenate([part.reshape(len(kept), -1) for part in vacuum], axis=1)
+    bodies = [_of_parity(k, one, energies[k], np.concatenate(pairs, axis=1), answers) for k, one in enumerate(kept)]
     if _is_constant([line[1] for line in lines]):
         bodies[0] = _unfelt(bodies[0], -1)
     return bodies
@@ -236,10 +236,10 @@ def _of_parity(
 
 def _product(factors: Sequence[Array]) -> Array:
     """Return the product of arrays that broadcast together, in the product of their units."""
-    found = factors[0]
+    result = factors[0]
     for one in factors[1:]:
-        found = found * one
-    return found
+        result = result * one
+    return result
 
 
 def _parts(values: ComplexArray) -> Array:
@@ -296,16 +296,16 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
     @lru_cache(maxsize=1)
     def within(square: complex) -> Array:
         """Return D (m) for a g (1/m2): real and imaginary part."""
-        found = np.zeros((count, count), dtype=complex)
+        response = np.zeros((count, count), dtype=complex)
         waves, level, turned = (square / (one + square) for one in (total, inner, squares))
-        found[face, face] = (both * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]
-        found[side, side] = (both * out**2 * waves).sum(axis=0) + (driven * turned).sum(axis=0)
-        found[face[:, None], side] = -both * out * up * waves
-        found[face, edge] = (steady * out * level)[:, 0]
-        found[edge, side] = (driven * up * turned).sum(axis=0)
-        found = found + np.triu(found, 1).T
-        found[edge, edge] = (steady * out**2 * level).sum() + (driven * up**2 * turned).sum()
-        return around * _parts(found)
+        response[face, face] = (both * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]
+        response[side, side] = (both * out**2 * waves).sum(axis=0) + (driven * turned).sum(axis=0)
+        response[face[:, None], side] = -both * out * up * waves
+        response[face, edge] = (steady * out * level)[:, 0]
+        response[edge, side] = (driven * up * turned).sum(axis=0)
+        response = response + np.triu(response, 1).T
+        response[edge, edge] = (steady * out**2 * level).sum() + (driven * up**2 * turned).sum()
+        return around * _parts(response)
 
     body = BodyEnergies(around * vacuum, within)
     return _unfelt(body, edge) if _is_constant((radial, wall)) else body

@@ -83,16 +83,16 @@ class BoxClass:
 
     def drive(self, potential: Array) -> Array:
         """Return flux linkages (Wb; see `CurrentClass`)."""
-        found = np.zeros((self.functions.kept.size, potential.shape[-1]))
+        linkages = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
             both = self._face(potential, across)
             field = both[0] - self.parity[across] * both[1]
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
             linked = TURN[across] * (along_b - along_a)
-            once = self.functions.numbers[across].ravel()  # in a face
-            found[once] += linked.reshape(-1, potential.shape[-1])
-        return found[self.functions.kept]
+            numbers = self.functions.numbers[across].ravel()  # in a face
+            linkages[numbers] += linked.reshape(-1, potential.shape[-1])
+        return linkages[self.functions.kept]
 
     def spread(self, functions: Array) -> Array:
         """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
@@ -101,11 +101,11 @@ class BoxClass:
         for across, (a, b) in enumerate(ACROSS):
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             amount = TURN[across] * whole[self.functions.numbers[across]]
-            found = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
-            found[0, :, :, a] = -_projected(amount, fa.T, db.T)
-            found[0, :, :, b] = _projected(amount, da.T, fb.T)
-            found[1] = -self.parity[across] * found[0]
-            pieces.append(found.reshape(-1, 3, functions.shape[1]))
+            weights = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
+            weights[0, :, :, a] = -_projected(amount, fa.T, db.T)
+            weights[0, :, :, b] = _projected(amount, da.T, fb.T)
+            weights[1] = -self.parity[across] * weights[0]
+            pieces.append(weights.reshape(-1, 3, functions.shape[1]))
         return np.concatenate(pieces)
 
     def _face(self, potential: Array, across: int) -> Array:
@@ -137,10 +137,10 @@ class Box:
         pieces = []
         for across, (a, b) in enumerate(ACROSS):
             for side in (1.0, -1.0):
-                found = np.empty((self.counts[a], self.counts[b], 3))
-                found[..., a], found[..., b] = places[a][:, None], places[b]
-                found[..., across] = side * self.lines[across].half
-                pieces.append(found.reshape(-1, 3))
+                face = np.empty((self.counts[a], self.counts[b], 3))
+                face[..., a], face[..., b] = places[a][:, None], places[b]
+                face[..., across] = side * self.lines[across].half
+                pieces.append(face.reshape(-1, 3))
         return np.concatenate(pieces)
 
     @property
@@ -156,9 +156,9 @@ class Box:
         start = 0
         for across, (a, b) in enumerate(ACROSS):
             face = start + np.arange(2 * self.counts[a] * self.counts[b]).reshape(2, self.counts[a], self.counts[b])
-            for axis, found in enumerate(pieces):
+            for axis, numbers in enumerate(pieces):
                 turned = 0 if axis == across else 1 if axis == a else 2
-                found.append(np.flip(face, turned).ravel())
+                numbers.append(np.flip(face, turned).ravel())
             start += face.size
         return np.concatenate(pieces[0]), np.concatenate(pieces[1])
 
@@ -185,12 +185,12 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     distinct = {line: _folded(line, gaussians.scales) for line in dict.fromkeys(lines)}
     number = _numbers(lines)
     parities = list(product(PARITIES, PARITIES, PARITIES))
-    found = [_of_parity(lines, parity, number, shortest) for parity in parities]
-    bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in found]))
+    selections = [_of_parity(lines, parity, number, shortest) for parity in parities]
+    bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in selections]))
     parts = [[distinct[line][one] for line, one in zip(lines, parity, strict=True)] for parity in parities]
     return tuple(
-        BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, own, numbers, kept), body)
-        for parity, (numbers, kept), own, body in zip(parities, found, parts, bodies, strict=True)
+        BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, integrals, numbers, kept), body)
+        for parity, (numbers, kept), integrals, body in zip(parities, selections, parts, bodies, strict=True)
     )
 
 
@@ -234,15 +234,15 @@ class _Folded:
 
 def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
     """Return a line's integrals (m2, no unit), by parity."""
-    found = {}
-    for parity, own in line.integrals(scales).items():
-        upper = np.triu_indices(own.mass.shape[1])
-        which = np.zeros(own.mass.shape[1:], dtype=np.intp)
+    folded = {}
+    for parity, integrals in line.integrals(scales).items():
+        upper = np.triu_indices(integrals.mass.shape[1])
+        which = np.zeros(integrals.mass.shape[1:], dtype=np.intp)
         which[upper] = which.T[upper] = np.arange(upper[0].size)
         mass, slope = (np.concatenate([part, gram[None]])[:, *upper] for part, gram in
-                       zip((own.mass, own.slope), line.grams(parity), strict=True))
-        found[parity] = _Folded(mass, slope, own.end, which)
-    return found
+                       zip((integrals.mass, integrals.slope), line.grams(parity), strict=True))
+        folded[parity] = _Folded(mass, slope, integrals.end, which)
+    return folded
 
 
 def _inductance(
@@ -265,9 +265,9 @@ def _inductance(
         one, two = own[first], own[second]
         other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
-        found = (weights * one.mass).T @ two.slope + (weights * one.slope).T @ two.mass
+        products = (weights * one.mass).T @ two.slope + (weights * one.slope).T @ two.mass
         at, (i, j) = _kept_of(place[numbers[across]])
-        inductance[np.ix_(at, at)] += found[one.which[i[:, None], i], two.which[j[:, None], j]]
+        inductance[np.ix_(at, at)] += products[one.which[i[:, None], i], two.which[j[:, None], j]]
         ends = gaussians.weights[:, None] * two.end
         both = (ends[:, :, None] * one.end[:, None]).reshape(len(ends), -1)
         # couplings of faces at right angles to each other

@@ -1,8 +1,8 @@
 """Vector potential above a flat coil of any shape, tabulated once from its real tracks.
 
 Cubic splines assign the currents of every layer to a grid. Their Fourier transform is continued upwards by exp(-k z)
-(particle-mesh method; Hockney and Eastwood 1988). A mirror reflects every wave by its own factor. A mirror can lie
-behind the coil, in front of it, or both.
+(particle-mesh method; Hockney and Eastwood 1988). Mirrors behind and in front of the coil reflect every wave by their
+own factors.
 
 The grid is twice as coarse for every doubling of the height. Cubic splines interpolate between its nodes, and cubics in
 the logarithm of the height between heights. The grid repeats the coil periodically. The repeated coils are far enough
@@ -110,9 +110,9 @@ class _Octave:
             x, y = (part.ravel() for part in np.meshgrid(place, place))
             points = np.stack([x, y, np.full_like(x, self.top + height)], axis=1)
             far = FAR * self.side if self.falling is None else FAR_BETWEEN * self.side
-            found = _repeated(points, place, self.dipoles, self.side, far)
+            field = _repeated(points, place, self.dipoles, self.side, far)
             to_grid = _to_grid(count)
-            repeated = np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
+            repeated = np.asarray(to_grid @ field.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             waves = self.waves * np.exp(-k * height)[whole]
             if self.falling is not None:  # the last levels serve the cubics alone, above the mirror
                 waves += self.falling * np.exp(-k * max(self.above - height, -self.above))[whole]
@@ -145,15 +145,15 @@ class CoilPotential:
         widest = max(octave.spacing for octave in self.octaves)
         beside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) > 0.5 * self.side - 3.0 * widest
         octave[beside | (octave >= len(self.octaves))] = -1
-        found = np.empty(len(points), dtype=complex)
+        potential = np.empty(len(points), dtype=complex)
         for number in np.flatnonzero(np.bincount(octave + 1)) - 1:
             chosen = np.flatnonzero(octave == number)
             if number < 0:
-                found[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
+                potential[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
                 continue
             for some in (chosen[part] for part in slices(len(chosen), AT_ONCE)):
-                found[some] = _looked_up(self.octaves[number], points[some], height[some], 0.5 * self.side)
-        return found
+                potential[some] = _looked_up(self.octaves[number], points[some], height[some], 0.5 * self.side)
+        return potential
 
 
 @record(eq=False)
@@ -231,18 +231,18 @@ def coil_potentials(
         for part, of in enumerate((np.real, np.imag)[:parts]):
             rising[part] += layer * of(both)[whole]
             falling[part] += layer * of(both * falls)[whole]
-    found: list[CoilPotential] = []
+    potentials: list[CoilPotential] = []
     for part, of in enumerate((np.real, np.imag)[:parts]):
         dipoles = _dipoles(tracks, _images(float(quarter[0, 1]), floor, roof), of)
         octaves = tuple(
             _octave(rising[part], falling[part] if roof is not None else None, side, nearest * 2.0**n, top,
                     math.inf if roof is None else roof.z - top, dipoles, n) for n in range(OCTAVES))
-        found.append(CoilPotential(top, side, nearest, octaves, dipoles))
-    return tuple(found)
+        potentials.append(CoilPotential(top, side, nearest, octaves, dipoles))
+    return tuple(potentials)
 
 
 def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return the amplification of rising waves (no unit) by a roof, and the part of them that falls from the roof.
+    """Return the amplification of rising waves (no unit) by a roof, and the fraction that falls from the roof.
 
     Both are at the height `top` (m) of the top mid-plane, by wave number (1/m). With a floor, repeated reflections form
     a geometric series.
@@ -252,9 +252,9 @@ def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> t
     falls = roof.factor(k) * np.exp(-k * (roof.z - top))
     if floor is None:
         return np.ones(k.shape, dtype=complex), falls
-    away = np.exp(-k * (roof.z - top + 2.0 * (top - floor.z)))
-    left = 1.0 - floor.factor(k) * falls * away
-    return np.asarray(1.0 / np.where(k > 0.0, left, 1.0)), falls
+    decay = np.exp(-k * (roof.z - top + 2.0 * (top - floor.z)))
+    remainder = 1.0 - floor.factor(k) * falls * decay
+    return np.asarray(1.0 / np.where(k > 0.0, remainder, 1.0)), falls
 
 
 def _octave(
@@ -268,14 +268,14 @@ def _octave(
     """
     whole = rising.shape[0]
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
-    kept = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
+    indices = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
     spacing = side / count
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
     along[1::2] *= -1.0  # which moves the coil to the middle of the grid
 
     def coarse(waves: ComplexArray) -> ComplexArray:
         """Return the longest waves as the coefficients of a spline on the coarser grid."""
-        return np.asarray(waves[np.ix_(kept, kept)] / (along[:, None] * along) * (count / whole) ** 2)
+        return np.asarray(waves[np.ix_(indices, indices)] / (along[:, None] * along) * (count / whole) ** 2)
 
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
     returned = None if falling is None else coarse(falling)
@@ -362,12 +362,12 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
     # four neighbours along x are gathered as a single record: numpy needs half the time of rows of four
     runs = np.ndarray((len(flat) - 3,), dtype=f"V{4 * flat.itemsize}", buffer=flat, strides=(flat.itemsize,))
     base = (lowest * count + rows[:, 0]) * count + columns[:, 0]
-    found, part = np.zeros((8, len(points))), np.empty((8, len(points)))
+    values, part = np.zeros((8, len(points))), np.empty((8, len(points)))
     for k in range(4):
         for row in range(4):
             run = runs[base + (k * count + row) * count].view(flat.real.dtype).reshape(-1, 8)
-            found += np.multiply(run.T, up[:, k] * along_y[:, row], out=part)
-    real, imaginary = np.einsum("xcn,nx->cn", found.reshape(4, 2, -1), along_x)
+            values += np.multiply(run.T, up[:, k] * along_y[:, row], out=part)
+    real, imaginary = np.einsum("xcn,nx->cn", values.reshape(4, 2, -1), along_x)
     return np.asarray(real + 1j * imaginary)
 
 
@@ -377,20 +377,20 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
     Each is a `way` (1 or -1), a shift (m) and a strength (no unit) for horizontal currents. A current at z has its
     image at way z + shift.
     """
-    at, found = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
+    at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]
     for plane, end in zip((floor, roof), ends, strict=True):
         if plane is not None and end is not None:
-            found.append((-1.0, 2.0 * plane.z, end))
+            images.append((-1.0, 2.0 * plane.z, end))
     (low, high) = ends
     if floor is None or roof is None or low is None or high is None:
-        return tuple(found)
+        return tuple(images)
     apart = 2.0 * (roof.z - floor.z)
     for n in range(1, REPEATED + 1):
         both = (low * high) ** n
-        found += [(1.0, n * apart, both), (1.0, -n * apart, both),
+        images += [(1.0, n * apart, both), (1.0, -n * apart, both),
                   (-1.0, 2.0 * floor.z - n * apart, low * both), (-1.0, 2.0 * roof.z + n * apart, high * both)]
-    return tuple(found)
+    return tuple(images)
 
 
 def _dipoles(
@@ -446,7 +446,7 @@ def _repeated(
     Farther away, all of them together are a few waves (Fourier series of 1 / r). There the grid hardly adds to the
     dipole's own field. Derived here.
     """
-    found = np.zeros(len(points), dtype=complex)
+    potential = np.zeros(len(points), dtype=complex)
     far = []
     for dipole in dipoles:
         if abs(float(points[0, 2]) - dipole.height) >= height:
@@ -454,12 +454,12 @@ def _repeated(
             continue
         around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
         neighbours = (points - around[:, None]).reshape(-1, 3)
-        found += _dipole_potential(neighbours, dipole).reshape(-1, len(points)).sum(axis=0)
+        potential += _dipole_potential(neighbours, dipole).reshape(-1, len(points)).sum(axis=0)
         # a uniform field B along z has the potential B x r / 2, or i B (x + i y) / 2 as a complex number
         even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
-        found += 0.5j * even * (points[:, 0] + 1j * points[:, 1])
+        potential += 0.5j * even * (points[:, 0] + 1j * points[:, 1])
     if not far:
-        return found
+        return potential
     along = 2.0 * math.pi / side * np.arange(-WAVES, WAVES + 1)
     k = np.hypot(along[:, None], along)
     k[WAVES, WAVES] = math.inf  # no constant term: a uniform potential drives no current
@@ -467,9 +467,9 @@ def _repeated(
     for dipole in far:
         decay = np.exp(-k * abs(float(points[0, 2]) - dipole.height)) / k
         every += decay * (dipole.moment * (along + 1j * along[:, None]) + dipole.ends)
-        found -= _dipole_potential(points, dipole)
+        potential -= _dipole_potential(points, dipole)
     waves = np.exp(1j * place[:, None] * along)
-    return np.asarray(found + (0.5 * MU0 / side**2) * (waves @ every @ waves.T).ravel())
+    return np.asarray(potential + (0.5 * MU0 / side**2) * (waves @ every @ waves.T).ravel())
 
 
 @lru_cache(maxsize=OCTAVES)

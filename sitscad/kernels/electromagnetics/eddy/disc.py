@@ -67,7 +67,7 @@ def toroidal(excess: Array, order: int) -> Array:
     first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))
     modulus = np.sqrt(2.0 / (x + 2.0))
     lowest, next_one = modulus * first, (1.0 + x) * modulus * first - 2.0 / modulus * elliptic_e
-    found = np.empty((order + 1, x.size))
+    values = np.empty((order + 1, x.size))
     steepness = np.arccosh(1.0 + x)
     near = steepness < STABLE
     argument, rising = 1.0 + x[near], np.empty((order + 2, np.count_nonzero(near)))
@@ -76,7 +76,7 @@ def toroidal(excess: Array, order: int) -> Array:
         np.multiply(argument, rising[n], out=rising[n + 1])
         rising[n + 1] *= 2 * n / (n + 0.5)
         rising[n + 1] -= (n - 0.5) / (n + 0.5) * rising[n - 1]
-    found[:, near] = rising[: order + 1]
+    values[:, near] = rising[: order + 1]
     # downward recursion of the ratios of successive orders, from far above the highest: no overflow
     for low, high in pairwise(BANDS):
         some = np.flatnonzero((steepness >= low) & (steepness < high))
@@ -89,8 +89,8 @@ def toroidal(excess: Array, order: int) -> Array:
             if n <= order:
                 ratios[n] = ratio
         ratios[0] = lowest[some]
-        found[:, some] = np.cumprod(ratios, axis=0)
-    return found.reshape(order + 1, *excess.shape)
+        values[:, some] = np.cumprod(ratios, axis=0)
+    return values.reshape(order + 1, *excess.shape)
 
 
 def _elliptic(complement: Array) -> tuple[Array, Array]:
@@ -316,14 +316,14 @@ class Disc:
         """Current classes by order, parity and phase, with inductances in H (see `Surface`)."""
         same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
         kernels = {parity: same - parity * other for parity in PARITIES}
-        found = []
+        classes = []
         for order in range(self.orders + 1):
             for parity in PARITIES:
                 values, slopes = self._functions(order, parity)
                 inductance = self._inductance(order, parity, kernels, values, slopes)
                 functions = DiscFunctions(order, parity, self, inductance, values, slopes)
-                found += [DiscClass(functions, phase) for phase in (("cos", "sin") if order else ("cos",))]
-        return tuple(found)
+                classes += [DiscClass(functions, phase) for phase in (("cos", "sin") if order else ("cos",))]
+        return tuple(classes)
 
     @cached_property
     def radials(self) -> tuple[Radial, ...]:
@@ -331,14 +331,14 @@ class Disc:
 
         Near the axis they go like rho^m up to m = 3. Higher even orders go like rho^2, higher odd orders like rho^3.
         """
-        middle, found = self.face.nodes.size // 2, []
+        middle, radials = self.face.nodes.size // 2, []
         radii = self.face.nodes[middle:]
         for order in range(self.orders + 1):
             values = self.face.values[1 if order == 0 else -1][middle:]
             if order > 1:
                 values = values * (radii[:, None] / self.face.half) ** (1 + order % 2)
-            found.append(_radial(radii, values, order))
-        return tuple(found)
+            radials.append(_radial(radii, values, order))
+        return tuple(radials)
 
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
         """Return values (no unit) and slopes (1/m) along the meridian at its points."""
@@ -373,8 +373,8 @@ class Disc:
         for current, turned in ((more, order + 1), (less, abs(order - 1))):
             total = total + 0.5 * current.T @ (kernels[parity][turned] @ current)
         around = 2.0 * math.pi if order == 0 else math.pi
-        found = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
-        return made_definite(found, self.face.values[1].shape[1] - 1) if (order, parity) == (0, 1) else found
+        inductance = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
+        return made_definite(inductance, self.face.values[1].shape[1] - 1) if (order, parity) == (0, 1) else inductance
 
 
 def _radial(radii: Array, nodes: Array, order: int) -> Radial:
@@ -427,10 +427,10 @@ def disc(
 
 def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
     """Return points (circles times azimuths, 3; m) on circles of radii and heights (n; m)."""
-    found = np.empty((radius.size, cosine.size, 3))
-    found[..., 0], found[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
-    found[..., 2] = height[:, None]
-    return found.reshape(-1, 3)
+    points = np.empty((radius.size, cosine.size, 3))
+    points[..., 0], points[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
+    points[..., 2] = height[:, None]
+    return points.reshape(-1, 3)
 
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
@@ -455,20 +455,20 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
     means *= 2.0 / mean * weights[one] * weights[two]
     which = np.empty((len(places), len(places)), dtype=np.intp)
     which[one, two] = which[two, one] = np.arange(one.size)
-    found = np.take(means, which, axis=1)
+    integrals = np.take(means, which, axis=1)
     starts, ends = shape.starts * image, shape.ends * image
     middle = 0.5 * (starts + ends)
     near = np.hypot(places[:, None, 0] - middle[:, 0], places[:, None, 1] - middle[:, 1]) < NEAR * shape.lengths
     point, piece = np.nonzero(near)
     columns = POINTS * piece[:, None] + np.arange(POINTS)
     rows = np.broadcast_to(point[:, None], columns.shape)
-    away = places[rows] - places[columns] * image
+    offset = places[rows] - places[columns] * image
     coincident = (COINCIDENT * shape.lengths[piece, None]) ** 2
-    square = np.where((rows == columns) & (side > 0.0), coincident, np.sum(away**2, axis=2))
+    square = np.where((rows == columns) & (side > 0.0), coincident, np.sum(offset**2, axis=2))
     logarithm = shape.lengths[piece, None] * _log_weights(places[point], starts[piece], ends[piece])
     rest = 0.5 * np.log(square) * weights[columns] - logarithm
-    found[:, rows, columns] += 2.0 / np.sqrt(places[rows, 0] * places[columns, 0]) * weights[rows] * rest
-    return found
+    integrals[:, rows, columns] += 2.0 / np.sqrt(places[rows, 0] * places[columns, 0]) * weights[rows] * rest
+    return integrals
 
 
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
@@ -481,13 +481,13 @@ def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
     nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)
     at, share = gauss(16)
     grade = 0.5 * (1.0 + at)
-    found = np.zeros((len(points), POINTS))
+    weights = np.zeros((len(points), POINTS))
     for end in (0.0, 1.0):
         span = (end - nearest)[:, None]
         x = nearest[:, None] + span * grade**4
-        away = starts[:, None] + x[..., None] * along[:, None] - points[:, None]
-        distance = np.maximum(np.hypot(away[..., 0], away[..., 1]), 1e-300)
+        offset = starts[:, None] + x[..., None] * along[:, None] - points[:, None]
+        distance = np.maximum(np.hypot(offset[..., 0], offset[..., 1]), 1e-300)
         weight = np.log(distance) * np.abs(span) * 2.0 * share * grade**3
         through = interpolation(POINTS, (2.0 * x - 1.0).ravel()).reshape(*x.shape, POINTS)
-        found += np.einsum("nq,nqk->nk", weight, through)
-    return found
+        weights += np.einsum("nq,nqk->nk", weight, through)
+    return weights

@@ -152,12 +152,12 @@ def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
     """
     root = np.linalg.inv(np.linalg.cholesky(mass[:-1, :-1]))
     squares, vectors = np.linalg.eigh(root @ stiffness[:-1, :-1] @ root.T)
-    found = np.zeros_like(mass)
-    found[:-1, :-1], found[-1, -1] = root.T @ vectors, 1.0
-    found[:-1, -1] = -np.linalg.solve(stiffness[:-1, :-1], stiffness[:-1, -1])
-    last = found[:, -1]
-    ends = found[:, :-1].T @ (mass @ last)
-    return found, LineModes(squares, ends, float(last @ mass @ last), max(float(last @ stiffness @ last), 0.0))
+    combinations = np.zeros_like(mass)
+    combinations[:-1, :-1], combinations[-1, -1] = root.T @ vectors, 1.0
+    combinations[:-1, -1] = -np.linalg.solve(stiffness[:-1, :-1], stiffness[:-1, -1])
+    last = combinations[:, -1]
+    ends = combinations[:, :-1].T @ (mass @ last)
+    return combinations, LineModes(squares, ends, float(last @ mass @ last), max(float(last @ stiffness @ last), 0.0))
 
 
 @record(eq=False)
@@ -202,15 +202,15 @@ class GradedLine:
         one, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
         ends = [share * self.bends(parity)[middle:] for parity in PARITIES]
         masses, slopes = (_sandwiched(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
-        found = {}
+        integrals = {}
         for parity, bends, mass, slope in zip(PARITIES, ends, masses, slopes, strict=True):
             first, third = (part[:, which[0, -1]] + parity * part[:, which[1, -1]] for part in (one, three))
             at_end = self.values[parity][-1]
             mixed = at_end[:, None] * (third @ bends)[:, None]
             corner = two[:, which[0, -1, -1]] - parity * two[:, which[1, -1, -1]]
             both = mixed + mixed.transpose(0, 2, 1) - corner[:, None, None] * np.outer(at_end, at_end)
-            found[parity] = LineIntegrals(2.0 * (mass + both), -2.0 * slope, first @ bends)
-        return found
+            integrals[parity] = LineIntegrals(2.0 * (mass + both), -2.0 * slope, first @ bends)
+        return integrals
 
     def grams(self, parity: int) -> tuple[Array, Array]:
         """Return integrals of products of functions (n, n; m) and of products of slopes (n, n; 1/m)."""
@@ -225,12 +225,12 @@ class GradedLine:
         part = 0.5 * (1.0 + at[:, None])
         place = (self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)).ravel() / self.half
         weight = (0.5 * self.steps[:, None] * share).reshape(-1, 1)
-        through, found = weight * interpolation(count, place), {}
+        through, projections = weight * interpolation(count, place), {}
         step = through.reshape(self.steps.size, -1, count).sum(axis=1) / self.steps[:, None]
         for parity, values in self.values.items():
             function = (values[:-1, None] * (1.0 - part) + values[1:, None] * part).reshape(place.size, -1)
-            found[parity] = function.T @ through, np.diff(values, axis=0).T @ step
-        return found
+            projections[parity] = function.T @ through, np.diff(values, axis=0).T @ step
+        return projections
 
 
 def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
@@ -239,10 +239,10 @@ def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> lis
     M are matrices (m, nodes, nodes): `here` plus (even) or minus (odd) `mirrored`, the matrix of the line's mirrored
     half.
     """
-    found = []
+    results = []
     for one, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
-        found.append(((one.T @ between).reshape(-1, len(one)) @ one).reshape(len(here), one.shape[1], -1))
-    return found
+        results.append(((one.T @ between).reshape(-1, len(one)) @ one).reshape(len(here), one.shape[1], -1))
+    return results
 
 
 def interpolation(count: int, places: Array) -> Array:
@@ -285,15 +285,15 @@ def graded_line(half: float, first: float, widest: float, finer: int = FINER) ->
     nodes = 0.5 * (nodes - nodes[::-1])
     # Cox and de Boor's recursion, the end knots repeated
     t = np.concatenate([[knots[0]] * DEGREE, knots, [knots[-1]] * DEGREE])
-    found = ((nodes[:, None] >= t[:-1]) & (nodes[:, None] < t[1:])).astype(float)
-    found[nodes == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0
+    basis = ((nodes[:, None] >= t[:-1]) & (nodes[:, None] < t[1:])).astype(float)
+    basis[nodes == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0
     for degree in range(1, DEGREE + 1):
-        n = found.shape[1] - 1
+        n = basis.shape[1] - 1
         rise, fall = t[degree : degree + n] - t[:n], t[degree + 1 : degree + 1 + n] - t[1 : n + 1]
         up = (nodes[:, None] - t[:n]) / np.where(rise > 0.0, rise, np.inf)
         down = (t[degree + 1 : degree + 1 + n] - nodes[:, None]) / np.where(fall > 0.0, fall, np.inf)
-        found = up * found[:, :n] + down * found[:, 1:]
-    splines = np.asarray(found)
+        basis = up * basis[:, :n] + down * basis[:, 1:]
+    splines = np.asarray(basis)
     count = splines.shape[1]
     right, left = splines[:, count // 2 :], splines[:, ::-1][:, count // 2 :]
     even, odd = right + left, right - left

@@ -106,8 +106,8 @@ def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
     image has the sign of the current itself. A single mirror's only image counts with strength 1.
     """
     if mirror.roof is None:
-        found = inverse_distance(points, others, *mirror.images[0][:2])
-        return found, found
+        inverse = inverse_distance(points, others, *mirror.images[0][:2])
+        return inverse, inverse
     is_real = all(strength.imag == 0.0 for _, _, strength in mirror.images)
     along, across = np.zeros((2, len(points), len(others)), dtype=float if is_real else complex)
     for way, shift, strength in mirror.images:
@@ -125,8 +125,8 @@ def inverse_distance(points: Array, others: Array, way: float, shift: float) -> 
     image = others * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
     square = np.zeros((len(points), len(image)))
     for axis in range(3):
-        away = points[:, None, axis] - image[:, axis]
-        square += away * away
+        offset = points[:, None, axis] - image[:, axis]
+        square += offset * offset
     return np.asarray(1.0 / np.sqrt(square))
 
 
@@ -141,10 +141,10 @@ NOISE = 1e-5
 """Energy of a current, relative to the largest, below which it is within the error of the integrals."""
 
 AMONG = 64
-"""Number of combinations of one symmetry among which the relevant ones are searched.
+"""Number of combinations of one symmetry among which the relevant combinations are searched.
 
-The number is doubled until at most a third of them is relevant. The omission is below 1e-11 of a change (templates,
-compared with all combinations).
+The number is doubled until at most a third of the combinations is relevant. The omission is below 1e-11 of a change
+(templates, compared with all combinations).
 """
 
 FURTHER = 6
@@ -194,22 +194,22 @@ class Mirror:
     def images(self) -> tuple[tuple[float, float, complex], ...]:
         """Images by `way` (1 or -1), shift (m) and strength (no unit): a current at z has its image at way z + shift.
 
-        Between two mirrors every image has an image in the other mirror (textbook). After `FURTHER` of them the rest
-        are left out.
+        Between two mirrors every image has an image in the other mirror (textbook). The series ends after `FURTHER`
+        images on each side.
         """
         floor: list[tuple[float, float, complex]] = [(-1.0, 2.0 * self.floor, self.strength)]
         if self.roof is None:
             return tuple(floor)
-        found = [(-1.0, 2.0 * z, strength) for z, strength in self.roof.planes]
+        images = [(-1.0, 2.0 * z, strength) for z, strength in self.roof.planes]
         if math.isinf(self.floor):
-            return tuple(found)
-        (z, strength), found = self.roof.far, floor + found
+            return tuple(images)
+        (z, strength), images = self.roof.far, floor + images
         apart, both = 2.0 * (z - self.floor), self.strength * strength
         for n in range(1, FURTHER + 1):
-            found += [(1.0, n * apart, both**n), (1.0, -n * apart, both**n)]
-            found.append((-1.0, 2.0 * self.floor - n * apart, self.strength * both**n))
-            found.append((-1.0, 2.0 * z + n * apart, strength * both**n))
-        return tuple(found)
+            images += [(1.0, n * apart, both**n), (1.0, -n * apart, both**n)]
+            images.append((-1.0, 2.0 * self.floor - n * apart, self.strength * both**n))
+            images.append((-1.0, 2.0 * z + n * apart, strength * both**n))
+        return tuple(images)
 
     @property
     def in_phase(self) -> Mirror:
@@ -260,13 +260,13 @@ class ImageModes:
             return _coupling([along, along, across], currents) * mirror.scale
         # a level target's symmetries stay independent, and a turn about z changes nothing
         kernels = fold.kernels(self.points + place, mirror)
-        found, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
+        matrix, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
         for parity, count in self.parities:
-            own = slice(start, start + count)
-            currents = self.currents[fold.kept, :, own] * fold.share[:, None, None]
-            found[own, own] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
+            block = slice(start, start + count)
+            currents = self.currents[fold.kept, :, block] * fold.share[:, None, None]
+            matrix[block, block] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
-        return found * mirror.scale
+        return matrix * mirror.scale
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
@@ -292,21 +292,21 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     groups: dict[Any, list[int]] = {}
     for number, one in enumerate(surface.classes):
         groups.setdefault(one.in_plane, []).append(number)
-    found = []
+    solutions = []
     for parity, group in groups.items():
         classes, seen = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
         if fold is None:
-            found.append(_modes(classes, seen, [kernels[0], *kernels]))
+            solutions.append(_modes(classes, seen, [kernels[0], *kernels]))
         else:
             within, quarter = _modes(classes, seen, by_axis(kernels, parity), fold)
-            found.append((within, _unfolded(quarter, fold, parity)))
-    ends = np.cumsum([currents.shape[2] for _, currents in found])
+            solutions.append((within, _unfolded(quarter, fold, parity)))
+    ends = np.cumsum([currents.shape[2] for _, currents in solutions])
     within = [np.zeros((len(one.functions.inductance), int(ends[-1]))) for one in surface.classes]
-    for group, (parts, currents), end in zip(groups.values(), found, ends, strict=True):
+    for group, (parts, currents), end in zip(groups.values(), solutions, ends, strict=True):
         for number, part in zip(group, parts, strict=True):
             within[number][:, end - currents.shape[2] : end] = part
-    all_of_them = np.concatenate([currents for _, currents in found], axis=2)
-    counts = tuple((parity, currents.shape[2]) for parity, (_, currents) in zip(groups, found, strict=True))
+    all_of_them = np.concatenate([currents for _, currents in solutions], axis=2)
+    counts = tuple((parity, currents.shape[2]) for parity, (_, currents) in zip(groups, solutions, strict=True))
     return ImageModes(tuple(within), points, all_of_them, fold, counts if fold is not None else ())
 
 
@@ -315,11 +315,11 @@ def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
 
     The quarter's currents are weighted by `Folding.share`.
     """
-    found = np.empty((int(fold.numbers.max()) + 1, *currents.shape[1:]))
-    own = currents / fold.share[:, None, None]
+    unfolded = np.empty((int(fold.numbers.max()) + 1, *currents.shape[1:]))
+    unweighted = currents / fold.share[:, None, None]
     for numbers, sign in zip(fold.numbers[::-1], signs(parity)[::-1], strict=True):  # the quarter itself comes last
-        found[numbers] = own * sign[:, None]
-    return found
+        unfolded[numbers] = unweighted * sign[:, None]
+    return unfolded
 
 
 def _modes(
@@ -373,17 +373,17 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
         parts = [sign * (currents[..., axis] @ inverse[axis]) for axis, sign in enumerate(MIRRORED)]
         return MU0 / (4.0 * math.pi) * np.stack(parts, axis=2).reshape(len(currents), -1)
 
-    count, found = AMONG, seen
+    count, response = AMONG, seen
     while count < len(seen):
         flat = seen.reshape(len(seen), -1)
-        own = np.linalg.qr(flat @ returned(_mixed(count, *seen.shape[1:])).T)[0]
-        kept = returned((own.T @ flat).reshape(-1, *seen.shape[1:]))
-        size, left = np.linalg.eigh(kept @ kept.T)
+        subspace = np.linalg.qr(flat @ returned(_mixed(count, *seen.shape[1:])).T)[0]
+        projected = returned((subspace.T @ flat).reshape(-1, *seen.shape[1:]))
+        size, vectors = np.linalg.eigh(projected @ projected.T)
         if np.count_nonzero(_is_kept(size)) <= count // 3:
-            return np.asarray(own @ left[:, _is_kept(size)])
+            return np.asarray(subspace @ vectors[:, _is_kept(size)])
         count *= 2
-    found = returned(seen)
-    size, basis = np.linalg.eigh(found @ found.T)
+    response = returned(seen)
+    size, basis = np.linalg.eigh(response @ response.T)
     return basis[:, _is_kept(size)]
 
 
@@ -415,14 +415,14 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
 
     `inverse` are inverse distances (1/m) by axis. The list of currents may be empty.
     """
-    found = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
-    return np.asarray(MU0 / (4.0 * math.pi) * found)
+    total = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
+    return np.asarray(MU0 / (4.0 * math.pi) * total)
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
     """Return the sum over classes of within' block (k, any), in the unit of the blocks."""
-    found = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
+    total = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
     for w, block in zip(within, blocks, strict=True):
-        own, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # of one symmetry
-        found[np.ix_(own, used)] += w[:, own].T @ block[:, used]
-    return found
+        rows, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # of one symmetry
+        total[np.ix_(rows, used)] += w[:, rows].T @ block[:, used]
+    return total

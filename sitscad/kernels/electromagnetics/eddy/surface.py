@@ -97,9 +97,9 @@ def made_definite(inductance: Array, constant: int) -> Array:
     A constant stream function (number `constant`) has no current and stores no energy, so the matrix would be singular.
     No field drives the function, so its energy does not matter. Derived here.
     """
-    found = inductance.copy()
-    found[constant, constant] += np.trace(inductance) / len(inductance)
-    return found
+    definite = inductance.copy()
+    definite[constant, constant] += np.trace(inductance) / len(inductance)
+    return definite
 
 
 @record(eq=False)

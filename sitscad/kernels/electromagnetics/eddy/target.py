@@ -50,8 +50,8 @@ class SolvedTarget:
 
         They serve many poses. Real and imaginary parts are separate because the drives are real.
         """
-        found = [answer(one, self.metal, np.eye(len(one.functions.inductance))) for one in self.surface.classes]
-        return tuple(np.concatenate([one.real, one.imag]) for one in found)
+        currents = [answer(one, self.metal, np.eye(len(one.functions.inductance))) for one in self.surface.classes]
+        return tuple(np.concatenate([one.real, one.imag]) for one in currents)
 
     @cached_property
     def image_answers(self) -> tuple[Array, ...]:
@@ -155,11 +155,11 @@ class SolvedTarget:
                 responses.append(np.zeros(drive.shape, dtype=complex))
                 continue
             within = np.zeros((len(drive), 0)) if images is None else images.within[number]
-            own = np.any(within != 0.0, axis=0)
-            found = answer(one, self.metal, np.concatenate([drive, within[:, own]], axis=1))
-            responses.append(found[:, : drive.shape[1]])
+            coupled = np.any(within != 0.0, axis=0)
+            currents = answer(one, self.metal, np.concatenate([drive, within[:, coupled]], axis=1))
+            responses.append(currents[:, : drive.shape[1]])
             driven.append(np.zeros(within.shape, dtype=complex))
-            driven[-1][:, own] = found[:, drive.shape[1] :]
+            driven[-1][:, coupled] = currents[:, drive.shape[1] :]
         return responses, None if images is None else combined(driven, images.within)
 
     def _linked(
@@ -176,9 +176,9 @@ class SolvedTarget:
             from_coil = (points - np.array([x, y, 0.0])).reshape(-1, 3)
             flat[:, number] = coil(from_coil).reshape(len(places), -1)
         both = np.stack([flat.real, flat.imag], axis=-1)
-        found = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
-        potential = found.reshape(len(local), 3, -1)
-        return [one.drive(potential).reshape(-1, *found.shape[2:]) for one in surface.classes]
+        fields = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
+        potential = fields.reshape(len(local), 3, -1)
+        return [one.drive(potential).reshape(-1, *fields.shape[2:]) for one in surface.classes]
 
 
 def changes_at(
@@ -213,7 +213,7 @@ def changes_at(
     """
     first = targets[0]
     count = len(coils) + len(returned)
-    found = np.zeros((len(targets), len(places), count, count), dtype=complex)
+    changes = np.zeros((len(targets), len(places), count, count), dtype=complex)
     for some in slices(len(places), AT_ONCE // (len(first.surface.points) * len(centres))):
         posed = turns[some], places[some]
         linked = first._linked(first.surface, *posed, coils, centres)
@@ -225,8 +225,8 @@ def changes_at(
             couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in zip(*posed, strict=True)]
         flat = [one.reshape(len(one), -1) for one in linked]
         for number, target in enumerate(targets):
-            found[number, some] = target._changes(flat, couplings, (len(places[some]), count), once)
-    return found
+            changes[number, some] = target._changes(flat, couplings, (len(places[some]), count), once)
+    return changes
 
 
 def turned(angles: Array) -> Array:

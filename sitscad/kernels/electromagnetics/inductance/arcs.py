@@ -109,8 +109,8 @@ def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
     The bound is the distance of their middles less both half lengths. It is negative if they may touch.
     """
     a, b = one.arcs, other.arcs
-    away = middles(a)[pairs.first] - middles(b)[pairs.second]
-    return np.asarray(np.hypot(*away.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
+    offset = middles(a)[pairs.first] - middles(b)[pairs.second]
+    return np.asarray(np.hypot(*offset.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
 
 
 def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
@@ -123,9 +123,9 @@ def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
     """Return distances (n; m) of arcs' middles from sides."""
     start, end = other.starts[pairs.second], other.ends[pairs.second]
     t = directions(end - start)
-    away = middles(one.arcs)[pairs.first] - start
-    beyond = np.clip(_dot(away, t), 0.0, _dot(end - start, t))
-    return np.asarray(np.hypot(*(away - beyond[:, None] * t).T))
+    offset = middles(one.arcs)[pairs.first] - start
+    beyond = np.clip(_dot(offset, t), 0.0, _dot(end - start, t))
+    return np.asarray(np.hypot(*(offset - beyond[:, None] * t).T))
 
 
 def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
@@ -157,8 +157,8 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bund
     start, end = strands.ends(other, pairs.second, 1)
     t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
     reach = _dot(end - start, t)[..., None]
-    away = where - start[:, :, None, :]
-    along, across = _dot(away, t[:, :, None]), away[..., 0] * t[..., 1:] - away[..., 1] * t[..., :1]
+    offset = where - start[:, :, None, :]
+    along, across = _dot(offset, t[:, :, None]), offset[..., 0] * t[..., 1:] - offset[..., 1] * t[..., :1]
     moved = strands.offsets[0] - strands.offsets[1]
     ends = np.minimum(np.abs(across[..., 0] + moved), np.abs(across[..., -1] + moved))
     square = across**2 + strands.clearance(ends)[..., None]
@@ -217,11 +217,11 @@ def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
 def _distances(a: Array, b: Array) -> Array:
     """Return least distances (n; m) of pairs of arcs (n, 6), from SAMPLES points of each."""
     one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
-    found = np.empty(len(a))
+    least = np.empty(len(a))
     for part in slices(len(a), 500):
-        away = one[part, :, None] - other[part, None, :]
-        found[part] = np.sqrt(np.min(_dot(away, away), axis=(1, 2)))
-    return found
+        offset = one[part, :, None] - other[part, None, :]
+        least[part] = np.sqrt(np.min(_dot(offset, offset), axis=(1, 2)))
+    return least
 
 
 def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
@@ -288,9 +288,9 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -
     where, tangent, length = _arc_points(a, strands.offsets[0], rule)
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
-    away = where - np.moveaxis(b[:, :2], 1, 3)
-    distance = np.hypot(away[..., 0], away[..., 1])
-    offset = b[:, 4] * (np.arctan2(away[..., 1], away[..., 0]) - b[:, 3]) % (2.0 * math.pi)
+    separation = where - np.moveaxis(b[:, :2], 1, 3)
+    distance = np.hypot(separation[..., 0], separation[..., 1])
+    offset = b[:, 4] * (np.arctan2(separation[..., 1], separation[..., 0]) - b[:, 3]) % (2.0 * math.pi)
     span = b[:, 5]
     nearest = np.where(offset <= span, offset, np.where(offset - span < 2.0 * math.pi - offset, span, 0.0))
     product = distance * radius

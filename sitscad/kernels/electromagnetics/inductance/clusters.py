@@ -41,12 +41,12 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
     `layers` are rows (any shape; m, rad) that define where each layer runs. Often every second layer repeats a plan.
     """
     known: list[Array] = []
-    found = []
+    numbers = []
     for layer in layers:
         same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
-        found += same[:1] or [len(known)]
+        numbers += same[:1] or [len(known)]
         known += [] if same else [layer]
-    return found
+    return numbers
 
 
 @record(eq=False)
@@ -84,10 +84,10 @@ class Cluster:
     def parts(self) -> tuple[Cluster, ...]:
         """The cluster's two halves (m). Empty if it has few points or all are at one place."""
         axis = int(self.half[1] > self.half[0])
-        left = self.places[:, axis] < self.centre[axis]
-        if len(self.places) <= LEAF or left.all() or not left.any():
+        lower = self.places[:, axis] < self.centre[axis]
+        if len(self.places) <= LEAF or lower.all() or not lower.any():
             return ()
-        return _cluster(self.places[left], self.elements[left]), _cluster(self.places[~left], self.elements[~left])
+        return _cluster(self.places[lower], self.elements[lower]), _cluster(self.places[~lower], self.elements[~lower])
 
     @cached_property
     def seen(self) -> Points:
@@ -128,16 +128,16 @@ class _Heights:
     """Squared heights (m2) between all layers of two windings, at as few polynomial nodes as the distance allows."""
 
     def __init__(self, first: Plans, second: Plans) -> None:
-        found: dict[tuple[int, int, float], float] = {}
+        counts: dict[tuple[int, int, float], float] = {}
         for a, z, thickness in first.layers:
             for b, other, other_thickness in second.layers:
                 spread = math.sqrt((thickness**2 + other_thickness**2) / 12.0)
                 for height in (abs(z - other) - spread, abs(z - other) + spread):
                     key = a, b, round(height * height, 18)
-                    found[key] = found.get(key, 0.0) + 0.5
-        self.squares = np.array(sorted({square for _, _, square in found}))
+                    counts[key] = counts.get(key, 0.0) + 0.5
+        self.squares = np.array(sorted({square for _, _, square in counts}))
         self.times = np.zeros((self.squares.size, first.count, second.count))
-        for (a, b, square), times in found.items():
+        for (a, b, square), times in counts.items():
             self.times[np.searchsorted(self.squares, square), a, b] += times
         self.known: dict[int, tuple[Array, Array]] = {}
 
@@ -164,8 +164,8 @@ class _Heights:
         p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
         elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
         # squared distances as a single matrix product: (-2 p, p^2, 1) with (q, 1, q^2)
-        own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
-        square = own @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
+        rows = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
+        square = rows @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
         inverse, total = np.empty_like(square), 0.0
         for height, times in zip(*self.nodes(apart), strict=True):
             np.sqrt(np.add(square, height, out=inverse), out=inverse)
@@ -193,8 +193,8 @@ def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
 
     The distance is between the bounding boxes. Distant clusters are represented by their nodes.
     """
-    away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
-    size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*away.tolist())
+    gaps = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
+    size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*gaps.tolist())
     if gap >= APART * max(size, other_size, 1e-300):
         return [(one.seen, other.seen, gap)]
     if not (one.parts or other.parts):

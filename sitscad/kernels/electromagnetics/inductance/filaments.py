@@ -56,9 +56,9 @@ def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
     Points are (points, 1, 2), starts and ends of the filaments (filaments, 2), in metres.
     """
     span = ends - starts
-    away = points - starts
-    along = np.clip(np.sum(away * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
-    return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
+    offset = points - starts
+    along = np.clip(np.sum(offset * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
+    return np.asarray(np.hypot(*np.moveaxis(offset - along[..., None] * span, -1, 0)))
 
 
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
@@ -143,14 +143,14 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
             clearance[block] = height**2 + np.interp(clearance[block], *clearance_table(height, widths, thicknesses, 1))
     count = max(groups) + 1
-    found = np.zeros((count, count))
+    matrix = np.zeros((count, count))
     for i in range(count):
         for j in range(i + 1):
             a, b = np.nonzero(owner == i)[0], np.nonzero(owner == j)[0]
             if a.size and b.size:
                 p, q = (starts[a], ends[a]), (starts[b], ends[b])
-                found[i, j] = found[j, i] = _segments_mutual(p, q, clearance[np.ix_(a, b)])
-    return found
+                matrix[i, j] = matrix[j, i] = _segments_mutual(p, q, clearance[np.ix_(a, b)])
+    return matrix
 
 
 Segments = tuple[Array, Array]
@@ -188,12 +188,12 @@ def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
     """Return mutual inductance over cosine (n; H) of inclined sides, by Campbell's form (`inclined_integral`)."""
-    own = (p[1][i] - p[0][i]) / lengths[:, None]
-    sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
-    away = q[0][j] - p[0][i]
+    direction = (p[1][i] - p[0][i]) / lengths[:, None]
+    sine, cosine = direction[:, 0] * axis[:, 1] - direction[:, 1] * axis[:, 0], np.sum(direction * axis, axis=1)
+    offset = q[0][j] - p[0][i]
     # distances along both axes from the point where the two lines cross
-    u0 = -(away[:, 0] * axis[:, 1] - away[:, 1] * axis[:, 0]) / sine
-    v0 = -(away[:, 0] * own[:, 1] - away[:, 1] * own[:, 0]) / sine
+    u0 = -(offset[:, 0] * axis[:, 1] - offset[:, 1] * axis[:, 0]) / sine
+    v0 = -(offset[:, 0] * direction[:, 1] - offset[:, 1] * direction[:, 0]) / sine
     v1 = v0 + np.sum((q[1][j] - q[0][j]) * axis, axis=1)
     square = np.clip(clearance, TOUCHING**2, None)
     return MU0 / (4.0 * math.pi) * inclined_integral(u0, u0 + lengths, v0, v1, cosine, np.abs(sine), square)

@@ -21,12 +21,12 @@ def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
 
     There is one array for each layer. The centre line is r = radius - pitch theta / (2 pi).
     """
-    found = []
+    radii = []
     for layer in layers:
         first = (layer.sense * (azimuth - layer.angle)) % (2.0 * math.pi)
         theta = np.arange(first, layer.span, 2.0 * math.pi)
-        found.append(layer.radius - layer.pitch / (2.0 * math.pi) * theta)
-    return found
+        radii.append(layer.radius - layer.pitch / (2.0 * math.pi) * theta)
+    return radii
 
 
 @record(eq=False)
@@ -72,15 +72,15 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
     ahead = (sense * (angle[:, None] - angle) / (2.0 * math.pi)) % 1.0
     # <ln|z + xi|> is ln|z| - Re <xi^2> / (2 z^2) + ..., and <xi^2> of two rectangles twice (w^2 - t^2) / 12
     moment = (first.width**2 - thickness[:, None] * thickness) / 12.0
-    own = np.eye(gap.size // len(z), dtype=bool)
+    diagonal = np.eye(gap.size // len(z), dtype=bool)
     logs = np.zeros_like(gap)
     for part, shift in ((1.0 - ahead, ahead), (ahead, np.where(ahead > 0.0, ahead - 1.0, 0.0))):
         place = gap + shift * first.pitch + 1j * height
-        place[own] = 1.0
+        place[diagonal] = 1.0
         logs += part * (np.log(np.abs(place)) - (moment / place**2).real)
     crossing = sense[:, None] != sense
     logs[crossing] = _passing(gap[crossing], height[crossing], math.hypot(first.pitch, math.sqrt(0.5) * first.width))
-    logs[own] = np.log(0.2235 * (first.width + thickness))
+    logs[diagonal] = np.log(0.2235 * (first.width + thickness))
     mutual = coaxial_rings(rings.radii[:, None], rings.radii, np.exp(2.0 * logs))
     amount = rings.parts * circulation
     return float(amount @ mutual @ amount)

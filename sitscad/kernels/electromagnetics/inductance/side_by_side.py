@@ -137,15 +137,15 @@ class Pieces:
         """Return the least distance (m) in the plane of points (k, 2) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
-        found = np.empty(len(where))
+        least = np.empty(len(where))
         for part in slices(len(where), DISTANCES // len(self.rows)):
             points = where[part, None, :]
             if self.is_curved:
-                away = self._from_curves(points)
+                distances = self._from_curves(points)
             else:
-                away = distances_in_plane(points, self.rows[:, :2], self.rows[:, 2:4])
-            found[part] = away.min(axis=1)
-        return found
+                distances = distances_in_plane(points, self.rows[:, :2], self.rows[:, 2:4])
+            least[part] = distances.min(axis=1)
+        return least
 
     def _from_curves(self, p: Array) -> Array:
         """Return distances (points, pieces; m) of points from pieces of spirals.
@@ -270,11 +270,11 @@ class _WindingOutline:
 
         Points inside the outline get the distance from the nearest centre line.
         """
-        found = np.max(where @ self.headings - self.reach, axis=1)
-        inside = found <= 0.0
+        distance = np.max(where @ self.headings - self.reach, axis=1)
+        inside = distance <= 0.0
         if inside.any():
-            found[inside] = np.min([pieces.distance(where[inside]) for pieces in self.pieces], axis=0)
-        return np.asarray(found)
+            distance[inside] = np.min([pieces.distance(where[inside]) for pieces in self.pieces], axis=0)
+        return np.asarray(distance)
 
 
 def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
@@ -307,22 +307,22 @@ def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
     """Return pieces (m) halved until each part is short and straight against its distance from the other winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
-    kept, least = [], math.inf
+    batches, least = [], math.inf
     for halving in range(HALVINGS):
         middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
-        away = other.distance(middle[:, 0])
-        least = min(least, float(away.min()))
-        ratio, angle = own.lengths[index] * step / np.maximum(away, 0.25 * own.width), own.angles[index] * step
+        distance = other.distance(middle[:, 0])
+        least = min(least, float(distance.min()))
+        ratio, angle = own.lengths[index] * step / np.maximum(distance, 0.25 * own.width), own.angles[index] * step
         long = (ratio > LONG) | (angle > BEND)
         if halving == HALVINGS - 1:
             long[:] = False
-        kept.append([table[~long] for table in (index, low, step, _counts(ratio, angle), _strands(own, away))])
+        batches.append([table[~long] for table in (index, low, step, _counts(ratio, angle), _strands(own, distance))])
         index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
         low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
         step = half
         if not index.size:
             break
-    index, low, step, counts, strands = (np.concatenate(tables) for tables in zip(*kept, strict=True))
+    index, low, step, counts, strands = (np.concatenate(tables) for tables in zip(*batches, strict=True))
     return _Parts(own, index, low, step, counts, strands, least)
 
 
@@ -331,8 +331,8 @@ def _counts(ratio: Array, angle: Array) -> Index:
 
     `ratio` is their length over their distance from the other winding, `angle` (rad) is their angle.
     """
-    found = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
-    return np.minimum(found, POINTS)
+    counts = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
+    return np.minimum(counts, POINTS)
 
 
 def _strands(pieces: Pieces, away: Array) -> Index:
@@ -343,12 +343,12 @@ def _strands(pieces: Pieces, away: Array) -> Index:
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
     """Return all parts as points, line elements (m) and plan numbers, with the layers of their winding."""
-    found = [
+    samples = [
         _points(one, count, strands)
         for one in parts
         for count, strands in sorted(set(zip(one.counts.tolist(), one.strands.tolist(), strict=True)))
     ]
-    places, elements, owners = (np.concatenate(tables) for tables in zip(*found, strict=True))
+    places, elements, owners = (np.concatenate(tables) for tables in zip(*samples, strict=True))
     return Plans(places, elements, owners, layers)
 
 
@@ -360,10 +360,10 @@ def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Inde
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
     (nodes, weights), (across, shares) = gauss(count), gauss(strands)
-    found = []
+    samples = []
     for x, share in zip(across.tolist(), shares.tolist(), strict=True):
         where, slope = parts.pieces.points(index, low + step * 0.5 * (1.0 + nodes), 0.5 * parts.pieces.width * x)
         element = slope * (0.25 * share * step * weights)[..., None]
-        found.append((where.reshape(-1, 2), element.reshape(-1, 2)))
+        samples.append((where.reshape(-1, 2), element.reshape(-1, 2)))
     owner = np.tile(np.repeat(parts.pieces.owner[index], count), strands)
-    return np.concatenate([where for where, _ in found]), np.concatenate([element for _, element in found]), owner
+    return np.concatenate([where for where, _ in samples]), np.concatenate([element for _, element in samples]), owner

@@ -248,12 +248,12 @@ def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
     """
     speed = np.sqrt(radius**2 + b * b)
     curvature = (radius**2 + 2.0 * b * b) / speed**3
-    found = []
+    strands = []
     for node, weight in zip(*gauss(count), strict=True):
         x = 0.5 * width * float(node)
         outwards = x * radius / speed
-        found.append((0.5 * float(weight), radius + outwards, x * b / speed, outwards, 1.0 + x * curvature))
-    return found
+        strands.append((0.5 * float(weight), radius + outwards, x * b / speed, outwards, 1.0 + x * curvature))
+    return strands
 
 
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:

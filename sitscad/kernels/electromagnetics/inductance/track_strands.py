@@ -352,10 +352,10 @@ def distinct_pairs(
         for i, j, often in layers:
             count[plans[i], others[j]] = count.get((plans[i], others[j]), 0.0) + often
     tallies = {pair: list(_counted(one, other, turns, *pair)) for pair in dict.fromkeys(k for c in alike for k in c)}
-    found = [(codes, where, often * counts, column) for column, count in enumerate(alike)
+    entries = [(codes, where, often * counts, column) for column, count in enumerate(alike)
              for pair, often in count.items() for codes, where, counts in tallies[pair]]
-    codes, where, times = (np.concatenate([part[k] for part in found]) for k in range(3))
-    column = np.repeat([part[3] for part in found], [len(part[0]) for part in found])
+    codes, where, times = (np.concatenate([part[k] for part in entries]) for k in range(3))
+    column = np.repeat([part[3] for part in entries], [len(part[0]) for part in entries])
     _, first, which = np.unique(codes, return_index=True, return_inverse=True)
     table = np.bincount(which * len(relations) + column, times, first.size * len(relations)).astype(float)
     rows, columns = np.divmod(where[first], len(other.number))
@@ -370,7 +370,7 @@ def _plans(kinds: Kinds, count: int) -> list[int]:
     known: dict[tuple[bytes, ...], int] = {}
     layers = [kinds.owner == layer for layer in range(count)]
     tables = kinds.number, kinds.mirrored, kinds.heading
-    return [known.setdefault(tuple(one[own].tobytes() for one in tables), k) for k, own in enumerate(layers)]
+    return [known.setdefault(tuple(one[members].tobytes() for one in tables), k) for k, members in enumerate(layers)]
 
 
 def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
@@ -383,8 +383,8 @@ def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) ->
         here = rows[part, None]
         where = (here * len(other.number) + columns).ravel()
         codes, space = _codes(one, other, turns, here, columns)
-        found, index, counts = _tallied(codes.ravel(), space)
-        yield found, where[index], counts.astype(float)
+        distinct, index, counts = _tallied(codes.ravel(), space)
+        yield distinct, where[index], counts.astype(float)
 
 
 def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
@@ -411,5 +411,5 @@ def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
     counts: Index = np.bincount(codes, minlength=space)
     index = np.empty(space, dtype=np.intp)
     index[codes] = np.arange(codes.size)
-    found = np.nonzero(counts)[0]
-    return found, index[found], counts[found]
+    distinct = np.nonzero(counts)[0]
+    return distinct, index[distinct], counts[distinct]

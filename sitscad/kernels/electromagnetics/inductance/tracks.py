@@ -66,7 +66,7 @@ From a volume integral of this project over a straight bar and two arms of sixte
 """
 
 FAR = 150.0
-"""Distance, in widths, from which one filament represents a straight track.
+"""Distance, in widths, from which a single filament represents a straight track.
 
 The error falls with the distance squared.
 """
@@ -178,8 +178,8 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
 
     `along` (n, 2) are the first sides' directions.
     """
-    away = other.starts[pairs.second] - one.starts[pairs.first]
-    lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
+    offset = other.starts[pairs.second] - one.starts[pairs.first]
+    lateral = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0])
     clearance = strands.clearance(lateral)[:, None, None]
     total = 0.0
     for part in strands.blocks(len(along)):
@@ -207,10 +207,10 @@ def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Ar
         q0, q1 = strands.ends(other, pairs.second[part], 1)
         t1, t2 = (t[part, None, :] for t in directions)
         c, s = np.sum(t1 * t2, axis=2), t1[..., 0] * t2[..., 1] - t1[..., 1] * t2[..., 0]
-        away = q0 - p0
+        offset = q0 - p0
         # distances along both axes, from the point where the two lines cross
-        u0 = -(away[..., 0] * t2[..., 1] - away[..., 1] * t2[..., 0]) / s
-        v0 = -(away[..., 0] * t1[..., 1] - away[..., 1] * t1[..., 0]) / s
+        u0 = -(offset[..., 0] * t2[..., 1] - offset[..., 1] * t2[..., 0]) / s
+        v0 = -(offset[..., 0] * t1[..., 1] - offset[..., 1] * t1[..., 0]) / s
         u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
         square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
         u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
@@ -285,12 +285,12 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
     size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
     scaled = [track.scaled(1.0 / size) for track in tracks]
     # distinct relations of layers, with the heights (m) between them
-    found: dict[tuple[float, ...], list[Layers]] = {}
+    groups: dict[tuple[float, ...], list[Layers]] = {}
     for i, j, times in layers:
         one, other = scaled[i], scaled[j]
         key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
-        found.setdefault(key, []).append((i, j, times))
-    relations = list(found.values())
+        groups.setdefault(key, []).append((i, j, times))
+    relations = list(groups.values())
     heights = [level_heights(scaled[i].z - scaled[j].z, (scaled[i].thickness, scaled[j].thickness), 2)
                for (i, j, _), *_ in relations]
     squares, which = np.unique(np.square(heights), return_inverse=True)
@@ -355,8 +355,8 @@ def _sums(stack: _Stack) -> Iterator[float]:
             # `strands` across the width: for distant pairs of sides, and for pairs that nearly touch. In a `smooth`
             # track, whose sides continue in arcs, all sides have the first number and a single height, like arcs
             yield math.fsum(_part(one, other, part, strands, smooth) for part in some.parts(BLOCK))
-        for some, away, squares in _distant(stack, pairs, apart):
-            yield distant_sides(stack.whole, some, away, min(stack.strands[0], 2), squares)
+        for some, distances, squares in _distant(stack, pairs, apart):
+            yield distant_sides(stack.whole, some, distances, min(stack.strands[0], 2), squares)
     if smooth:
         pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
         yield from _by_points(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), arcs_with_arcs)

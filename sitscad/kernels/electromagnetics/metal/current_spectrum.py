@@ -1,4 +1,4 @@
-"""A flat coil's current resolved into waves exp(i k . r), which conductors in front of it and behind it reflect.
+"""A flat coil's current resolved into waves exp(i k . r), which conductors on both sides of the coil reflect.
 
 Rings follow Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals over the radius
 with closed integrands. Polygons are in `polyline_spectrum`.
@@ -27,7 +27,7 @@ More than the smallest number is used only for metal nearer than some pitches.
 
 
 AT_ONCE = 100_000
-"""Waves times radii processed at once. All of them together took a gigabyte near metal."""
+"""Waves times radii processed at once. A single block of all waves took a gigabyte near metal."""
 
 
 @record(eq=False)

@@ -32,15 +32,15 @@ class Rows:
         `wave` (2, directions) is in 1/m. About the middle of a row the sum is sin(count x / 2) / sin(x / 2), with the
         phase x between places (Dirichlet kernel, textbook).
         """
-        found = turned(self.middles @ wave)
+        waves = turned(self.middles @ wave)
         longer = self.counts > 1.0
         # sin(count x / 2) / sin(x / 2) from quarters of the phase x between places, by tangents, which cost a tenth
         # of sines
         quarter = 0.25 * (self.steps[longer] @ wave)
         quarter = np.where(quarter == 0.0, 1e-20, quarter)
         whole, one = np.tan(self.counts[longer, None] * quarter), np.tan(quarter)
-        found[longer] *= whole * (1.0 + one * one) / (one * (1.0 + whole * whole))
-        return found
+        waves[longer] *= whole * (1.0 + one * one) / (one * (1.0 + whole * whole))
+        return waves
 
 
 @record(eq=False)
@@ -103,15 +103,15 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
     step = np.round(np.diff(points, axis=0) / same) + 0.0
     _, way, times = np.unique(step, axis=0, return_inverse=True, return_counts=True)
     ends = [0, *(np.nonzero(times[way] < 2)[0] + 1).tolist(), len(points)]
-    found: dict[tuple[bytes, bytes], list[int]] = {}
+    patterns: dict[tuple[bytes, bytes], list[int]] = {}
     for low, high in pairwise(ends):
-        found.setdefault((kind[low:high].tobytes(), way[low : high - 1].tobytes()), []).append(low)
-    sizes = [len(kinds) // kind.itemsize for kinds, _ in found]
-    one = [np.arange(runs[0], runs[0] + size) for runs, size in zip(found.values(), sizes, strict=True)]
-    kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in found.values()], sizes)
-    begins = np.cumsum([0, *(len(runs) for runs in found.values())])
+        patterns.setdefault((kind[low:high].tobytes(), way[low : high - 1].tobytes()), []).append(low)
+    sizes = [len(kinds) // kind.itemsize for kinds, _ in patterns]
+    one = [np.arange(runs[0], runs[0] + size) for runs, size in zip(patterns.values(), sizes, strict=True)]
+    kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in patterns.values()], sizes)
+    begins = np.cumsum([0, *(len(runs) for runs in patterns.values())])
     return Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
-                   points[[run for runs in found.values() for run in runs]], begins[:-1], same)
+                   points[[run for runs in patterns.values() for run in runs]], begins[:-1], same)
 
 
 def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
@@ -141,7 +141,7 @@ def turned(phase: Array) -> ComplexArray:
     """
     tangent = np.tan(0.5 * phase)
     both = 2.0 / (1.0 + tangent * tangent)
-    found = np.empty(phase.shape, dtype=np.complex128)
-    np.subtract(both, 1.0, out=found.real)
-    np.multiply(-tangent, both, out=found.imag)
-    return found
+    wave = np.empty(phase.shape, dtype=np.complex128)
+    np.subtract(both, 1.0, out=wave.real)
+    np.multiply(-tangent, both, out=wave.imag)
+    return wave

@@ -49,7 +49,7 @@ OWN_WAY is the rate at which the field through a plate grows with thickness over
 """
 
 MOST_MODES = 32
-"""Largest number of functions along one side. Half of them are even."""
+"""Largest number of functions along one side, half even and half odd."""
 
 
 @record(eq=False)
@@ -80,7 +80,7 @@ class CoaxialRings:
 
     @cached_property
     def _alike(self) -> tuple[Array, Array, Array]:
-        """Distinct radii and distinct heights (m), and turns times radius at every pair of them."""
+        """Distinct radii and distinct heights (m), and turns times radius at every pair of radius and height."""
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))
         np.add.at(turns, (which, level), self.turns * self.radii)
@@ -120,11 +120,11 @@ def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
     the ratio of the sheet. For infinite plates this is exact. A thinner plate, or the sheet at the near face, sets a
     lower limit.
     """
-    found, front = _changes(plate, coil, offsets, gap, floor)
+    changes, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
         thinner, _ = _changes(FinitePlate(plate.size, thickness, plate.is_round), coil, offsets, gap, floor)
-        found = np.maximum(found, thinner)
-    return found / front
+        changes = np.maximum(changes, thinner)
+    return changes / front
 
 
 def plate_loss_share(
@@ -229,9 +229,9 @@ def magnetic_share(
     source = k, weights, spectrum
     sheet = _endless(*source, room, poles=True)
     detail = min(depth, 0.5 * outer)
-    found = _disc(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]), poles=True)[0]
+    change = _disc(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]), poles=True)[0]
     # The deficit falls with the cube of the size, like the coil's field outside, so no more functions are needed.
-    share = 1.0 - (1.0 - found / sheet) * min(1.0, reach / radius) ** 3
+    share = 1.0 - (1.0 - change / sheet) * min(1.0, reach / radius) ** 3
     half = np.minimum(0.5 * np.array(plate.size), reach)
     led = np.minimum(_field_on(plate, half, offsets, source, detail, j0) * (1.0 + OWN_WAY * thick / width), 1.0)
     return np.asarray((share * sheet + 0.5 * (front - sheet) * (led + share)) / front)
@@ -324,10 +324,10 @@ def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> 
 
     `steps` are pairs (limit, value) with rising limits.
     """
-    found = steps[0][1]
+    error = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
-        found = eased(value, limit, found, after)
-    return found
+        error = eased(value, limit, error, after)
+    return error
 
 
 def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
@@ -367,10 +367,10 @@ def _field_on(
     else:
         x, y = np.meshgrid(half[0] * nodes, half[1] * nodes, indexing="ij")
         area = half[0] * half[1] * share[:, None] * share
-    away = np.hypot(x - offsets[:, 0, None, None], y - offsets[:, 1, None, None])
-    radii = np.linspace(0.0, float(away.max()), 2 * nodes.size + 20)
+    distances = np.hypot(x - offsets[:, 0, None, None], y - offsets[:, 1, None, None])
+    radii = np.linspace(0.0, float(distances.max()), 2 * nodes.size + 20)
     table = bessel(radii[:, None] * k) @ (k * weights * spectrum)
-    squared = _cubic(away, radii[1], table**2)
+    squared = _cubic(distances, radii[1], table**2)
     return np.asarray((squared * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
 
 
@@ -410,8 +410,8 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     table = np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
     x = half[0] * u[0] - offsets[:, 0, None]
     y = half[1] * v[0] - offsets[:, 1, None]
-    away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
-    field = _cubic(away, radii[1], table)
+    distances = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
+    field = _cubic(distances, radii[1], table)
     return np.asarray(half[0] * half[1] * (u[1] @ field.transpose(3, 0, 1, 2) @ v[1].T))
 
 
@@ -465,11 +465,11 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
     place = at / step
     cell = np.minimum(place.astype(int), len(table) - 2)
     t = (place - cell).reshape(*at.shape, *[1] * (table.ndim - 1))
-    found: Array = terms[3, cell]
+    values: Array = terms[3, cell]
     for term in terms[2::-1]:
-        found *= t
-        found += term[cell]
-    return found
+        values *= t
+        values += term[cell]
+    return values
 
 
 def sheet_shares(
@@ -489,8 +489,8 @@ def sheet_shares(
     whole = np.array([_endless(k, weights, one, z - floor) for one, z in zip(spectra, middles, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
     planes, rooms = (k, weights, spectra), middles - floor
-    found = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
-    return np.minimum(found / whole[:, None], 1.0)
+    changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
+    return np.minimum(changes / whole[:, None], 1.0)
 
 
 ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 4, 8, 8
@@ -563,8 +563,8 @@ def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: A
     count = _modes(radius, detail) // 2 + 4
     highest = 2 * count
     radial = spherical_bessel_orders(k * radius, highest + 2 * count)
-    away = np.maximum(np.hypot(*offsets.T), 1e-9 * radius)
-    around = bessel_orders((away[:, None] * k).ravel(), highest).reshape(highest + 1, *away.shape, *k.shape)
+    distances = np.maximum(np.hypot(*offsets.T), 1e-9 * radius)
+    around = bessel_orders((distances[:, None] * k).ravel(), highest).reshape(highest + 1, *distances.shape, *k.shape)
     total, sources = np.zeros((len(spectra), len(offsets))), (weights * spectra)[:, None]
     echo = (1.0 if poles else -1.0) * 2.0 * radius / math.pi * weights * np.exp(-2.0 * k * rooms[:, None])
     for m in range(highest + 1):

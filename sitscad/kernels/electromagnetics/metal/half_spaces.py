@@ -84,16 +84,16 @@ def _reflection(
     admittance = k.astype(complex)
     for plate in reversed(plates):
         alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
-        own = alpha / plate.permeability
+        bulk = alpha / plate.permeability
         if math.isinf(plate.thickness) or (alpha.size and float(alpha.real.min()) * plate.thickness > OPAQUE):
-            admittance = own
+            admittance = bulk
             continue
         decay = np.exp(-2.0 * alpha * plate.thickness)
         tanh = (1.0 - decay) / (1.0 + decay)
-        admittance = own * (admittance + own * tanh) / (own + admittance * tanh)
-    found = np.asarray((k - admittance) / (k + admittance))
-    found.setflags(write=False)
-    return found
+        admittance = bulk * (admittance + bulk * tanh) / (bulk + admittance * tanh)
+    factor = np.asarray((k - admittance) / (k + admittance))
+    factor.setflags(write=False)
+    return factor
 
 
 def returned_waves(
@@ -122,9 +122,9 @@ def returned_waves(
 
     Notes
     -----
-    Up is a wave that decays as exp(-k (highest - z)), down one that decays as exp(-k (z - lowest)). Multiple
-    reflections between both sides form a geometric series, which is summed exactly (derived here). With an array
-    `raised`, results are (n, wave numbers).
+    An up wave decays as exp(-k (highest - z)), a down wave as exp(-k (z - lowest)). Multiple reflections between both
+    sides form a geometric series, which is summed exactly (derived here). With an array `raised`, results are (n, wave
+    numbers).
     """
     k, (low, high) = wave_numbers, levels
     top, bottom = (

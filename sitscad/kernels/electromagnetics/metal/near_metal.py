@@ -78,10 +78,10 @@ class _ReflectedCuts:
 
     def times(self, vectors: Array) -> Array:
         """Return the systems' matrices times vectors (cuts, modes, n), in s times their unit."""
-        found = np.zeros_like(vectors)
-        for system, one, vector in zip(self.systems, found, vectors, strict=True):
+        products = np.zeros_like(vectors)
+        for system, one, vector in zip(self.systems, products, vectors, strict=True):
             one[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
-        return found
+        return products
 
     def waves(self, vectors: Array) -> Array:
         """Return the waves (cuts, 2 k, n) of currents (cuts, modes, n), in the table's unit times the currents' unit.
@@ -148,8 +148,8 @@ class CrowdingNearMetal:
 
         They are for up with up, up with down, and down with down.
         """
-        found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
-        return [0.5 * MU0 * self.weights * part for part in found]
+        coefficients = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
+        return [0.5 * MU0 * self.weights * part for part in coefficients]
 
 
 def _about(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
@@ -233,19 +233,19 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     r = x[:, :, 0]
     a, b = np.array(modes.orders).T
     scale = mode_conductances(cut, conductivity, modes)
-    aways = levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]
+    heights = levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]
     table = np.empty((2 * k.size, r.shape[0] * a.size), dtype=np.float32)
     for part in slices(k.size, AT_ONCE // r.size):
         some = k[part, None, None]
         waves = ((np.sqrt(r) * j1(some * r)) @ over.T)[:, :, a]
-        for half, away in zip((table[: k.size], table[k.size :]), aways, strict=True):
-            vertical = np.exp(-some * away) @ through.T
+        for half, height in zip((table[: k.size], table[k.size :]), heights, strict=True):
+            vertical = np.exp(-some * height) @ through.T
             half[part] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
     return table
 
 
 AT_ONCE = 100_000
-"""Waves times points of the cuts processed at once. All of them together took a gigabyte near metal."""
+"""Waves times points of the cuts processed at once. A single block of all waves took a gigabyte near metal."""
 
 
 @record(eq=False)
@@ -270,10 +270,10 @@ class _Reduced:
         Derived here: the modes obey (1 + i omega (rates + reflected)) current = -i omega drive. In free air the
         reflected term is absent.
         """
-        found = np.empty(frequencies.size, dtype=np.complex128)
+        changes = np.empty(frequencies.size, dtype=np.complex128)
         for some in slices(frequencies.size, AT_ONCE // self.waves.size):
-            found[some] = self._some(frequencies[some], [part[some] for part in waves])
-        return found
+            changes[some] = self._some(frequencies[some], [part[some] for part in waves])
+        return changes
 
     def _some(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         # `changes` at a few frequencies
@@ -322,12 +322,12 @@ def _krylov(cuts: _ReflectedCuts, waves: _Waves, block: Array, steps: int) -> tu
         block = block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300)
         for _ in range(2):
             block = cuts.project(block - basis @ (np.swapaxes(basis, 1, 2) @ block))
-        left, values, _ = np.linalg.svd(block, full_matrices=False)
-        fresh = left * (values > 1e-6)[:, None]
+        vectors, values, _ = np.linalg.svd(block, full_matrices=False)
+        fresh = vectors * (values > 1e-6)[:, None]
         if not fresh.any():
             break
-        found = cuts.times(fresh)
-        basis, times = np.concatenate([basis, fresh], axis=2), np.concatenate([times, found], axis=2)
+        products = cuts.times(fresh)
+        basis, times = np.concatenate([basis, fresh], axis=2), np.concatenate([times, products], axis=2)
         if step < steps - 1:
-            block = found + cuts.seen(waves.returned(cuts.waves(fresh)))
+            block = products + cuts.seen(waves.returned(cuts.waves(fresh)))
     return basis, times

@@ -72,8 +72,8 @@ def gained_inductance(
     x, y = np.moveaxis(corners[None] - middles[:, None, None], -1, 0)
     r = np.hypot(x, y)
     pull = x * np.log(y + r) + y * np.log(x + r)
-    found = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
-    outside = np.asarray(found.reshape(len(middles), -1) / (2.0 * math.pi))
+    potentials = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
+    outside = np.asarray(potentials.reshape(len(middles), -1) / (2.0 * math.pi))
     before = outside + _echo(middles, area, room, echo)
     # mean potential (m) over the panels of a mouth by unit flux through its own panels, and through the other mouth's
     waves, shapes = [], []
@@ -85,12 +85,12 @@ def gained_inductance(
     decay = np.hypot(waves[0][:, None], waves[1]).ravel()[1:]
     shape = np.einsum("mi,nj->mnij", *shapes).reshape(decay.size + 1, -1)[1:]
     once = np.exp(-decay * opening.depth)
-    own = (shape.T * ((1.0 + once**2) / (1.0 - once**2) / decay)) @ (shape * area)
+    direct = (shape.T * ((1.0 + once**2) / (1.0 - once**2) / decay)) @ (shape * area)
     across = (shape.T * (2.0 * once / (1.0 - once**2) / decay)) @ (shape * area)
     driven = 2.0 * sum(_driven(track, middles, gap, room, echo) for track in tracks)
     n, closed = area.size, np.zeros((2, 2 * area.size))
     closed[0, :n], closed[1, n:] = area, area
-    system = np.block([[before + own, -across], [-across, outside + own]])
+    system = np.block([[before + direct, -across], [-across, outside + direct]])
     even = np.repeat(np.eye(2), n, axis=0)
     whole = np.block([[system, even], [closed, np.zeros((2, 2))]])
     flux = np.linalg.solve(whole, np.concatenate((driven, np.zeros(n + 2))))[:n]
@@ -111,11 +111,11 @@ def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
     """
     if math.isinf(room):
         return np.zeros((area.size, area.size))
-    away = np.hypot(*np.moveaxis(middles[:, None] - middles, -1, 0))
-    found = np.zeros_like(away)
+    distance = np.hypot(*np.moveaxis(middles[:, None] - middles, -1, 0))
+    total = np.zeros_like(distance)
     for n in range(1, IMAGES + 1):
-        found += echo**n * (1.0 / np.hypot(away, 2.0 * n * room) - 0.5 / (n * room))
-    return found * area / math.pi
+        total += echo**n * (1.0 / np.hypot(distance, 2.0 * n * room) - 0.5 / (n * room))
+    return total * area / math.pi
 
 
 def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
@@ -124,12 +124,12 @@ def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: 
     It includes images in a mirror `room` (m) above the face and is up to a constant.
     """
     height = gap + track.z
-    found = _potential(track.corners, points, height)
+    potential = _potential(track.corners, points, height)
     if math.isfinite(room):
         for n in range(1, IMAGES + 1):
             near, far = (_potential(track.corners, points, 2.0 * n * room + way * height) for way in (-1.0, 1.0))
-            found = found + echo**n * (far - near)
-    return found
+            potential = potential + echo**n * (far - near)
+    return potential
 
 
 def _potential(corners: Array, points: Array, height: float) -> Array:

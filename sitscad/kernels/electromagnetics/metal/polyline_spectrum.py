@@ -27,7 +27,7 @@ from sitscad.kernels.electromagnetics.metal.figures import figures
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SAME = 1e-9
-"""Largest difference of corners (m) and directions (rad) from those of an image: rounding alone."""
+"""Largest difference of corners (m) and directions (rad) between a track and its image: rounding alone."""
 
 SAME_MOMENT = 1e-6
 """Largest difference of a wave of loops from an image's wave, relative to the sum of their moments."""
@@ -61,11 +61,11 @@ class TrackImage:
         order = np.argsort(angle[0])
         low = angle[0, order[0]] - SAME
         place = np.searchsorted(angle[0, order], (wanted[0] - low) % math.pi + low - SAME) % angle.shape[1]
-        found = order[place]
-        halves = np.round((wanted - angle[:, found]) / math.pi)
-        if np.abs(wanted - angle[:, found] - math.pi * halves).max() > 3.0 * SAME:
+        places = order[place]
+        halves = np.round((wanted - angle[:, places]) / math.pi)
+        if np.abs(wanted - angle[:, places] - math.pi * halves).max() > 3.0 * SAME:
             return None
-        return found, np.asarray(halves[0] % 2.0 != 0.0)
+        return places, np.asarray(halves[0] % 2.0 != 0.0)
 
     def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
               ) -> ComplexArray:
@@ -85,17 +85,17 @@ class TrackImage:
 
 
 def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
-    """Return each track as the image of the first suitable track before it, about the centre (m), or None.
+    """Return for each track its description as an image of an earlier track about the centre (m), or None.
 
-    Loops, if any, must be images as well.
+    The first suitable track is taken. Loops, if any, must be images as well.
     """
-    found: list[TrackImage | None] = []
+    results: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
-        roots = (m for m in range(n) if found[m] is None and tracks[m].width == track.width)
+        roots = (m for m in range(n) if results[m] is None and tracks[m].width == track.width)
         ways = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
         ways = (w for w in ways if w is not None and (not loops or _loops_follow(w, loops[w.of], loops[n], centre)))
-        found.append(next(ways, None))
-    return found
+        results.append(next(ways, None))
+    return results
 
 
 def _image(of: int, source: Array, target: Array) -> TrackImage | None:
@@ -140,8 +140,8 @@ def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array
     probes = PROBES / max(float(np.ptp(target.places)), 1e-9)
     places = (source.places - centre) @ image.matrix.T + image.offset
     theirs = turn * source.moments @ np.exp(1j * (places @ probes))
-    own = target.moments @ np.exp(1j * ((target.places - centre) @ probes))
-    return bool(np.abs(theirs - own).max() < SAME_MOMENT * np.sum(np.abs(target.moments)))
+    target_waves = target.moments @ np.exp(1j * ((target.places - centre) @ probes))
+    return bool(np.abs(theirs - target_waves).max() < SAME_MOMENT * np.sum(np.abs(target.moments)))
 
 
 CHORD = math.radians(20.0)
@@ -251,14 +251,14 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
     flat = _beside(unit.reshape(2, -1), tangents)
-    found = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
+    spectra = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
     for n, (shape, image) in enumerate(zip(shapes, follows, strict=True)):
         seen = None if image is None else image.directions(angle)
         if image is None or seen is None:
-            found[n] = shape.waves(number, flat).reshape(unit.shape)
+            spectra[n] = shape.waves(number, flat).reshape(unit.shape)
         else:
-            found[n] = image.waves(found[image.of], numbers[:, None] * unit, *seen)
-    return found
+            spectra[n] = image.waves(spectra[image.of], numbers[:, None] * unit, *seen)
+    return spectra
 
 
 @record
@@ -306,14 +306,14 @@ class _Directions:
             return np.tile(even, (numbers.size, 1)), np.full((numbers.size, count), 1.0 / count)
         scale = np.minimum(1.0, 2.0 / np.maximum(numbers * self.length, 1e-9))[:, None]
         nodes, share = gauss(count // (2 * len(self.normals)))
-        found, weights = [], []
+        angles, weights = [], []
         for low, high in pairwise([*self.normals, self.normals[0] + math.pi]):
             top = np.arcsinh(0.5 * (high - low) / scale)
             u = 0.5 * top * (1.0 + nodes)
-            away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
-            found += [low + away, high - away]
+            offset, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
+            angles += [low + offset, high - offset]
             weights += [weight, weight]
-        return np.concatenate(found, axis=1), np.concatenate(weights, axis=1)
+        return np.concatenate(angles, axis=1), np.concatenate(weights, axis=1)
 
 
 def _beside(unit: Array, tangents: Array) -> Array:
@@ -361,12 +361,12 @@ class _Mitred:
         # sin(x) / x by the tangent of x / 2, which costs a tenth of the sine
         half = np.where(x == 0.0, 1e-20, 0.5 * x)
         tangent = np.tan(half)
-        found = -1j * self.nodes.sums(wave, factors * np.asarray(tangent / (half * (1.0 + tangent * tangent))))
+        transform = -1j * self.nodes.sums(wave, factors * np.asarray(tangent / (half * (1.0 + tangent * tangent))))
         if not self.moments.size:
-            return np.asarray(found)
+            return np.asarray(transform)
         amount = self.loops.sums(wave, self.moments[:, None])
         size = numbers * np.exp(-0.5 * (numbers * self.spread) ** 2)
-        return np.asarray(found + 1j * size * amount * np.stack([unit[1], -unit[0]]))
+        return np.asarray(transform + 1j * size * amount * np.stack([unit[1], -unit[0]]))
 
 
 def _share(tangents: Array, wave: Array) -> Array:
