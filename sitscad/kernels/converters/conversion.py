@@ -10,15 +10,15 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
-import numpy as np
-
-from sitscad.basics.arrays import Array
 from sitscad.basics.quantities import Quantity
 from sitscad.basics.record import record
 from sitscad.kernels.converters.figures import RowForm, family_module, names_of
 from sitscad.kernels.converters.registers import FirmwareText, Register, RegisterMap
+
+if TYPE_CHECKING:
+    from sitscad.basics.arrays import Array  # reading a spec loads no numpy
 
 
 class ConverterPart(Protocol):
@@ -233,14 +233,16 @@ class Conversion(ABC):
 
     def counts(self, frequency: Array) -> Array:
         """Counts of frequencies (Hz), not rounded."""
-        return np.asarray(frequency / self.hertz_per_count)
+        return frequency / self.hertz_per_count
 
     def frequencies(self, counts: Array) -> Array:
         """Frequencies (Hz) of counts."""
-        return np.asarray(counts * self.hertz_per_count)
+        return counts * self.hertz_per_count
 
     def read(self, frequency: Array) -> Array:
         """Counts (n, coils) of frequencies (Hz) as results give them. NaN if a frequency is beyond the result."""
+        import numpy as np  # reading a spec loads no numpy
+
         step = float(self.counts_per_step)
         offsets = np.array(self.offsets or (0,) * np.shape(frequency)[-1], dtype=float)
         result = np.floor((self.counts(frequency) - offsets) / step + 0.5)
