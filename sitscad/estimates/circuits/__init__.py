@@ -1,1 +1,1 @@
-"""Coils, leads and capacitor as tanks of a converter, and how far they may be off."""
+"""Coils, leads and capacitor as tanks of a converter, with error bounds."""

@@ -1,4 +1,4 @@
-"""The frequencies that sound boards of a design have, by which driver, self-test and bench take a coil for good."""
+"""Frequency bands of sound boards, by which driver, self-test and bench accept a coil."""
 
 from __future__ import annotations
 
@@ -12,29 +12,33 @@ from sitscad.estimates.tolerances.scatter import CAPACITOR
 SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
 
 LEAP = 8.0
-"""By how many standard deviations of a reading two of them may differ at rest: not one in 1e7 differs by more."""
+"""Largest difference between two readings at rest, in their standard deviations.
+
+Fewer than one in 1e7 differ by more.
+"""
 
 STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
-"""What is said of a coil's reading, in the order of the driver's numbers; the last is a warning."""
+"""Status texts of a coil's reading, in the order of the driver's numbers. The last is a warning."""
 
 
 @record
 class Band:
-    """A frequency (Hz) of the design, and the lowest and highest that manufacture makes of it."""
+    """Frequency (Hz) of the design, and the lowest and highest that manufacture produces."""
 
     design: float
     low: float
     high: float
 
     def share_above(self, limit: float) -> float:
-        """The part of what manufacture makes, normally distributed, whose frequency is above a limit (Hz)."""
+        """Return the fraction of units with a frequency above a limit (Hz), for a normal distribution."""
         return 0.5 * math.erfc((limit - self.design) * SIGMAS / ((self.high - self.design) * math.sqrt(2.0)))
 
 
 @record
 class CoilBands:
-    """Bands of one coil: of the bare board, assembled at rest, and of all states and loads together, where the force
-    that is required may be exceeded by half. `own_sigma` (Hz) is the scatter that it has in common with no other coil.
+    """Bands of one coil: bare board, assembled at rest, and all states and loads together.
+
+    Loads reach 1.5 times the required force. `own_sigma` (Hz) is the part of the scatter that no other coil shares.
     """
 
     coil: str
@@ -45,8 +49,10 @@ class CoilBands:
 
 
 def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
-    """The bands of every coil. `own_inductance` is one sigma of what a coil's inductance differs by from the others of
-    its board, relative. Raises ValueError where a coil has no state, or its scatter is not known.
+    """Return the bands of every coil.
+
+    `own_inductance` is the relative standard deviation between the inductances of coils on one board. Raises ValueError
+    if a coil lacks a state, or if its scatter is unknown.
     """
     found = []
     for coil in coils:

@@ -1,6 +1,7 @@
-"""Every coil as a circuit: its winding in its surroundings, with leads and with the neighbours that wait beside it.
+"""Every coil as a circuit: its winding in its surroundings, with leads and idle neighbours.
 
-States without numbers, too, and why: the model of the metal fails there, or the tank does not oscillate.
+The module also finds states without values, with the reason: the model of the metal fails, or the tank does not
+oscillate.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from sitscad.spec.sensor import ReadoutSpec
 
 
 class SolvedEffect(Protocol):
-    """A target's solved effect as circuits need it: see `states.solved_target.SolvedStates`."""
+    """Solved effect of a target, as circuits need it. See `states.solved_target.SolvedStates`."""
 
     @property
     def totals(self) -> Mapping[str, ComplexArray]:
@@ -48,32 +49,35 @@ class SolvedEffect(Protocol):
 
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
-        """The spectrum that the changes go with."""
+        """Spectrum with the frequency dependence of the changes."""
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Key that is equal for coils with an equal change in a state."""
+        """Return a key that is equal for coils with an equal change in a state."""
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return the part that the currents' crowding adds to a coil's own change in a state, by frequency (Hz)."""
+        """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
-        """Put where the tanks run in the states into the circuits."""
+        """Store the tanks' oscillations in the states in the circuits."""
 
 
 LEAST_SHARE = 0.02
-"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
+"""Least ratio of a state's inductance to the free one that is accepted.
 
-PROBE = 5e6  # Frequency (Hz) at which a state's inductance is tried
+Below, the half-space model removes too much.
+"""
+
+PROBE = 5e6  # Frequency (Hz) at which a state's inductance is tested
 
 UNRESOLVED = (
     "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
     "other than they are thick or wide"
 )
-"""Why a state has no numbers where `ProximityLoss.is_resolved` is not."""
+"""Reason for a state without values if `ProximityLoss.is_resolved` is False."""
 
 
 def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
-    """The circuits without the states in which the model fails, and why each of those is missing."""
+    """Return the circuits without the states in which the model fails, and the reason for each such state."""
     failed: dict[str, str] = {}
     states = list(circuits[0].reflections)
     both = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
@@ -99,7 +103,7 @@ def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, s
 
 
 def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
-    """A circuit without the states that have failed."""
+    """Return a circuit without the failed states."""
     return replace(
         circuit, reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
         neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
@@ -107,7 +111,7 @@ def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
 
 
 def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedEffect) -> dict[str, float]:
-    """The states in which some coil's tank does not oscillate, and its quality factor."""
+    """Return the states in which the tank of some coil does not oscillate, with its quality factor."""
     found: dict[str, float] = {}
     tank.oscillate(circuits)
     if not isinstance(target, TargetShares):
@@ -124,12 +128,14 @@ def coil_circuits(
     layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
     target: TargetShares | SolvedEffect,
 ) -> list[CoilCircuit]:
-    """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings, `target` its
-    effect: solved, or by shares of an endless plate's.
+    """Return circuits of all coils in their order.
+
+    `matrix` (H) holds the inductances of the bare windings. `target` is its effect: solved, or by correction ratios of
+    an infinite plate.
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
-    if winding.is_rough:  # bends and corners left out
+    if winding.is_rough:  # leaves out bends and corners
         resistance = math.fsum(w.path.length / (conductivity * spec.coil.trace_width * w.thickness)
                                for w in first.windings)
     else:
@@ -150,7 +156,7 @@ def coil_circuits(
             leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     own + leads.capacitance, reflections[coil.name], own))
-    if len(circuits) == 1 or winding.is_rough:  # idle neighbours change less than screening may be off by
+    if len(circuits) == 1 or winding.is_rough:  # the effect of idle neighbours is below the errors of screening
         return circuits
     return [
         replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec.readout))
@@ -161,7 +167,7 @@ def coil_circuits(
 def _neighbours(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
 ) -> dict[str, Circuit]:
-    """What idle neighbours add to a coil in every state but "free", where the coil is alone."""
+    """Return the effect of idle neighbours on a coil in every state but "free", in which the coil is alone."""
     found = {}
     for state, reflection in circuits[active].reflections.items():
         if state == FREE:
@@ -176,7 +182,7 @@ def _neighbours(
 
 
 def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
-    # Alike distances get alike numbers, so that each is reflected once.
+    # Equal distances get equal numbers, so that each reflection is computed once.
     return [[round(math.dist(a.centre, b.centre), 9) for b in coils] for a in coils]
 
 
@@ -184,8 +190,9 @@ def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
     target: TargetShares | SolvedEffect,
 ) -> dict[str, dict[str, Reflection]]:
-    """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
-    target have one in common.
+    """Return the reflections by metal, by coil and state, corrected for a window in the jaw.
+
+    Coils under equal parts of the target share one.
     """
     missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
     known: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
@@ -230,13 +237,13 @@ def _reflection(
 
 
 FAINT = 0.0015
-"""Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
+"""Additional error of a ratio, relative to the free inductance, for targets with almost no effect."""
 
 
 _led_out, _led_roughly = lru_cache(maxsize=64)(estimate_leads), lru_cache(maxsize=64)(sketched_leads)
 
 
 def self_resonance(circuit: CoilCircuit) -> float:
-    """The frequency (Hz) at which winding and leads resonate with their own capacitance."""
+    """Return the frequency (Hz) at which winding and leads resonate with their own capacitance."""
     inductance = circuit.inductance + circuit.leads.inductance
     return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))

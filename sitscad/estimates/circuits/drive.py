@@ -1,4 +1,4 @@
-"""The drive current: one code for all coils where that does, else one a channel, with manufacture in mind."""
+"""Drive current: one code for all coils if possible, otherwise a code for each channel, with manufacturing margins."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Standard deviations of all manufacture by which the amplitude stays below the largest. TI takes the strongest code
-that does, since clamping is worse than noise (8.1.5; SNOA950), for one known sensor; this is for those still to be
-made."""
+"""Manufacturing standard deviations by which the amplitude stays below the largest.
+
+TI takes the strongest code below the largest amplitude, since clamping is worse than noise (8.1.5; SNOA950). That is
+for one known sensor; this margin is for sensors still to be made.
+"""
 
 
 @record
 class Swing:
-    """What the working states of a coil ask of its drive: the least R_P (ohm), and the most of it with its margin."""
+    """Range of R_P (ohm) of a coil in its working states: the least, and the largest with its margin."""
 
     least: float
     careful: float
@@ -28,12 +30,12 @@ class Swing:
 def driven(
     coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
-    """Coils and settings with the drive codes that suit all working states, or with the code that the spec sets.
+    """Return coils and settings with the drive codes for all working states, or with the code in the spec.
 
-    The code is the strongest with which every coil stays below the largest amplitude in every working state, one sigma
-    beyond its estimate and with the thickest copper that is delivered (a board has one foil and one plating: their ends
-    are common, and no test of the board tells them). Where that leaves a coil below the low-noise window, and a code
-    for every channel leaves none, the channels have codes of their own.
+    The code is the strongest with which every coil stays below the largest amplitude in every working state. The margin
+    is one sigma and the thickest copper delivered. A board has one foil and one plating: all coils share their limits,
+    and no test of the board shows them. If this code leaves a coil below the low-noise window, and separate codes for
+    channels leave none, the channels have separate codes.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
@@ -68,7 +70,7 @@ def driven(
 
 
 def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
-    """The code of every channel: the same one unless only codes of their own keep all coils in the window."""
+    """Return the code of every channel. Codes are equal unless only separate codes keep all coils in the window."""
 
     def reached(codes: Sequence[int]) -> bool:
         return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
@@ -86,8 +88,9 @@ def _careful(state: StateEstimate) -> float:
 
 
 def bare_board_code(bench: Estimates) -> int | None:
-    """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below the largest
-    amplitude; None where no coil's free state has a parallel resistance.
+    """Return the strongest drive code for every coil without target and jaw.
+
+    It keeps each coil one sigma below the largest amplitude. None if no coil's free state has a parallel resistance.
     """
     bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     known = [value for value in bare if math.isfinite(value)]

@@ -1,4 +1,4 @@
-"""Changes of the coils' inductances by a target that moves, by shares of an endless plate's effect: for screening."""
+"""Inductance changes by a moving target, by correction ratios of an infinite plate, for screening."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from sitscad.layout.board import Layout
 
 
 def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
-    """Changes of every coil's inductance (heights, moves, coils; H) by a target that has moved by (x, y) and by a
-    height (m) from rest, at a frequency (Hz).
+    """Return changes of every coil's inductance (heights, moves, coils; H) by a moved target.
 
-    It is the effect of an endless plate times the share that the finite one has at the coil's place (`finite_target`).
-    Its loss and what crowding of the current adds are left out. Every height is solved for all moves at once.
+    The target has moved by (x, y) and by a height (m) from rest; the frequency is in Hz. The change is an infinite
+    plate's times the finite target's ratio at the coil's place (`finite_target`). Loss and the addition of current
+    crowding are left out. Each height is solved for all moves at once.
     """
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     rest = at_rest(spec)

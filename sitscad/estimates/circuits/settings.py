@@ -1,4 +1,4 @@
-"""What is written into every converter of a sensor, register by register."""
+"""Register values for every converter of a sensor."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from sitscad.spec.sensor import ReadoutSpec
 
 @record
 class Device:
-    """One converter of the sensor: its I2C bus (from 0) and 7-bit address, the coils on its channels 0 up, and what to
-    write in order.
+    """One converter of the sensor, with its register values.
+
+    It has its I2C bus (from 0), its 7-bit address, the coils on its channels from 0, and the values in order of
+    writing.
     """
 
     bus: int
@@ -28,10 +30,10 @@ class Device:
 
 
 def devices(asked: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> tuple[Device, ...]:
-    """The converters, which share the coils alike, on each bus in the order of their addresses.
+    """Return the converters, on each bus in the order of their addresses. They share the coils evenly.
 
-    Raises ValueError where a setting is unknown or does not fit its field, where sitscad knows no registers of the
-    family, and where the buses have not as many addresses.
+    Raises ValueError if a setting is unknown or does not fit its field, if sitscad has no registers of the family, or
+    if the buses have too few addresses.
     """
     converter = asked.device
     needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
@@ -87,8 +89,9 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: Cells | None, 
 
 
 def identity(sensor: str, found: Sequence[Device]) -> int:
-    """A number of 32 bits by which serial lines of boards tell themselves apart: the same for one name, the same coils
-    and settings.
+    """Return a 32-bit number that identifies a board's serial lines.
+
+    It is equal for equal names, coils and settings.
     """
     rows = [(one.coils, [(int(row.address), int(row.value)) for row in one.registers]) for one in found]
     return zlib.crc32(repr((sensor, rows)).encode())

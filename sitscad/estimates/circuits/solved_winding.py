@@ -1,9 +1,9 @@
-"""A winding solved once for all alike coils: inductance, loss, and what metal near it changes.
+"""A winding, solved once for all identical coils: inductance, loss, and their changes by metal.
 
-How far its resistance at frequency can be off, too: direct resistance is exact but for the copper itself. What
-alternating current adds is computed at so many azimuths or cuts of the sides, with so many modes: each may be too few
-by a share that was fitted to random designs of every shape, solved again with more of everything
-(tests/validation/resistance_designs.py), and is tested on others that no fit saw.
+It also bounds the error of the winding's resistance at a frequency. The direct resistance is exact except for the
+copper itself. The added loss by alternating current is computed with a finite number of modes, at a finite number of
+azimuths or of cuts of the sides. The errors by these numbers were fitted to random designs of every shape, solved again
+with more of everything (tests/validation/resistance_designs.py). They are tested on designs outside the fit.
 """
 
 from __future__ import annotations
@@ -45,25 +45,33 @@ from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpect
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
 
-ALONG = 2e-5  # Of the resistance at any frequency: lengths and corners of the winding's path
+ALONG = 2e-5  # Relative error of the resistance at any frequency, by lengths and corners of the winding's path
 
 MODEL = 0.0015
-"""Of the added loss: tracks see each other's crowding as straight ones do. Closed rings and open spirals by
-converged filaments (tests/validation/test_alternating_current.py)."""
+"""Model error, relative to the added loss.
+
+The crowding in one track acts on others as in straight tracks. Closed rings and open spirals were compared with
+converged filaments (tests/validation/test_alternating_current.py).
+"""
 
 ENDS = 1.2
-"""Of the added loss, times a track's width over the winding's length: what cuts miss where a layer begins or ends."""
+"""Error by the ends of layers, which cuts miss: relative to the added loss, times track width over winding length."""
 
-ONE_CUT = 0.1  # Of the added loss, where one cut stands for all of a winding
+ONE_CUT = 0.1  # Relative error of the added loss if one cut stands for all of a winding
 
 MODES = {False: 0.011, True: 0.007}
-"""Of the added loss, with usual and fine modes: tracks many skin depths wide or thick."""
+"""Error relative to the added loss, with usual (False) and fine (True) modes, for tracks many skin depths wide or
+thick.
+"""
 
-WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which that share is reached
+WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this error is reached
 
 ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
-"""Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
-stands for both (ALIKE_ROUNDED turns and more)."""
+"""Errors relative to the added loss, by shape.
+
+In this order: polygons of one layer; polygons with rounded corners; racetracks; racetracks of which one half stands for
+both (ALIKE_ROUNDED turns and more).
+"""
 
 CROSSING = {
     "square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013),
@@ -74,20 +82,25 @@ Near corners, where the layers' sides do not lie face to face, the layers are cu
 the larger the error."""
 
 METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
-"""Of the resistance with metal about, and with metal nearer than that (m), from where the one goes over into the other
-as distance over NEAR_DISTANCE rises to FADED: round coils over and between copper, steel
-and mirrors by filaments (tests/validation/test_near_metal.py); for other shapes POLYGONS_NEAR_METAL comes on top."""
+"""Errors relative to the resistance with metal around: farther, and nearer than `NEAR_DISTANCE` (m).
+
+Between them the error falls linearly as distance over NEAR_DISTANCE rises from 1 to FADED. Source: round coils over and
+between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py). Other shapes add
+POLYGONS_NEAR_METAL.
+"""
 
 FADED = 1.5
-"""Times a distance up to which a share holds: so far it falls to the next one, that a sweep may not make it jump."""
+"""Multiple of a distance up to which an error falls to the next one. Sweeps then have no jumps."""
 
 FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
 
 
 @record
 class ResistanceBound:
-    """What a winding's error is made of: `share` of the added loss at any frequency, `modes` of it where the track of
-    that width and thickness (m) is many skin depths; conductivity in S/m.
+    """Parts of the error bound of a winding's resistance.
+
+    `share` is relative to the added loss at any frequency. `modes` is relative to the added loss of tracks many skin
+    depths wide or thick, for the track's width and thickness (m). The conductivity is in S/m.
     """
 
     share: float
@@ -97,7 +110,7 @@ class ResistanceBound:
     conductivity: float
 
     def relative(self, ratio: float, frequency: float) -> float:
-        """Relative error, at most, of a resistance that is `ratio` times the direct one at a frequency (Hz)."""
+        """Return the relative error bound of a resistance, `ratio` times the direct one, at a frequency (Hz)."""
         depth = skin_depth(frequency, self.conductivity)
         reached = min(1.0, max(self.width / (WIDE * depth), self.thickness / (THICK * depth)) ** 2)
         return ALONG + (1.0 - 1.0 / ratio) * (self.share + self.modes * reached)
@@ -105,7 +118,7 @@ class ResistanceBound:
 
 def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
                      tolerance: float) -> ResistanceBound:
-    """The bound of `losses.winding_losses` with that tolerance of R (3e-2 or 1e-2)."""
+    """Return the bound of `losses.winding_losses` for this tolerance of R (3e-2 or 1e-2)."""
     if spirals:
         length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
         cuts = suited_resolution(spirals, conductivity, tolerance).cuts
@@ -123,7 +136,7 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
 
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
-    """Relative error, at most, that metal no nearer than `nearest` (m) to the copper's middle adds to a resistance."""
+    """Return the relative error bound of a resistance by metal at least `nearest` (m) from the copper's middle."""
     found = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
     if not spec.outline.is_round:
         found += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
@@ -131,17 +144,18 @@ def near_metal_error(spec: CoilSpec, nearest: float) -> float:
 
 
 def _faded(reach: float) -> float:
-    """1 up to a reach of 1, 0 from FADED on, and straight between."""
+    """Return 1 up to a reach of 1, 0 from FADED on, and a linear value between."""
     return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
 
 
 @record(eq=False)
 class SolvedWinding:
-    """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
+    """Values that all identical coils share: geometry, round layers that stand for it, inductance (H) and its method.
 
-    `conductivity` (S/m) is the copper's, `loss` what alternating current adds. `nearest` (m) is the least distance of
-    metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by;
-    `bound` is how far off its resistance can be; `is_rough` says that it was solved for screening.
+    `conductivity` (S/m) is the copper's, and `loss` the effect of alternating current. `nearest` (m) is the least
+    distance of metal in any state, None without metal. `crowding` is the change of `loss` by metal, and `spectrum` the
+    current spectrum for reflections. `bound` is the error bound of the resistance. `is_rough` marks screening
+    solutions.
     """
 
     geometry: WindingGeometry
@@ -157,8 +171,9 @@ class SolvedWinding:
     is_rough: bool = False
 
     def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
-        """Relative error bound of the resistance at a coil's contacts in a state: the winding's, a share of the leads',
-        that of metal about, and the target's share in it.
+        """Return the relative error bound of the resistance at a coil's contacts in a state.
+
+        It combines the errors of the winding, the leads, the metal around, and the target's ratio.
         """
         winding = circuit.winding_resistance(state.frequency)
         leads = circuit.leads.resistance_at(state.frequency, circuit.conductivity)
@@ -169,7 +184,7 @@ class SolvedWinding:
 
     @property
     def inductance_error(self) -> float:
-        """Relative error bound of the inductance, as its method states it."""
+        """Relative error bound of the inductance, as stated by its method."""
         return self.method.error(self.geometry)
 
 
@@ -180,7 +195,10 @@ def solve_winding(
     spec: CoilSpec, first: Coil, assembly: AssemblyStates, conductivity: float, method: str | None,
     tolerance: float | None,
 ) -> SolvedWinding:
-    """The winding of the first of alike coils, its copper of a conductivity (S/m); see `sitscad.estimates.estimate`."""
+    """Solve the winding of the first of identical coils, its copper of a conductivity (S/m).
+
+    See `sitscad.estimates.estimate`.
+    """
     bare, rough = replace(first, series=()), is_rough(tolerance)
     geometry, chosen, inductance = _solved(spec, bare, method, tolerance)
     nearest = nearest_metal(geometry, assembly)
@@ -195,9 +213,9 @@ def solve_winding(
 
 
 def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float | None:
-    """The least distance (m) of metal to a layer's mid-plane in any state; None without metal."""
+    """Return the least distance (m) of metal to a layer's mid-plane in any state. None without metal."""
     heights = [layer.z for layer in geometry.spirals or geometry.drawn]
-    # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
+    # one sigma of pad or glue brings metal little nearer, and only a difference is taken
     small = (PAD, PAD_SIZE, GLUE)
     ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
     states = [*assembly.states, *ranges]
@@ -207,12 +225,15 @@ def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float 
 
 
 def _known(nearest: float) -> float:
-    """The distance (m) for which waves are found: up to a fifth less, one for many boards with metal about there."""
+    """Return the distance (m) for which waves are computed: up to a fifth less, so that similar boards share it."""
     return float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
-    """The spectrum of `solve_winding` (m2) alone, which is found done after it; None without metal."""
+    """Return the spectrum of `solve_winding` (m2) alone. None without metal.
+
+    It is cached after `solve_winding`.
+    """
     geometry = winding_geometry(spec, replace(first, series=()))
     nearest = nearest_metal(geometry, assembly)
     return None if nearest is None else _spectrum(geometry, _known(nearest), False)
@@ -222,7 +243,7 @@ def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -
 def _solved(
     spec: CoilSpec, coil: Coil, method: str | None, tolerance: float | None
 ) -> tuple[WindingGeometry, Method, float]:
-    # What the drawn windings alone decide: a design with other things around the same board finds it done.
+    # Values of the drawn windings alone: designs with equal boards share them.
     geometry = winding_geometry(spec, coil)
     chosen = choose_method(geometry, method, tolerance)
     inductance = chosen.solve(geometry)
@@ -241,7 +262,7 @@ NO_NEARER = 1.2  # Ratio of those distances
 def beside_each_other(
     spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
 ) -> tuple[Array, Array]:
-    """The inductance matrix (H) of the bare windings of all coils, and what its elements can be off by at most (H)."""
+    """Return the inductance matrix (H) of the bare windings of all coils, and error bounds of its elements (H)."""
     if is_rough and winding.geometry.spirals:
         return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
                                        winding.inductance, winding.inductance_error)
@@ -254,4 +275,4 @@ def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -
     return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
 
 
-LEAST_DISTANCE = 10e-6  # Distance (m) from a layer's mid-plane below which metal is taken to be there
+LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane that is computed

@@ -1,4 +1,4 @@
-"""The tank of each coil in each state, the capacitor that suits them all, and how the converter is set for it."""
+"""Tank of each coil in each state, the capacitor that suits all coils, and the converter's settings."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred 
 E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
 
 FREQUENCY_MARGIN = 0.95
-"""Share of the converter's highest frequency up to which a capacitor is chosen, and of the frequencies themselves that
-its lowest may be: tolerances of coil and capacitor need the rest.
+"""Fraction of the converter's highest frequency up to which a capacitor is chosen.
+
+Its lowest frequency may be this fraction of the estimated ones. The rest is for tolerances of coil and capacitor.
 """
 
 ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
@@ -44,10 +45,10 @@ ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a g
 
 @record(eq=False)
 class CoilCircuit:
-    """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
+    """One coil as the tank's circuit: winding, leads, own capacitance, and surroundings in every state.
 
-    `neighbours` are what idle coils add there; `curves` and `known` keep values once they were asked for, and
-    `oscillations` where tanks run by state and capacitor (F), all else being the same readout's.
+    `neighbours` are the effects of idle coils. `curves` and `known` cache values. `oscillations` caches the tanks'
+    oscillations by state and capacitor (F), for a single readout.
     """
 
     name: str
@@ -65,13 +66,15 @@ class CoilCircuit:
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
-        """The winding's resistance (ohm) alone at a frequency (Hz)."""
+        """Return the resistance (ohm) of the winding alone at a frequency (Hz)."""
         return self.resistance * self.loss.resistance_ratio(frequency)
 
     def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """What eddy currents in the winding's tracks add to its inductance (H) and resistance (ohm) in a state at (n,)
-        frequencies (Hz), near to each other: those of the coil alone, and what metal changes of them; roughly the
-        latter is interpolated from where the terminal values are known.
+        """Return the inductance (H) and resistance (ohm) by eddy currents in the winding's tracks.
+
+        They are for a state at (n,) frequencies (Hz), near to each other. They sum the eddy currents of the coil alone
+        and their changes by metal. In rough solutions the latter are interpolated from the frequencies of the terminal
+        values.
         """
         if self.reflections[state].is_rough:
             band = int(bands_of(frequencies.mean()))
@@ -82,13 +85,14 @@ class CoilCircuit:
         return self.loss.inductance_changes(frequencies) + change, added + lost
 
     def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """What metal changes of `crowding` (H, ohm)."""
+        """Return the change of `crowding` by metal (H, ohm)."""
         change = self.reflections[state].crowding(frequencies)
         return change.real, -2.0 * math.pi * frequencies * change.imag
 
     def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz), its neighbours
-        open.
+        """Return inductance (H) and resistance (ohm) between the contacts, with neighbours open.
+
+        They are for a state at (n,) frequencies (Hz).
         """
         key = state, frequencies.tobytes()
         if key not in self.known:
@@ -100,7 +104,7 @@ class CoilCircuit:
         return self.known[key]
 
     def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Both as in `own`, with the neighbours idle, where the state has them."""
+        """Return the values of `own` with the neighbours idle, if the state has neighbours."""
         inductance, resistance = self.own(state, frequencies)
         if state not in self.neighbours:
             return inductance, resistance
@@ -108,13 +112,14 @@ class CoilCircuit:
         return inductance + change, resistance + added
 
     def terminal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz)."""
+        """Return inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz)."""
         inductance, resistance = terminals([self], [state], frequencies[None, None])
         return inductance[0, 0], resistance[0, 0]
 
     def curve(self, of: str, state: str, band: int) -> Array:
-        """Inductance (H) and resistance (ohm) of a state, as the method `of` this name has them, at the Chebyshev
-        points of a band, (`POINTS`, 2).
+        """Return inductance (H) and resistance (ohm) of a state at the Chebyshev points of a band, (`POINTS`, 2).
+
+        `of` names the method that computes them.
         """
         key = of, state, band
         if key not in self.curves:
@@ -123,19 +128,20 @@ class CoilCircuit:
 
 
 def points_of(band: int) -> Array:
-    """Logarithms of the frequencies (Hz) at which curves are known over a band."""
+    """Return logarithms of the frequencies (Hz) at which curves are computed over a band."""
     low = math.log(LOWEST) + band * math.log(BAND)
     return chebyshev_points(low, low + math.log(BAND), POINTS)
 
 
 def bands_of(frequencies: Array) -> Index:
-    """The numbers of the bands that frequencies (Hz) lie in."""
+    """Return the band numbers of frequencies (Hz)."""
     return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
 
 
 def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array) -> tuple[Array, Array]:
-    """Inductances (H) and resistances (ohm) of coils between their contacts in states, each at its own (coils, states,
-    n) frequencies (Hz).
+    """Return inductances (H) and resistances (ohm) of coils between their contacts in states.
+
+    Each coil and state has its own frequencies (coils, states, n; Hz).
     """
     bands, found = bands_of(frequencies), np.empty((2, *frequencies.shape))
     for band in set(bands.ravel().tolist()):
@@ -152,41 +158,45 @@ POINTS = 6
 
 
 LOWEST, BAND = 1e6, 11.0
-"""The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
+"""Lowest frequency (Hz) and frequency ratio of the first band, 1 to 11 MHz. Other bands have the same ratio."""
 
-HIGHEST = 0.999999 * LOWEST * BAND  # The last frequency (Hz) of the first of them, which most converters do not reach
+HIGHEST = 0.999999 * LOWEST * BAND  # Last frequency (Hz) of the first band, which most converters do not reach
 
 
 @record
 class Tank:
-    """What stands between coil and converter: capacitor, pins and cable."""
+    """Circuit between coil and converter: capacitor, pins and cable."""
 
     capacitor: float
     readout: ReadoutSpec
 
     @property
     def converter(self) -> Converter:
-        """What the converter can do."""
+        """Properties of the converter."""
         return self.readout.device
 
     def capacitance(self, circuit: CoilCircuit) -> float:
-        """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
+        """Return the total parallel capacitance (F): capacitor, pins, cable, tail and the coil's own."""
         return self.conversion_capacitance + circuit.self_capacitance
 
     @property
     def conversion_capacitance(self) -> float:
-        """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
+        """Capacitance (F) that converts a frequency to inductance, for all coils and states: capacitor, pins, cable."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
         return self.capacitor + self.converter.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
-        """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
+        """Return inductance (H) and resistance (ohm) of a cable inside the tank.
+
+        The capacitor is then at the converter.
+        """
         cable = self.readout.cable if self.readout.capacitor_at != "coil" else None
         return (0.0, 0.0) if cable is None else (cable.inductance, cable.resistance)
 
     def network(self, self_capacitance: float | Array) -> Network:
-        """The two-port between contacts and pins, of coils with so much capacitance of their own (F): half of the
-        cable's at either end (pi section).
+        """Return the two-port between contacts and pins, for coils with a capacitance of their own (F).
+
+        Half of the cable's capacitance is at either end (pi section).
         """
         cable = self.readout.cable
         half = 0.5 * cable.capacitance if cable else 0.0
@@ -201,33 +211,34 @@ class Tank:
         )
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
-        """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
+        """Return the tank's oscillation in a state, with inductance and loss at its own frequency."""
         if (state, self.capacitor) not in circuit.oscillations:
             self.oscillate([circuit])
         return circuit.oscillations[state, self.capacitor]
 
     def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
-        """Finds where the tanks of coils, which have the same states, run in all of them: at once takes least."""
+        """Find the tanks' oscillations of coils with equal states, for all states at once."""
         found = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
         for circuit in circuits:
             circuit.oscillations.update(((state, self.capacitor), next(found)) for state in circuit.reflections)
 
 
 ROUGHLY = 1e-3
-"""What a frequency may be off by, relative, where capacitors are compared for screening."""
+"""Largest relative error of a frequency when capacitors are compared for screening."""
 
 
 def oscillations(
     circuits: Sequence[CoilCircuit], tank: Tank, capacitors: Array, is_rough: bool = False
 ) -> Oscillations:
-    """Where tanks run that differ from one by their capacitors (n; F) alone, of coils which have the same states,
-    (coils, states, n); to `ROUGHLY` of the frequency where that is enough.
+    """Return oscillations (coils, states, n) of tanks that differ by their capacitors (n; F) alone.
+
+    The coils have equal states. If `is_rough`, the frequency is within `ROUGHLY`.
     """
     own, inductance = np.array([(c.self_capacitance, c.inductance + c.leads.inductance) for c in circuits]).T
     states = list(circuits[0].reflections)
     network = replace(tank.network(own[:, None, None]), capacitor=capacitors)
     plain = network.resonance(inductance[:, None, None]) / (2.0 * math.pi)
-    # where the converter works within the band, what is above it is not worth another curve, roughly
+    # in rough solutions a converter within the first band needs no curve above it
     is_enough = is_rough and tank.converter.limit("sensor_frequency_max") < HIGHEST
     highest = HIGHEST if is_enough else math.inf
     return oscillate(
@@ -236,7 +247,7 @@ def oscillations(
 
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
-    """Every state of a coil with its tank and the converter's settings."""
+    """Return every state of a coil with its tank and the converter's settings."""
     if readout.drive_code is None:
         return {}
     found, converter = {}, tank.converter
@@ -256,12 +267,12 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
 def choose_capacitor(
     circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float, is_rough: bool = False
 ) -> tuple[float, str]:
-    """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
+    """Return the tank capacitor (F) and the reason: the spec's, or the E12 value with the least violation of windows.
 
-    Windows, over all coils and states: frequency within the converter's less 5 % at either end (and up to 0.75 of
-    self-resonance), parallel resistance within the data sheet's, amplitude within the low-noise window in the working
-    states with one drive code, capacitor from 100 pF. Among those that keep them the highest parallel resistance is
-    taken, which is the highest frequency.
+    Windows hold over all coils and states. Frequency: within the converter's range less 5 % at either end, and up to
+    0.75 of self-resonance. Parallel resistance: within the data sheet's. Amplitude: within the low-noise window in the
+    working states, with one drive code. Capacitor: from 100 pF. Among values that violate none, the one with the
+    highest parallel resistance is taken, which has the highest frequency.
     """
     if readout.capacitance is not None:
         return readout.capacitance, "given in the spec"
@@ -280,7 +291,7 @@ def choose_capacitor(
 
 
 def preferred_values(converter: Converter) -> list[float]:
-    """E12 values (F) within the range of the maker's reference coils."""
+    """Return E12 values (F) within the range of the maker's reference coils."""
     low, high = converter.limit("capacitor_min"), converter.limit("capacitor_max")
     decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
     return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
@@ -302,22 +313,23 @@ VALUE_TOLERANCE = 0.005
 
 
 def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
-    # Coils under alike parts of the target differ by their leads alone: the two extremes stand for all.
+    # Coils under equal parts of the target differ by their leads alone: the two extremes stand for all.
     alike: dict[tuple[int, ...], list[CoilCircuit]] = {}
     for circuit in sorted(circuits, key=lambda c: c.leads.inductance):
         alike.setdefault(tuple(id(change) for change in circuit.reflections.values()), []).append(circuit)
     return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
 
 
-OVERDAMPED = 1e3  # Trespass of a state in which the tank does not oscillate: more than any other
+OVERDAMPED = 1e3  # Violation by a state in which the tank does not oscillate: larger than any other
 
 
 def _trespass(
     found: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
-    """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to:
-    the highest frequency (Hz) and the least parallel resistance (ohm). `found` are its oscillations, each with whether
-    the sensor works in that state.
+    """Return a capacitor's violation of the converter's windows (smallest is best), and its results.
+
+    They are whether it violates any, the highest frequency (Hz) and the least parallel resistance (ohm). `found` are
+    its oscillations, each with whether the sensor works in this state.
     """
     running = [(each, works) for each, works in found if each.exists]
     damped = len(found) - len(running)
@@ -351,7 +363,7 @@ def _beyond(value: float, limit: float) -> float:
 
 
 def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
-    """Why a capacitor was chosen, in words."""
+    """Return the reason for the choice of a capacitor, as text."""
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
     found = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
@@ -362,10 +374,11 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
 
 
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
-    """The converter's settings for all coils and states with that capacitor; None and NaN where none is left.
+    """Return the converter's settings for all coils and states with this capacitor.
 
-    The drive code is the strongest below the largest amplitude: `drive.driven` makes it careful once the scatter is
-    known.
+    None and NaN if no state is left.
+
+    The drive code is the strongest below the largest amplitude. `drive.driven` adds margins when the scatter is known.
     """
     tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
     unset = ReadoutEstimate(
@@ -383,10 +396,10 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         device.has_high_current and count == 1 and readout.drive_code is None
         and device.limit("parallel_resistance_high_current") <= min(working)
         and min(working) < device.limit("parallel_resistance_driveable")
-        # with the least high current that the maker's texts give, no state may pass the limit for certain
+        # the least high current in the maker's texts: no state may certainly exceed the limit
         and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
     )
-    # several converters scan at the same time, each its own coils; the first of them has the most
+    # several converters scan at once, each its own coils; the first has the most coils
     shares = device.shares(count)
     tanks = tuple((at.frequency, at.quality_factor) for at in found.values())
     conversion = device.set_up(Demand(readout.clock, readout.scan_rate, shares[0], shares[-1], tanks))
@@ -408,12 +421,13 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
 
 
 SIGMAS = 2.0
-"""Standard deviations of manufacture by which a sensor may run faster or slower than estimated and still be read."""
+"""Manufacturing standard deviations by which a sensor may run faster or slower than estimated and still be read."""
 
 
 def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
-    """The settings that suit fast specimens too, with results that show what the frequencies of all need: those of
-    every state and two sigma to both sides.
+    """Return the settings with margins for fast units.
+
+    They cover the frequencies of every state and two sigma to both sides.
     """
     if readout.conversion is None:
         return readout
@@ -428,8 +442,9 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
 
 
 def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
-    """The coil with the step of its inductance (H) in every state, and the noise of quantisation alone: at a fixed
-    capacitor 2 L / f of those of the frequency.
+    """Return the coil with the step of its inductance (H) in every state, and the noise by quantisation alone.
+
+    At a fixed capacitor both are 2 L / f times the frequency's.
     """
     if (conversion := readout.conversion) is None:
         return coil

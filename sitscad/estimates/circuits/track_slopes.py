@@ -24,19 +24,22 @@ from sitscad.spec.circuit import Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHORT_WAVES = 0.04
-"""Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance: of 200
-turns that lacks 0.14 %, of 80 turns 0.05 %."""
+"""Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance.
+
+The error is 0.14 % for 200 turns and 0.05 % for 80 turns.
+"""
 
 
 def inductance_slopes(
     layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec, is_rough: bool = False
 ) -> dict[str, float]:
-    """Change of the winding's inductance (H) with the logarithm of each tolerance.
+    """Return the change of the winding's inductance (H) with the logarithm of each tolerance.
 
-    Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
-    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
-    third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is homogeneous of
-    degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the other slopes.
+    Width (with fixed centre lines) and thickness act through the geometric mean distances of a track with itself and
+    its neighbours. Layer distance acts through the coupling of crossing layers (polygons, whose layers lie face to
+    face: up to a third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is
+    homogeneous of degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the
+    other slopes.
     """
     width, pitch = spec.coil.trace_width, spec.coil.pitch
     by_width = by_thickness = 0.0
@@ -106,7 +109,7 @@ def _face_to_face(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple
 
 
 def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
-    """Change of the leads' inductance (H) with the logarithm of each tolerance.
+    """Return the change of the leads' inductance (H) with the logarithm of each tolerance.
 
     Each stretch contributes by its own mean distance and by its mean distance to the return track beside it.
     """
@@ -121,7 +124,7 @@ def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
 
 @lru_cache(maxsize=256)
 def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
-    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness.
+    """Return slopes of ln(g12 / g11) with ln w, ln t and the logarithm of the films' thickness.
 
     g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it.
     """
@@ -142,7 +145,7 @@ def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | N
 
 @lru_cache(maxsize=1024)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
-    """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its neighbours."""
+    """Return slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice with its neighbours."""
     across: Array = pitch * np.arange(math.ceil(turns), dtype=np.float64)
     weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
     step = 1e-3
@@ -156,9 +159,9 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 
 
 def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
-    """Slopes of the inductance (H/m) by the layers' heights, (layers, layers), by the waves of their currents."""
+    """Return slopes of the inductance (H/m) with the layers' heights, (layers, layers), by their current spectra."""
     heights, first = sorted(layer.z for layer in layers), layers[0]
-    # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
+    # Waves much shorter than the winding's width contribute little: many turns need none for the nearest layer.
     wide = first.radius - first.inner_radius + first.pitch
     nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
     alike = len({layer.turns for layer in layers}) == 1
@@ -168,7 +171,7 @@ def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Ar
 
 
 def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
-    """Mid-plane distances of every two layers, and how much of each is copper."""
+    """Return mid-plane distances of each pair of layers, and the fraction of each that is copper."""
     copper = stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))

@@ -1,4 +1,4 @@
-"""How far manufacture scatters the numbers: tolerances, through derivatives, to L, R, frequency and R_P."""
+"""Scatter of L, R, frequency and R_P by manufacturing tolerances, through derivatives."""
 
 from __future__ import annotations
 
@@ -40,38 +40,52 @@ from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Two more causes than `scatter.CAUSES`: error bounds of the effect of metal."""
+"""Names of two causes beside `scatter.CAUSES`: error bounds of the effect of metal."""
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
-"""Growth of the extra loss of round coils, and of all others, with the logarithm of width and thickness: shares of
-itself and of its growth with ln f. Fitted to differences of whole solutions of eleven templates, free and at rest:
-within 0.15 of R for the logarithm. Of round coils by themselves `width_power` is asked, where they are not screened."""
+"""Slope of the extra loss of round coils, or of all others, with the logarithm of width and thickness.
+
+The two numbers are factors of the loss itself and of its growth with ln f. They were fitted to differences of full
+solutions of eleven templates, free and at rest: within 0.15 of R for the logarithm. Round coils by themselves use
+`width_power`, except in screening.
+"""
 
 WIDER = 0.1
-"""By what part a winding's tracks are taken wider and narrower to see what their loss does."""
+"""Relative change of the tracks' width, up and down, for the slope of their loss."""
 
 ROUGHLY_SOLVED = 4.0
-"""Skin depths of width up to which rough solutions give the loss's power of it, within 2 %; from one depth more on the
-usual solutions are taken. (At 7 depths the rough power is 10 % too small, and one sigma of R was 20 % too small.)"""
+"""Skin depths of width up to which rough solutions give the loss's power of the width, within 2 %.
+
+From one depth more on, the usual solutions are taken. (At 7 depths the rough power was 10 % too small, and one sigma of
+R was 20 % too small.)
+"""
 
 EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
-"""The same of leads, which lie in their own field: wide ones lose like 1/w, and the more the thicker they are."""
+"""The same factors for leads, which lie in their own field.
+
+Wide leads lose like 1/w, and more with their thickness.
+"""
 
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
-"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away. Whole solutions of
-eleven templates gave 1.7 to 2.1 with the width of round coils, 1.6 to 2.2 of others."""
+"""Factor of the inductance removed by extra currents, for its slope, beside its growth with ln f.
+
+Full solutions of eleven templates gave 1.7 to 2.1 with the width of round coils, and 1.6 to 2.2 for others.
+"""
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
-"""Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.75 to
-1.1 and -0.65 to -0.8 of whole solutions."""
+"""Powers of the tracks' width and the films' thickness in the capacitance of winding and leads.
+
+Full solutions gave 0.75 to 1.1 and -0.65 to -0.8.
+"""
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Standard deviations of all causes by name, 0 of what the sensor does not have: in metres those of the pad's
-    thickness and size, of all glue below the target and of the target's place, in radians those of angles, all others
-    relative. That of the copper's thickness is of this stack-up.
+    """Return standard deviations of all causes by name. They are 0 for parts that the sensor lacks.
+
+    They are in metres for the pad's thickness and size, for all glue below the target and for the target's place. They
+    are in radians for angles, and relative for all others. The copper's thickness is that of this stack-up.
     """
     def found() -> dict[str, float]:
         copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)
@@ -81,9 +95,10 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
 
 
 def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[float, float]:
-    """Half the bands of the coil's copper, relative, as its resistance has them (layers in series, each with its share
-    by 1/thickness): by the foil, which is alike on all layers, and by the plating. Where the fabricator does not say
-    whether his copper contains the plating, all of that is in doubt.
+    """Return relative half widths of the tolerance bands of the coil's copper, by foil and by plating.
+
+    They are weighted as in the resistance: layers in series, each by 1/thickness. The foil is equal on all layers. If
+    the fabricator does not state whether his copper includes the plating, all of the plating is uncertain.
     """
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
@@ -94,22 +109,24 @@ def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[fl
 
 
 def thickest_copper(spec: SensorSpec) -> float:
-    """The part by which the coil's copper is thicker, as its resistance has it, where foil and plating are both at the
-    thick end of what is delivered.
+    """Return the relative excess of the coil's copper thickness, as weighted in its resistance.
+
+    Foil and plating are both at the upper limit of delivery.
     """
     return sum(_copper_bands(spec.coil_copper, spec.fpc.stackup))
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:
-    """One sigma of a resistance to direct current, relative: it goes with the tracks' length over width and
-    thickness.
+    """Return the relative standard deviation of a direct-current resistance.
+
+    The resistance is proportional to the tracks' length over width and thickness.
     """
     found = sigmas(spec)
     return math.hypot(found[WIDTH], found[THICKNESS], found[DIAMETER])
 
 
 def scatter_note(spec: SensorSpec) -> str:
-    """Which of the tolerances behind the scatter nobody has seen a source for."""
+    """Return a note with the tolerances that lack a verified source."""
     known = scatter(spec)
     unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in known and not known[name].verified]
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
@@ -122,14 +139,14 @@ Between = Callable[
 
 
 ExtraShares = Mapping[str, tuple[float, float]]
-"""Shares as in EXTRA."""
+"""Factors as in EXTRA."""
 
 
 def slopes_of(
     spec: SensorSpec, coil: Coil, winding: SolvedWinding,
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
 ) -> Slopes:
-    """Slopes of a coil by its solved winding, and what is around it in its states."""
+    """Return slopes of a coil by its solved winding, with the effects of its surroundings in its states."""
     inductance = inductance_slopes(winding.spirals, coil, spec, winding.is_rough)
     is_round = spec.coil.outline.is_round
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
@@ -139,8 +156,9 @@ def slopes_of(
 
 @lru_cache(maxsize=4)
 def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float], float]:
-    """The power with which the extra loss of a winding by itself (S/m) goes with its tracks' width at a frequency (Hz),
-    by two solutions, which are rough for narrow tracks.
+    """Return a function: power of the tracks' width in the extra loss of a winding by itself, at a frequency (Hz).
+
+    The conductivity is in S/m. It takes two solutions, which are rough for narrow tracks.
     """
 
     @lru_cache(maxsize=2)
@@ -166,11 +184,11 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
 
 @record
 class Slopes:
-    """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
+    """Inputs of the spread of a coil's states: relative sigmas, and slopes of the winding's inductance (H).
 
-    ``thickest_copper`` is by what part the thickest copper that is delivered exceeds the nominal one; `surroundings`
-    says by state and cause how much (H, ohm) one sigma of what is around the coil moves it; `extra` is EXTRA of the
-    coil's shape, and `power` (None: by that) the `width_power` of its winding.
+    ``thickest_copper`` is the relative excess of the thickest copper delivered over the nominal one. `surroundings`
+    holds the changes (H, ohm) by one sigma of each cause around the coil, by state and cause. `extra` is EXTRA for the
+    coil's shape. `power` is the `width_power` of its winding (None: by `extra`).
     """
 
     sigmas: Mapping[str, float]
@@ -184,14 +202,16 @@ class Slopes:
 def resistance_slopes(
     circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], shares: ExtraShares
 ) -> dict[str, float]:
-    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), `crowded` being
-    what eddy currents in the winding's tracks add there and its growth (ohm; see `crowding_growth`).
+    """Return the change of a circuit's resistance (ohm) with the logarithm of each tolerance.
 
-    Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
-    and s like w^3 t in the field of its neighbours and of their images, like w t in its own. With E the extra loss, as
-    the metal about leaves it, and E' its growth per ln omega the low-frequency limit is E + E' or -E + E' for the one,
-    -E + E' for the other; `shares` (EXTRA) carry that on to where E' is only E. Turns moved apart lose E. Leads have an
-    extra loss of their own.
+    `crowded` is the resistance by eddy currents in the winding's tracks at a frequency (Hz), and its growth (ohm; see
+    `crowding_growth`).
+
+    Direct resistance goes with 1/(w t). Every mode of the extra loss is s omega^2 / (1 + omega^2 tau^2), with tau like
+    w t. s is like w^3 t in the field of neighbours and of their images, and like w t in the track's own field. Let E be
+    the extra loss with metal around, and E' its growth per ln omega. In the former field the low-frequency limit is E +
+    E' (width) or -E + E' (thickness). In the latter field it is -E + E'. `shares` (EXTRA) extend this to frequencies at
+    which E' is only E. Turns moved apart lose E. Leads have an extra loss of their own.
     """
     direct, (extra, growth) = circuit.resistance, crowded
     lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
@@ -203,8 +223,9 @@ def resistance_slopes(
 
 
 def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
-    """Direct resistance (ohm) of the leads' tracks, and what they have more at a frequency (Hz), with its growth per
-    ln f.
+    """Return the direct resistance (ohm) of the leads' tracks, and their extra resistance at a frequency (Hz).
+
+    The latter has its growth per ln f.
     """
     at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
     direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
@@ -212,28 +233,29 @@ def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[f
 
 
 DIRECT = 1.0
-"""A frequency (Hz) at which a track's resistance is that to direct current."""
+"""Frequency (Hz) at which a track's resistance equals its direct-current resistance."""
 
 
 def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
-    """Inductance (H) and resistance (ohm) that eddy currents in the tracks add in a state at a frequency (Hz), each
-    with its growth per ln f.
+    """Return inductance (H) and resistance (ohm) by eddy currents in the tracks, each with its growth per ln f.
+
+    They are for a state at a frequency (Hz).
     """
     found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
     return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)
 
 
 EVEN_SQUARE = math.sqrt(0.8)
-"""One sigma of the square of what fills a band evenly, over its own variance."""
+"""Standard deviation of the square of a uniformly distributed value, over its variance."""
 
 
 def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
           moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
-    """One sigma of what resistance and R_P (ohm) scatter beyond straight lines in the widths and thicknesses of tracks.
+    """Return standard deviations of resistance and R_P (ohm) by terms of second order in track width and thickness.
 
-    Direct resistance goes with 1/x and the extra loss E with x^p, so that of second order in x there are 2 of the one
-    and p (p - 1) of the other; p = d ln E / d ln x as in `resistance_slopes`. What that makes of R_P follows from
-    R_P = exp(a x - ln R) with its own slope a.
+    Direct resistance is proportional to 1/x and the extra loss E to x^p. The second-order factors are 2 and p (p - 1),
+    with p = d ln E / d ln x as in `resistance_slopes`. The effect on R_P follows from R_P = exp(a x - ln R) with its
+    own slope a.
     """
     extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
     direct = circuit.resistance + _lead_growth(circuit, state.frequency)[0]
@@ -253,10 +275,10 @@ def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, paralle
 
 
 def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
-    """One standard deviation of a state's numbers, the tolerances being independent of each other.
+    """Return standard deviations of a state's values, for independent tolerances.
 
-    With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and
-    d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R, where n is how R grows with frequency.
+    With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and d ln R_P = 2 dL/L + (2 -
+    n) d ln f - dR/R, where n is the exponent of R's growth with frequency.
     """
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
@@ -283,7 +305,7 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
 def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
-    """What one sigma of each cause does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
+    """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause."""
     own = circuit.self_capacitance
     by_c = {name: power * own for name, power in OWN_CAPACITANCE.items()}
     by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: own}
@@ -296,11 +318,11 @@ def _moves(
 
 
 def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
-    """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
+    """Return the change of L (H) and R (ohm) of a coil by one sigma of each track tolerance, at a frequency (Hz)."""
     (lost, growth), crowded = crowding_growth(circuit, state, frequency)
     by_l, by_leads = slopes.inductance, lead_slopes(circuit)
     by_r = resistance_slopes(circuit, frequency, crowded, slopes.extra)
-    if slopes.power is not None:  # of the coil by itself it is known better
+    if slopes.power is not None:  # more accurate for the coil by itself
         ratios = circuit.loss.resistance_ratios(frequency * np.array([1.0 / STEP, 1.0, STEP]))
         before, alone, after = (circuit.resistance * (ratios - 1.0)).tolist()
         share, more = slopes.extra[WIDTH]
@@ -317,10 +339,10 @@ def moved_by_surroundings(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
-    """Differences (H, ohm) that one sigma of each cause around a coil makes in each state.
+    """Return changes (H, ohm) by one sigma of each cause around a coil, in each state.
 
-    For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the
-    half width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
+    For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the half
+    width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
     target's effect to that of an infinite plate grows as the target comes nearer (`share_slopes`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
@@ -356,9 +378,9 @@ def moved_by_surroundings(
 def share_slopes(
     assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
 ) -> dict[str, tuple[float, float]]:
-    """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's share.
+    """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's ratio.
 
-    The share is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
+    The ratio is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
     """
     gaps = {around.name: around.above.distance for around in assembly.states
             if around.above is not None and around.name in states}
@@ -383,8 +405,9 @@ def _grown(slopes: tuple[float, float] | None, one: Surroundings, other: Surroun
 
 
 def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Distances (m) by which one sigma of the copper's thickness and of the layers' distance moves metal above and
-    below a coil away from the mean of its layers' middles: what lies over and under them is thicker.
+    """Return shifts (m) of metal above and below a coil by one sigma of copper thickness and of layer distance.
+
+    They count from the mean of the layers' middles: the material over and under the layers is thicker.
     """
     found, numbers = {}, {winding.layer for winding in coil.windings}
     for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
@@ -407,13 +430,14 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
              factors: tuple[complex, complex]) -> tuple[float, float]:
-    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`, by
-    which what the target changes counts, and not what metal behind the board does without it.
+    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another.
+
+    `factors` are those of `Reflection`. They weight the target's effect, without the effect of metal behind the board.
     """
     omega, (share, own) = 2.0 * math.pi * frequency, factors
 
     def returned(above: Reflector | None, below: Reflector | None) -> complex:
-        """What metal returns (H)."""
+        """Return the change (H) by metal."""
         if above is None and below is None:
             return 0j
         more, lost = reflected_impedance(spectrum, frequency, above, below)
@@ -431,15 +455,16 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
 
 
 class _CrowdingSlopes:
-    """What the winding's own eddy currents change of a state's inductance and resistance when metal moves, by slopes of
-    it with the distances above and below; nothing roughly.
+    """Changes of a state's inductance and resistance by the winding's eddy currents when metal moves.
+
+    They are by slopes with the distances above and below. In rough solutions they are 0.
     """
 
     def __init__(self, reflection: Reflection, around: Surroundings, frequency: float) -> None:
         self._reflection, self._around, self._frequency = reflection, around, frequency
 
     def between(self, one: Surroundings, other: Surroundings) -> tuple[float, float]:
-        """Change of inductance (H) and resistance (ohm) from one surrounding to another that is near it."""
+        """Return the change of inductance (H) and resistance (ohm) from one surrounding to a near one."""
         up, down = (0.0 if a is None or b is None else a.distance - b.distance
                     for a, b in ((one.above, other.above), (one.below, other.below)))
         if self._reflection.is_rough or not (up or down):
@@ -465,20 +490,23 @@ class _CrowdingSlopes:
         return found[0], found[1]
 
 
-APART = 1e-2  # Part of a distance by which metal is moved to see what that does
+APART = 1e-2  # Relative change of a distance of metal for numerical slopes
 
 
 def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
-    """`_between` roughly, as the distances of what lies above and below differ, by slopes at each state."""
+    """Return a linearised `_between`: by distance differences above and below, with slopes at each state."""
     known: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
-        """Of what metal returns (H/m): by the distance above, and by that below with what is above and without."""
+        """Return slopes (H/m) of the change by metal.
+
+        They are with the distance above, and with the distance below, with and without metal above.
+        """
         if around.name not in known:
             above, below = around.above, around.below
 
             def returned(over: Reflector | None, under: Reflector | None) -> complex:
-                """What metal returns (H) there."""
+                """Return the change by metal (H) there."""
                 return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
 
             here = returned(above, below)
@@ -492,7 +520,7 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
     def between(
         _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
     ) -> tuple[float, float]:
-        """Differences (H, ohm) as of `_between`, by the slopes of the state that the pair is of."""
+        """Return differences (H, ohm) as `_between` does, by the slopes of the pair's state."""
         stated = next(around for around in assembly.states if around.name == pair[0].name)
         up, down = (
             0.0 if one is None or other is None else one.distance - other.distance

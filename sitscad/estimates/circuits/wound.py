@@ -1,4 +1,4 @@
-"""A layout with its solved windings and what is around them: what circuits, states and responses begin with."""
+"""A layout with its solved windings and their surroundings: the input of circuits, states and responses."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from sitscad.spec.sensor import SensorSpec
 class Wound:
     """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
 
-    `matrix` and `matrix_errors` (H) belong to the bare windings. `method` and `tolerance` are those that the winding
-    was solved with.
+    `matrix` and `matrix_errors` (H) belong to the bare windings. The winding was solved with `method` and `tolerance`.
     """
 
     layout: Layout
@@ -29,7 +28,7 @@ class Wound:
 
     @property
     def spec(self) -> SensorSpec:
-        """The spec, its metals warm."""
+        """Spec with its metals at the temperature."""
         return self.layout.spec
 
     @property
@@ -39,7 +38,7 @@ class Wound:
 
     @property
     def first_cell(self) -> Wound:
-        """The first cell by itself. Without cells it is the whole sensor."""
+        """First cell by itself. Without cells it is the whole sensor."""
         layout = self.layout.cell(1)
         count = len(layout.coils)
         return replace(self, layout=layout, matrix=self.matrix[:count, :count],

@@ -1,1 +1,1 @@
-"""What a target changes of the coils under it."""
+"""Effect of a target on the coils under it."""

@@ -1,4 +1,4 @@
-"""What stands in front of and behind the coils in each state: gaps, plates, and the pad's compression."""
+"""Surroundings of the coils in each state: gaps, plates, and the pad's compression."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Surroundings:
-    """What is round the coils in a state: reflectors above and below, with distances from the board's top face."""
+    """Reflectors above and below the coils in a state, with distances from the board's top face."""
 
     state: State
     above: Reflector | None = None
@@ -62,12 +62,11 @@ class Surroundings:
 
 @record
 class AssemblyStates:
-    """The states that exist with what is round the coils in each, the gaps (m) by name, and what is worth saying about
-    the model.
+    """States of a sensor with the coils' surroundings in each, the gaps (m) by name, and notes about the model.
 
-    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`).
-    `compressions` are the pads of the pressed states and `scatters` their scatter. `refused` holds why a state of the
-    table `STATES` is absent though the sensor has its parts.
+    `ranges` are the states by name with one sigma less and one sigma more of each cause that scatters the gap (see
+    `pressing`). `compressions` are the pads of the pressed states, and `scatters` their scatter. `refused` holds the
+    reason for each state of the table `STATES` that is absent although the sensor has its parts.
     """
 
     states: tuple[Surroundings, ...]
@@ -80,15 +79,15 @@ class AssemblyStates:
 
     @property
     def compression(self) -> Compression | None:
-        """The pad under the required force. None without one."""
+        """Pad under the required force. None if there is no pad or force."""
         return self.compressions.get(PRESSED)
 
 
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
-    """The states of the sensor, by the table `STATES`.
+    """Return the states of the sensor, by the table `STATES`.
 
-    `sigmas` are the standard deviations (m) of what scatters by its name (`scatter.CAUSES`), none when left out;
-    roughly, the pressed pad's scatter by straight lines.
+    `sigmas` are standard deviations (m) by the names in `scatter.CAUSES`; none if left out. If `is_rough`, the pressed
+    pad's scatter is linearised.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
     around, left, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
@@ -98,7 +97,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     is_loaded = over is not None and force > 0.0 and rests_on_pad(spec)
 
     def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
-        """The target let down straight, by a force (N), until so much of the pad's thickness (m) is left."""
+        """Return the state of a target lowered straight by a force (N), with pad thickness `gap` (m) left."""
         assert over is not None
         state = State(name, Pose(z=gap - over.lower), pushed)
         return _around(over, lines, state, behind)
@@ -128,7 +127,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
                 between(name, cause, less.gap, more.gap)
     gaps = {name: gap + lines for name, gap in left.items()}
     if sigmas.get(GLUE):
-        for name, gap in left.items():  # what is left of the pad, and the glue, together
+        for name, gap in left.items():  # remaining pad and glue together
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
     assembled = [one for one in around if not one.state.is_free]
     ranges |= _metal_ranges(spec, sigmas, assembled, (HEIGHT,) if is_rough else (*BEHIND, TARGET))
@@ -141,7 +140,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 def _pressed_pad(
     spec: SensorSpec, sigmas: Mapping[str, float], load: float, is_rough: bool
 ) -> tuple[Compression, dict[str, tuple[Compression, Compression]]]:
-    """The pad under a part of the required force, and its cases one sigma to either side."""
+    """Return the pad under a part of the required force, and its cases one sigma to either side."""
     stated = pressed(spec, load=load)
     return stated, straight_cases(spec, sigmas, stated, load) if is_rough else pressed_cases(spec, sigmas, load)
 
@@ -149,7 +148,7 @@ def _pressed_pad(
 def _metal_ranges(
     spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
 ) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
-    """States with one sigma less and one more of causes that change metal itself, or its height behind the board."""
+    """Return states with one sigma less and more of causes that change metal, or its height behind the board."""
     found = {}
     for cause in causes:
         if not sigmas.get(cause):
@@ -190,7 +189,7 @@ def _is_seen(one: Surroundings, other: Surroundings) -> bool:
 
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
-    """What is round the coils at rest; None without a target that does something."""
+    """Return the surroundings of the coils at rest. None if no target has an effect."""
     around = _around(target(spec), target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
 
@@ -204,7 +203,7 @@ def _around(over: Body | None, lines: float, state: State, behind: Reflector | N
 
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
-    """The spec with its metals' conductivities at a temperature (degrees Celsius) in place of those at 20 C."""
+    """Return the spec with its metals' conductivities at a temperature (degrees Celsius) in place of 20 C."""
 
     def warm(metal: Conductor) -> Conductor:
         at = conductivity_at(temperature, metal.conductivity, metal.temperature_coefficient)
@@ -224,27 +223,28 @@ def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
 
 
 LEAST_CONDUCTIVITY = 1e-3
-"""Conductivity (S/m) that metal has at least: its skin depth is then metres, and its effect nothing."""
+"""Least conductivity (S/m) of a metal: its skin depth is then metres, and its effect nothing."""
 
 
 def conductivity_of(metal: Conductor) -> float:
-    """Conductivity (S/m) of a metal, `LEAST_CONDUCTIVITY` at least."""
+    """Return the conductivity (S/m) of a metal, at least `LEAST_CONDUCTIVITY`."""
     return max(metal.conductivity, LEAST_CONDUCTIVITY)
 
 
 def depth_in(metal: Conductor, frequency: float) -> float:
-    """Skin depth (m) in a metal at a frequency (Hz)."""
+    """Return the skin depth (m) in a metal at a frequency (Hz)."""
     return skin_depth(frequency, conductivity_of(metal), metal.relative_permeability)
 
 
 def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
-    """An endless sheet of a metal with a thickness (m)."""
+    """Return an infinite sheet of a metal with a thickness (m)."""
     return MetalLayer(conductivity_of(metal), metal.relative_permeability, thickness)
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
-    """The shield, and behind it the metal of jaw, finger or `mount.metal_behind` across the air that is left between
-    them; or one of the two alone.
+    """Return the metal behind the board: the shield, then air, then jaw, finger or `mount.metal_behind`.
+
+    Either may be absent.
     """
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = shield_span(spec), metal_face(spec)
@@ -259,11 +259,11 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     return Reflector(-nearest, tuple(plates)) if plates else None
 
 
-CONTACT = 1e-9  # Gaps (m) below this are none
+CONTACT = 1e-9  # Gaps (m) below this count as zero
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
-    """What is to be known of the assembly's states, in words."""
+    """Return notes about the assembly's states."""
     notes = []
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
@@ -288,22 +288,21 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
 
 
 def mirror(reflector: Reflector | None) -> Reflector | None:
-    """A conductor without loss in its place: what is then lost is lost in the other."""
+    """Return a lossless conductor in the reflector's place. All loss then occurs in the other metal."""
     return None if reflector is None else Reflector(reflector.distance, (MetalLayer(LOSSLESS),))
 
 
-LOSSLESS = 1e18  # Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's
-SCREENED_AT = 6e6  # Frequency (Hz) at which a target's effect is looked at where thousands of designs are screened
+LOSSLESS = 1e18  # Conductivity (S/m) of metal with negligible loss: a hundred thousandth of copper's
+SCREENED_AT = 6e6  # Frequency (Hz) of a target's effect in screening
 
 
 class Reflection:
-    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept. Nothing
-    changes without metal, where there need be no spectrum.
+    """Change of inductance and resistance of a winding by its surroundings, by frequency. Results are cached.
 
-    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share`
-    says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`), and
-    `unsure` how far off each of the two may be, relative, and the first by how much more (H); `crowding` is what the
-    winding's own eddy currents change of it (None: left out).
+    Without metal nothing changes, and `spectrum` may be None. `distances` (m) lead to identical coils beside the
+    winding, whose mutual inductance also changes. `share` is the ratio of the target's effect to an infinite plate's,
+    for inductance and loss (`finite_target`). `unsure` holds the relative errors of both ratios, and an additional
+    error of the inductance (H). `crowding` is the change by the winding's own eddy currents (None: left out).
     """
 
     jaw_left = (1.0, 1.0)
@@ -320,20 +319,20 @@ class Reflection:
         self._known: dict[bytes, ComplexArray] = {}
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        """Return the change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
         found = self._at(frequencies)[:, 0]
         return found.real, -2.0 * math.pi * frequencies * found.imag
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
         return self._at(frequencies)[:, self._distances.index(distance)]
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
+        """Return the change (H, complex) by the winding's own eddy currents and their images."""
         return self.crowding_near(frequencies, self._around.above, self._around.below)
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """As `crowding`, with metal elsewhere than in this state."""
+        """Return the value of `crowding` for other metal above and below."""
         if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
         full = self._crowding.changes(frequencies, above, below)
@@ -344,15 +343,15 @@ class Reflection:
         return np.asarray(bare + share * (full - bare))
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """How much of an endless target's effect the real one has at (n,) frequencies (Hz)."""
+        """Return the ratio of the target's effect to an infinite plate's at (n,) frequencies (Hz)."""
         return np.full(len(frequencies), self._share[0], dtype=np.complex128)
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        """Return factors for small changes: of all reflected field, and of the target's own loss."""
         return self._share
 
     def target_change(self, frequency: float) -> complex:
-        """What the target alone changes of the winding's inductance (H, complex), its current even."""
+        """Return the target's change of the winding's inductance (H, complex), for even current."""
         if self._around.above is None:
             return 0j
         at = np.array([self._looked_at(frequency)])
@@ -365,17 +364,20 @@ class Reflection:
         return complex(found if own == share else found + 1j * (own - share) * self._own_loss(at)[0, 0])
 
     def endless_change(self, frequency: float) -> complex:
-        """What an endless target would change of it (H, complex)."""
+        """Return the change of the winding's inductance (H, complex) by an infinite plate."""
         if self._around.above is None:
             return 0j
         return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
 
     def _looked_at(self, frequency: float) -> float:
-        """The frequency (Hz) for which the target's effect is worked out: for screening one for all."""
+        """Return the frequency (Hz) of the target's effect. Screening takes a single frequency."""
         return SCREENED_AT if self.is_rough else frequency
 
     def unsure(self, frequency: float) -> tuple[float, float]:
-        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
+
+        Both errors occur together with these signs.
+        """
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
         frequency = self._looked_at(frequency)
@@ -386,7 +388,10 @@ class Reflection:
         return more + math.copysign(self._unsure[2], more), float(-omega * (share * (whole.imag - own) + lost * own))
 
     def window(self, frequency: float) -> tuple[float, float]:
-        """How far off inductance (H) and resistance (ohm) may be for a window in the jaw, at most, both one way."""
+        """Return error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
+
+        They are signed: both errors occur together with these signs.
+        """
         return 0.0, 0.0
 
     def _at(self, frequencies: Array) -> ComplexArray:
@@ -396,14 +401,14 @@ class Reflection:
         return self._known[key]
 
     def _exact(self, frequencies: Array) -> ComplexArray:
-        """What target and metal return to the coil (H, complex) at frequencies (n,), with the target's own share."""
+        """Return the change of the coil's inductance (H, complex) by target and metal at frequencies (n,)."""
         above, below = self._around.above, self._around.below
         full = self._endless(frequencies, above, below)
         if above is None or self._share == (1.0, 1.0):
             return full
         bare = self._endless(frequencies, None, below)
-        # What the target changes of the losses behind the board and of those in the tracks themselves goes with the
-        # field, like the inductance; only its own loss has a share of its own.
+        # The target's effects on the losses behind the board and in the tracks follow the field, like the inductance.
+        # Only its own loss has a separate ratio.
         share, lost = self._share
         found = bare + share * (full - bare)
         return np.asarray(found if lost == share else found + 1j * (lost - share) * self._own_loss(frequencies))
@@ -415,26 +420,27 @@ class Reflection:
         return found
 
     def _returned(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        # The same without crowding
+        # The changes of `_endless` without crowding.
         if self._spectrum is None or (above is None and below is None):
             return np.zeros((len(frequencies), len(self._distances)), dtype=np.complex128)
         return reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
 
     def _of_target(self, frequencies: Array) -> ComplexArray:
-        # What an endless target changes (H, complex) at (n,) frequencies, by distance, without crowding.
+        # Changes (H, complex) by an infinite plate at (n,) frequencies, by distance, without crowding.
         above, below = self._around.above, self._around.below
         return np.asarray(self._returned(frequencies, above, below) - self._returned(frequencies, None, below))
 
     def _own_loss(self, frequencies: Array) -> Array:
-        # The imaginary part of it (H) that is lost in the target itself.
+        # The imaginary part (H) of this change by loss in the target itself.
         return self._returned(frequencies, self._around.above, mirror(self._around.below)).imag
 
 
 class SolvedReflection(Reflection):
-    """A reflection with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all
-    coils, (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil
-    of that `number`; `errors` of its own change (H) and of its loss (ohm). `crowded` is the part that the currents'
-    crowding adds to its own change, by frequency (Hz).
+    """A reflection with the solved effect of the real target.
+
+    `solved` holds two frequencies (Hz), the changes of the inductance matrix of all coils at both (2, coils, coils; H,
+    complex), and a spectrum with their frequency dependence. `number` is this coil's. `errors` bound its own change (H)
+    and its loss (ohm). `crowded` is the relative addition of current crowding to its own change, by frequency (Hz).
     """
 
     def __init__(
@@ -448,37 +454,45 @@ class SolvedReflection(Reflection):
         self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """Shares of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
+        """Return the ratios of the target's effect to an infinite plate's, crowding included.
+
+        They are complex, because the loss has another ratio.
+        """
         return np.asarray(self._change(self._ends, frequencies) / self._of_target(frequencies)[:, 0])
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        """Return factors for small changes: of all reflected field, and of the target's own loss."""
         share = complex(self.shares(np.array([frequency]))[0])
         return share, share
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
         more = self._change(self._changes[:, pair[0], pair[1]], frequencies)
         return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
-        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
+
+        Both errors occur together with these signs.
+        """
         return self._errors
 
     def _exact(self, frequencies: Array) -> ComplexArray:
-        """What metal behind the board returns (H, complex), by distance, and to the coil itself the target, too."""
+        """Return the changes (H, complex) by metal behind the board, by distance.
+
+        The coil's own change includes the target.
+        """
         found = self._endless(frequencies, None, self._around.below)
         found[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
         return found
 
     def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
-        """A change (H) by those at the two frequencies of the solution."""
-        # Its ratio to `like` is straight in one over the root of the frequency, as skin depths are, and held far
-        # outside of what was solved.
+        """Return a change (H), interpolated from its values at the two frequencies of the solution."""
+        # The ratio to `like` is linear in f^(-1/2), as skin depths are, and constant far outside of the solved band.
         (low, high), (first, last) = self._places, solved / self._like(self._solved_at)
         part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
         return np.asarray(self._like(frequencies) * (first + part * (last - first)))
 
 
 BEYOND = 1.0
-"""How far outside of the frequencies that a target was solved at, in parts of what lies between, its share goes on."""
+"""Range beyond the solved frequencies within which the ratio is extrapolated, relative to their interval."""

@@ -1,4 +1,4 @@
-"""How much of an endless plate's effect the target of a design has on each of its coils."""
+"""Ratio of a finite target's effect on each coil to the effect of an infinite plate."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 Move = tuple[float, float]
-"""How far (m) along x and y a target has moved from rest."""
+"""Displacement (m) of a target from rest, along x and y."""
 
 FREQUENCY = 5e6
-"""The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
+"""Frequency (Hz) of the skin depth in the target. The ratios hardly depend on it."""
 
 
 @record
 class TargetShares:
-    """Ratios of the target's effect to an endless plate's, by coil name and state, and notes about them.
+    """Ratios of the target's effect to an infinite plate's, by coil name and state, and notes about them.
 
     `shares` belong to the inductance, `losses` to the resistance. The errors are relative to each ratio.
     """
@@ -53,28 +53,31 @@ class TargetShares:
     error: float = 0.0
     loss_error: float = 0.0
     def of(self, coil: str, state: str) -> tuple[float, float]:
-        """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
+        """Return the ratios of inductance and loss for a coil in a state. They are 1 if none are stored."""
         return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """What is alike for coils of which the target changes alike."""
+        """Return a key that is equal for coils with an equal effect of the target."""
         return self.of(coil, state)
 
 
 WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
-"""Additional relative errors of the ratios of inductance and loss outside the range that their own errors were fitted
-in: in general, for targets thinner than the field enters, for blocks and for targets that lie askew over long coils or
-leave them uncovered, and for magnetic metals, which may even add inductance."""
+"""Additional relative errors of the ratios (inductance, loss) outside the range of their fit.
+
+In this order: in general; for targets thinner than the field's depth; for blocks, and for targets that are askew over
+long coils or leave them uncovered; for magnetic metals, which may even raise the inductance.
+"""
 
 
 NO_SHARES = TargetShares({}, {}, ())
-"""Of coils without a target."""
+"""Ratios of coils without a target."""
 
 
 @record
 class SheetShares:
-    """Shares of inductance and loss at the places (n,), their relative errors, and whether the target draws the field
-    in.
+    """Ratios of inductance and loss at places (n,), with their relative errors.
+
+    `magnetic` is whether the target draws the field in.
     """
 
     shares: Array
@@ -87,10 +90,11 @@ class SheetShares:
 def target_shares(
     spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
 ) -> TargetShares:
-    """The shares of all coils in all states with a target; `heights` (m) are the mid-planes of the coils' layers.
+    """Return the ratios of all coils in all states with a target.
 
-    Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
-    Coils that are not round count as round ones with the same area turn by turn, elongated ones shortened.
+    `heights` (m) are the mid-planes of the coils' layers. Places are the coils' centres in the target's own axes, about
+    its centre; mirrored places are solved once. Other shapes count as round coils with equal area turn by turn.
+    Elongated coils are shortened.
     """
     covered = _covered(states)
     if spec.target is None or not covered:
@@ -112,14 +116,16 @@ def target_shares(
 
 
 ROUGHER, LOSS_ROUGHER = 0.03, 0.3
-"""What is added to the relative errors of shares that are found roughly: of inductance, and of loss, of which as much
-is said to be there as of inductance."""
+"""Additional relative errors of rough ratios of inductance and loss.
+
+Rough ratios take the loss to have the inductance's ratio.
+"""
 
 
 def _of_gaps(
     target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
 ) -> list[SheetShares]:
-    """The shares at every gap, with a mirror at a height `floor` (m; -inf: none)."""
+    """Return the ratios at every gap, with a mirror at a height `floor` (m; -inf: none)."""
     if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
         return [shares_of_sheet(target, rings, places, gap, floor) for gap in gaps]
     plate, depth = _plate(target)
@@ -130,22 +136,25 @@ def _of_gaps(
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
-"""Limits of the range in which the errors were fitted: skin depths of thickness, at least; thickness over the shorter
-side, at most; the angle (rad) at most between the sides of a coil longer than wide and of the target; how long a
-polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
-and what part of the field the metal behind the board returns, at least."""
+"""Limits of the range in which the errors were fitted.
+
+`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the shorter side. `TURNED`: largest angle
+(rad) between the sides of an elongated coil and of the target. `ASPECT`: largest length over width of a polygon.
+`HANGING`: largest overhang of an elongated coil beyond the target, over its width. `RETURNED`: least fraction of the
+field that metal behind the board returns.
+"""
 
 BLOCK = 0.2
-"""Thickness of a target over its shorter side from which on it is a block: its side walls carry much of the current."""
+"""Thickness over the shorter side from which on a target is a block: its side walls carry much of the current."""
 
-SHORTEST, LONGEST = 4.0, 2.0  # The waves that matter of what that returns, over one by the coil's smaller side
+SHORTEST, LONGEST = 4.0, 2.0  # Relevant wave numbers for `RETURNED`, times the coil's smaller side
 
 
 def errors_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> tuple[float, float]:
-    """Additional relative errors of the ratios of inductance and loss for a target outside the range of their fit.
+    """Return additional relative errors of the ratios of inductance and loss outside the range of their fit.
 
-    The fit has good conductors that the field does not pass, over coils as long as wide or over longer coils that they
-    cover, with nothing or nearly a mirror behind the board (tests/validation/states_of_response.py).
+    The fit has good conductors that the field does not penetrate, over coils as long as wide, or over longer coils that
+    are covered. Behind the board is nothing or nearly a mirror (tests/validation/states_of_response.py).
     """
     (short, long), thickness = sorted(spec.coil.size), target.thickness
     found = [(0.0, 0.0)]
@@ -171,8 +180,9 @@ def errors_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surrou
 
 
 def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
-    """How far (rad) coils longer than wide lie askew under the target, or to each other: shares stand for one way to
-    lie.
+    """Return the largest angle (rad) of elongated coils askew under the target or to each other.
+
+    The ratios assume a single orientation.
     """
     turns = [target.rotation - placement.rotation for placement in placements]
     to_target = [] if target.outline.is_disc else [math.remainder(turn, math.pi / 2) for turn in turns]
@@ -180,7 +190,7 @@ def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
 
 
 def _uncovered(spec: SensorSpec, target: Target) -> float:
-    """How far (m) a coil reaches beyond the target along its sides, at most; negative where all are covered."""
+    """Return the largest overhang (m) of a coil beyond the target along its sides. Negative if all are covered."""
     plate, found = footprint(spec, target), -math.inf
     for placement in spec.array.placements:
         place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
@@ -196,8 +206,9 @@ def _uncovered(spec: SensorSpec, target: Target) -> float:
 def shares_of_change(
     spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move]
 ) -> Array:
-    """The shares of the change of inductance alone, roughly as in `target_shares`, at gaps and over a mirror at a
-    height `floor` (m) of a target that has moved by (x, y) (m): (gaps, moves, coils).
+    """Return rough ratios of the inductance change alone, (gaps, moves, coils).
+
+    The target has moved by (x, y) (m), at gaps over a mirror at a height `floor` (m).
     """
     assert spec.target is not None
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights, moves)
@@ -206,7 +217,7 @@ def shares_of_change(
 
 
 def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
-    """Name, gap and height of the mirror behind the board (m; -inf: none) of every state with a target."""
+    """Return name, gap and height of the mirror behind the board (m; -inf: none) for every state with a target."""
     return [
         (around.name, around.above.distance, -math.inf if around.below is None else -around.below.distance)
         for around in states
@@ -215,28 +226,34 @@ def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
 
 
 PURE, UNSURE = 1e-3, 0.01
-"""How little a target may be like a magnet (0: a perfect conductor) or a conductor to count as the other; and from how
-much on it counts as one that is neither, with the errors of those."""
+"""Limits of `like_a_conductor`, from 0 and from 1.
+
+Within `PURE` a target counts as a pure magnet or conductor. From `UNSURE` on it has the full errors of a mixture.
+"""
 
 MAGNETIC = 1.5
-"""Relative permeability from which on a target draws the field in: below, it can only be a poor conductor."""
+"""Relative permeability from which on a target draws the field in. Below, it can only be a poor conductor."""
 
 BETWEEN = (
     ((0.5, 1.3), (0.75, 0.75), (0.95, 0.5), (1.15, 0.35), (1.6, 0.15)),
     ((0.5, 0.95), (0.75, 0.82), (0.95, 0.7), (1.15, 0.5), (1.6, 0.3)),
 )
-"""Relative errors of the shares of inductance and loss of magnetic metals, which are neither good conductors nor
-magnets, up to a shorter side over the coil's diameter: they lose less (tests/validation/disc_of_elements.py)."""
+"""Relative errors of the ratios of inductance and loss of magnetic metals that are neither conductors nor magnets.
+
+Each is a step up to a ratio of shorter side to coil diameter. These metals lose less
+(tests/validation/disc_of_elements.py).
+"""
 
 THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
-"""Skin depths up to which the current at the edge of a target uses both faces' copper at once, coil diameters up to
-which its edge has much of it, and what the share of its loss may be off by: it has up to a quarter more."""
+"""Limits for the loss of thin or small targets, and its relative error there.
+
+Up to `THIN` skin depths of thickness the edge current uses the copper of both faces at once. Up to `OVERHANGING` coil
+diameters the edge carries much of it. The loss ratio is then up to a quarter larger.
+"""
 
 
 def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
-    """The shares of an endless sheet's change and loss that the target has, over all places (n, 2; m), with their
-    errors.
-    """
+    """Return the target's ratios of change and loss to an infinite sheet's, at places (n, 2; m), with errors."""
     if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
     like = like_a_conductor(target, float(rings.radii.mean()) + gap)
@@ -245,7 +262,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= PURE:
         return SheetShares(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
-    # Between the two: somewhere between both shares, half their distance unsure in the middle.
+    # Between conductor and magnet: a mean of both ratios, uncertain by half their difference in the middle.
     metal = _of_conductor(target, rings, places, gap, floor)
     found, losses = like * metal.shares + (1.0 - like) * drawn, like * metal.losses + (1.0 - like) * drawn
     unsure, unsure_loss = (
@@ -261,7 +278,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
 
 
 LOSS_OF_MAGNETS = 0.5
-"""Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
+"""Relative error of the loss ratio of targets that are no conductors. It is taken as the inductance's ratio."""
 
 
 def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
@@ -269,7 +286,7 @@ def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
 
 
 def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
-    """The shares of a conducting target, whose faces count half a skin depth deeper."""
+    """Return the ratios of a conducting target, whose faces count as half a skin depth deeper."""
     plate, depth = _plate(target)
     lost = plate_loss_share(plate, rings, places, gap + depth, floor)
     error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
@@ -281,23 +298,26 @@ def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float
 
 
 def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
-    # Of them those of the change of inductance alone
+    # The ratios of the inductance change alone.
     plate, depth = _plate(target)
     kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
     return np.asarray(kept / _resisted(target, rings)[0])
 
 
 RESISTED, LEAKY = 0.3, 0.06
-"""Errors of the shares of a poor conductor: in parts of what its resistance takes off them, and of the square of its
-sheet's length over the coil's (discs of elements of steel and titanium from 0.03 mm on)."""
+"""Errors of the ratios of a poor conductor.
+
+`RESISTED` is relative to the reduction by its resistance. `LEAKY` is relative to the squared ratio of the sheet's
+length to the coil's (discs of elements of steel and titanium from 0.03 mm on).
+"""
 
 
 def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
-    """How much less a thin poor conductor does for being small, for its currents die away in their own resistance; and
-    the relative error of that.
+    """Return the reduction factor of a thin poor conductor of finite size, and its relative error.
 
-    A sheet answers a field of length l like 1 / (1 + (s / l)^2), s = skin depth^2 / thickness; l is at most a quarter
-    of the target's radius, and for an endless one 0.3 of the coil's.
+    Its currents decay in their own resistance. A sheet responds to a field of length l like 1 / (1 + (s / l)^2), with s
+    = skin depth^2 / thickness. l is at most a quarter of the target's radius; for an infinite sheet it is 0.3 of the
+    coil's.
     """
     sheet = _skin_depth(target) ** 2 / target.thickness
     own, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
@@ -306,7 +326,10 @@ def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
 
 
 def like_a_conductor(target: Target, distance: float) -> float:
-    """1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's."""
+    """Return a measure of the reflection of a wave as long as the distance (m).
+
+    It is 1 for a conductor and 0 for a magnet.
+    """
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
         return 1.0
@@ -317,15 +340,17 @@ def like_a_conductor(target: Target, distance: float) -> float:
 def _shortened(
     spec: SensorSpec, target: Target, heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),)
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
-    """Rings and target that stand for an elongated coil: one as long as it is wide, the target shorter by what the coil
-    is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all along; as
-    they are for other coils. The distinct places (n, 2; m) of coils seen from the target, and which is each coil's at
-    each of its moves (m) from rest, all coils of the first move first.
+    """Return rings and target that stand for an elongated coil, and the coils' places.
+
+    The coil is shortened to its width, and the target by an equal length; a target shorter than the coil, in
+    proportion. The long sides have the same edges all along. Other coils stay unchanged. The places are the distinct
+    ones (n, 2; m), seen from the target, and an index for each coil at each move (m) from rest: all coils of the first
+    move first.
     """
     coil, (wide, high) = spec.coil, spec.coil.size
     long, short = max(wide, high), min(wide, high)
     plate, turn = footprint(spec, target), target.rotation - spec.array.placements[0].rotation
-    # mirrored ones as one
+    # mirrored places count as one
     centres = [placement.centre for placement in spec.array.placements]
     seen = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
     distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
@@ -340,13 +365,16 @@ def _shortened(
 
 
 ELONGATED, OVAL = 0.06, 0.02
-"""What shortening a coil adds to the error of a share, of what it is shortened by over its length: polygons, and
-racetracks (up to 17.6 x 3.8 mm right to 1.5 %, rectangles of 16 x 4 mm to 5.6 %: tests/estimates/test_response.py)."""
+"""Error of a ratio by shortening the coil, relative to the shortened part of its length.
+
+For polygons, and for racetracks. Racetracks up to 17.6 x 3.8 mm are within 1.5 %, rectangles of 16 x 4 mm within 5.6 %
+(tests/estimates/test_response.py).
+"""
 
 
 @lru_cache(maxsize=4)
 def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings:
-    """A coil as coaxial rings that enclose each turn's area; a layer's last, broken turn counts as its fraction."""
+    """Return a coil as coaxial rings with each turn's area. A layer's last, partial turn counts as its fraction."""
     found = []
     for count, height in zip(coil.layer_turns, heights, strict=True):
         turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
@@ -366,7 +394,7 @@ def _skin_depth(target: Target) -> float:
 
 
 def _plate(target: Target) -> tuple[FinitePlate, float]:
-    # A good conductor is a perfect one whose faces lie half a skin depth deeper.
+    # A good conductor is a perfect conductor with its faces half a skin depth deeper.
     depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
     return FinitePlate(size, target.thickness - 2.0 * depth, target.outline.is_disc), depth
@@ -377,7 +405,7 @@ def _notes(
     shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
-    """What a finite target's shares are, in words; nothing where it is as good as endless."""
+    """Return notes about a finite target's ratios. Empty if the target is as good as an infinite plate."""
     if min(shares[0].values()) > 0.995:
         return []
 

@@ -1,10 +1,10 @@
-"""A window in the jaw's face: how much of what the jaw's metal does to a coil is missing for it.
+"""Window in the jaw's face: the part of the jaw's effect on a coil that it removes.
 
-The window is solved as an opening through an endless slab (`physics.metal.opening`), as deep as the jaw is where the
-window's long walls end, its faces half a skin depth inside the metal's: once without a target, and under endless ones
-at rest and nearer. What a target changes is so much more than before the whole jaw, by its size. Of the loss in the jaw
-a part is missing by Wheeler's rule (as in `finite_plate`): from what the opening gains when all of the jaw's faces
-recede by a little, against what the whole face does.
+The window is solved as an opening through an infinite slab (`physics.metal.opening`). The slab ends at the end of the
+window's long walls, and its faces lie half a skin depth inside the metal's. It is solved once without a target, and
+under infinite targets at rest and nearer. The target's change grows by a factor that depends on its size. The missing
+part of the loss in the jaw follows from Wheeler's rule (as in `finite_plate`). It compares the opening's gain as all of
+the jaw's faces recede by a little with the whole face's.
 """
 
 from __future__ import annotations
@@ -29,38 +29,50 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
 
 ERROR, PER_DEPTH = 0.06, 0.5
-"""How far off the missing part of the inductance may be, of itself, and what is added for every skin depth over the
-window's shorter side: slabs of surface currents and round holes of finite elements in steel differ by up to 0.03
-(tests/validation/test_window.py)."""
+"""Relative error of the missing part of the inductance, and its increase per skin depth over the shorter side.
+
+Slabs of surface currents and round holes of finite elements in steel differ by up to 0.03
+(tests/validation/test_window.py).
+"""
 
 WALL = 0.75
-"""What of a skin depth counts at the opening's walls, against its face: currents do not follow its edge so closely.
-Fitted to inductance and loss of the same holes (within 0.03 of either's whole effect; 1 gives 0.07 of the loss)."""
+"""Fraction of a skin depth that counts at the opening's walls, compared with the jaw's face.
+
+Currents follow the edge less closely. It was fitted to inductance and loss of the same holes (within 0.03 of the whole
+effect of each; with 1, the loss is within 0.07).
+"""
 
 LOSS_ERROR = 0.6
-"""How far off the missing part of the loss may be beyond that, of the product of what is missing and what is left of
-the inductance."""
+"""Additional error of the missing part of the loss.
 
-MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess, off by as much as itself
-STEP = 0.02  # By how much faces recede to see what loses, over the gap
+It is relative to the product of the missing and the remaining part of the inductance.
+"""
+
+MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess with 100 % error
+STEP = 0.02  # Recession of the faces for the derivative of Wheeler's rule, over the gap
 
 PRESSED, FARTHEST = 0.6, 3.0
-"""Of the target's height at rest: the other one at which its effect is looked at; and how much larger than at rest, at
-most, a change counts in its own growth."""
+"""Second height of the target in the solution, relative to its height at rest; and largest change in the growth.
 
-DIGITS = 9  # Digits of a part that count: the last ones of a system's solution hang on the number of threads
+The change is relative to the change at rest.
+"""
+
+DIGITS = 9  # Decimal places that are kept: the last digits of a solution depend on the number of threads
 
 BENT, SMALL = 0.5, 0.15
-"""How far off a target's change may be, of what its growth goes up by with the change itself; and of its growth, for
-targets that are not endless: before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than
-without a jaw."""
+"""Relative errors of a target's growth.
+
+`BENT` is of its increase with the change itself. `SMALL` is of the whole growth, for finite targets: before a jaw that
+is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
+"""
 
 
 @record
 class WindowEffect:
-    """What a window takes away of the jaw's effect on a coil without a target: parts (no unit) of inductance and loss,
-    and how far off either may be. What a target changes of the coil grows with its size: `growth` is the first part of
-    it and the second for every `scale` (H) of change, `moving` how far off that may be, relative.
+    """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
+
+    They are for a coil without a target. A target's own change grows by `growth`: the first value, plus the second for
+    each `scale` (H) of change. `moving` is the relative error of this.
     """
 
     inductance: float
@@ -72,12 +84,12 @@ class WindowEffect:
     moving: float = 0.0
 
     def factor(self, change: Array) -> Array:
-        """Factor by which a target's change of a coil's inductance (H) before the whole jaw grows for the window."""
+        """Return the factor by which the target's inductance change (H), computed for a solid jaw, grows."""
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 
 def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
-    """What is missing of the jaw's effect on each coil, by its name; empty without a window."""
+    """Return the window's effect on each coil, by its name. Empty without a window."""
     spec, face = layout.spec, metal_face(layout.spec)
     jaw = spec.jaw
     if jaw is None or jaw.fenestration is None or face is None:
@@ -100,7 +112,7 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
 
 
 def through_window(layout: Layout, coil: str, change: Array) -> Array:
-    """What a target changes of a coil's inductance (H), from what it does before the whole jaw."""
+    """Return the inductance change (H) by the target with the window, from that computed for a solid jaw."""
     missing = missing_parts(layout).get(coil)
     return change if missing is None else change * missing.factor(change)
 
@@ -110,9 +122,11 @@ def _missing(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
     between: tuple[float | None, float, float],
 ) -> WindowEffect:
-    """Of one coil at a place (m) from the window's middle; `behind` are all metal behind the board and that without the
-    jaw, `between` how far (m) above the board's top face the target's is at rest (None without one), how far below it
-    the jaw's, and the target's `echo` as in `gained_inductance`.
+    """Return the window's effect on a coil at a place (m) from the window's middle.
+
+    `behind` holds all metal behind the board, and this metal without the jaw. `between` holds the target's distance (m)
+    above the board's top face at rest (None without a target), the jaw's distance below it, and the target's `echo` as
+    in `gained_inductance`.
     """
     from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded  # only for a jaw with a window
 
@@ -133,13 +147,15 @@ def _missing(
     mirrors = (MetalLayer(LOSSLESS) if echo > 0.0 else MetalLayer(0.0, FERRITE),), (MetalLayer(LOSSLESS),)
 
     def returned(away: float | None, under: float) -> float:
-        """What perfect mirrors so far (m) above and below z = 0 add to the coil's inductance (H)."""
+        """Return the change (H) by perfect mirrors `away` (m) above and `under` (m) below z = 0."""
         above = None if away is None else Reflector(away, mirrors[0])
         return float(reflected_inductances(spectrum, at, above, Reflector(under, mirrors[1]), (0.0,))[0, 0].real)
 
     def effects(away: float | None, recess: float) -> tuple[float, float]:
-        """What the window adds to the inductance (H) when all of the jaw's faces recede (m); and what a mirror so far
-        (m) above changes of it before the whole jaw, or what the whole jaw takes away without one.
+        """Return the inductance gain (H) by the window with the jaw's faces receded (m), and a solid jaw's effect.
+
+        With a mirror `away` (m) above, the second value is the mirror's change before the solid jaw. Without it, it is
+        the reduction (H) by the solid jaw.
         """
         under, wider = floor + recess, receded(opening, recess)
         bare = returned(None, under)
@@ -158,7 +174,7 @@ def _missing(
     growths = [(gain - 0.5 * (less + more)) / change for gain, change in at_roofs]
     scale, nearer = at_roofs[0][1], at_roofs[1][1]
     bend = (growths[1] - growths[0]) / (nearer / scale - 1.0)
-    # what of the jaw is seen at all: a sheet before the window hides it
+    # part of the jaw's effect that reaches the coil: a sheet before the window hides the rest
     bare = [reflected_inductances(spectrum, at, None, one, (0.0,))[0, 0].real for one in behind]
     seen_part = min(float(bare[1] - bare[0]) / (0.5 * (low + high)), 1.0)
     growth, moving = (growths[0] - bend, bend), (error + SMALL) * abs(growths[0]) + BENT * abs(bend)
@@ -167,7 +183,7 @@ def _missing(
 
 
 def receded(opening: Opening, recess: float) -> Opening:
-    """The opening where the metal's faces recede (m), its walls by `WALL` of that."""
+    """Return the opening with the metal's faces receded by `recess` (m), and its walls by `WALL` of this."""
     x, y = (side + 2.0 * WALL * recess for side in opening.size)
     return Opening((x, y), max(opening.depth - 2.0 * recess, recess))
 
@@ -176,8 +192,10 @@ FERRITE = 1e6  # Relative permeability of a magnet that is a perfect mirror
 
 
 class WindowedReflection(Reflection):
-    """What metal returns where the jaw has a window: `real` in all but that; the jaw alone returns `whole`, and what is
-    there without it `none`.
+    """Reflection by metal with a window in the jaw.
+
+    `real` supplies all values that the window does not change. `whole` is the reflection by the jaw alone, and `none`
+    by the metal that remains without the jaw.
     """
 
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
@@ -189,30 +207,33 @@ class WindowedReflection(Reflection):
         self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        """Return the change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
         real, (more, lost) = self._real(frequencies), self._lacking(frequencies)
         return real[0] + self._missing.inductance * more, real[1] + self._missing.loss * lost
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
         whole, none = (one.mutual(pair, distance, frequencies) for one in (self._whole, self._none))
         return np.asarray(self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
+        """Return the change (H, complex) by the winding's own eddy currents and their images."""
         real, whole, none = (one.crowding(frequencies) for one in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """As before the whole jaw: what moves it is small."""
+        """Return the value for a solid jaw: the differences that depend on it are small."""
         return self._real.crowding_near(frequencies, above, below)
 
     def window(self, frequency: float) -> tuple[float, float]:
-        """How far off inductance (H) and resistance (ohm) may be for the window, at most, both one way."""
+        """Return error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
+
+        They are signed: both errors occur together with these signs.
+        """
         more, lost = self._lacking(np.array([frequency]))
         return self._missing.error * float(more[0]), self._missing.loss_error * float(lost[0])
 
     def _lacking(self, frequencies: Array) -> tuple[Array, Array]:
-        # What would be more of both (H, ohm) without the jaw, the target left out.
+        # Increase of inductance (H) and resistance (ohm) without the jaw and the target.
         (one, lost), (other, other_lost) = self._whole(frequencies), self._none(frequencies)
         return other - one, other_lost - lost
