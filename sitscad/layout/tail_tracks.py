@@ -29,9 +29,7 @@ SAME = 1e-9  # Heights that differ by less (m) are equal
 
 @record
 class Descent:
-    """A track in the funnel: its entry, the height of its lane (m), and the x (m) at which it bends towards the
-    lane.
-    """
+    """A track in the funnel: entry, height of its lane (m), and x (m) at which it bends towards the lane."""
 
     entry: Point
     height: float
@@ -59,11 +57,11 @@ class Descent:
 
 
 def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
-    """Return the paths of one layer's tracks from x = `funnel` (m) to lanes at given heights, with a centre distance
-    `pitch` (m).
+    """Return the paths of one layer's tracks from x = `funnel` (m) to lanes at given heights.
 
-    Parting tracks bend in turn, the outermost first: a track widens only after its neighbour has gone. Other tracks
-    bend at once, or later if they follow another track to the same side.
+    `pitch` (m) is the centre distance of the tracks. Parting tracks bend in turn, the outermost first: a track widens
+    only after its neighbour has gone. Other tracks bend at once, or later if they follow another track to the same
+    side.
     """
     ways = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
     outermost = max((abs(way.entry.y) for way in ways if way.parts), default=0.0)

@@ -145,9 +145,7 @@ class _Innermost:
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
-    """Return the smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one
-    ring.
-    """
+    """Return the smallest clear inner diameter (m) for a number of inner vias on one ring that keep their distance."""
     hole = joined_hole(rules, 0.0)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:

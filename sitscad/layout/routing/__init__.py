@@ -1,1 +1,1 @@
-"""How coils are led out: the ways round one coil, the search for them, mazes between coils, the routing of all."""
+"""Routing of the coils: paths round one coil, their search, mazes between coils, and the routing of all coils."""

@@ -1,16 +1,16 @@
-"""The ways that lead round one coil: tracks on its ring road, and vias outside it; what going round it costs.
+"""Paths round one coil: tracks on its ring road, vias outside it, and the cost of going round it.
 
-A branch is one connection outside the winding, of one or two legs; each leg runs from a point to the ring, round it,
+A branch is one connection outside the winding, of one or two legs. Each leg runs from a point to the ring, round it,
 and on to its end.
 
-From contact to contact the current goes round the coil a whole number of times, for both conductors of a pair come from
-one place. Whatever the layers' turns lack of a whole number, the leads run round the ring: that closing arc links the
-winding's flux like a turn of its own. Where both leads run round together, above each other, they cancel. Only a coil
-that ends inside its turns comes out wherever it likes, under them, and needs none; what that lead sweeps inside counts
-by its area.
+From contact to contact the current goes round the coil a whole number of times, because both conductors of a pair come
+from one place. The layers' turns may fall short of a whole number. The leads then run round the ring for the rest. This
+closing arc links the winding's flux like a turn. If both leads run round together, above each other, they cancel. A
+coil that ends inside its turns needs no closing arc: its lead comes out under the turns in any direction. The area that
+this lead sweeps inside counts.
 
-As arrays the branches of one coil are held against each other by the angles that they claim on the ring road, which is
-cheap, and by their vias' and last stretches' true distances.
+As arrays, the branches of one coil are compared by their angle ranges on the ring road, which is cheap. Vias and last
+stretches are compared by true distances.
 """
 
 from __future__ import annotations
@@ -47,34 +47,40 @@ FLATTENED = 1e-6  # Arcs become chords within this distance (m)
 Values = TypeVar("Values", float, Array)
 
 WEIGHT = 10.0
-"""A closing arc counts so many times its length: it moves the inductance by several per cent a quarter turn, while a
-pair that runs round together only has its resistance.
+"""Cost factor on the length of a closing arc.
+
+It changes the inductance by several per cent per quarter turn. A pair that runs round together only adds resistance.
 """
 
 RUNNING_ON = 0.9
-"""An arc that runs on as the winding does counts for less: it adds inductance, where one that runs back takes it away
-and has the same resistance. So of two halves of a turn that one is taken.
+"""Cost factor on arcs that continue the winding's sense.
+
+Such an arc adds inductance. The opposite arc removes inductance at the same resistance. Of two half turns the former is
+therefore chosen.
 """
 
 
 def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
-    """Turns by which leads round a coil by these angles (rad) close its circuit: positive on with the winding."""
+    """Return the turns of a circuit's closing arc, for leads that go round a coil by these angles (rad).
+
+    They are positive in the winding's sense.
+    """
     sense = -1.0 if coil.clockwise else 1.0
     return sense * (sweep_b - sweep_a) / TWO_PI
 
 
 def closing_cost(turns: Values, radius: float) -> Array:
-    """What a closing arc of some turns on a ring of some radius (m) costs, as a length (m) of lead."""
+    """Return the cost of a closing arc of some turns on a ring of a radius (m), as a length (m) of lead."""
     return WEIGHT * TWO_PI * radius * counted(turns)
 
 
 def counted(turns: Values) -> Array:
-    """The turns that closing arcs count for: less than they are where they run on."""
+    """Return the turns that closing arcs count for: fewer than their turns if they continue the winding's sense."""
     return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
 
 def least_closing(coil: CoilSpec) -> float:
-    """The cheapest closing arc (turns) that a coil's leads can have, however much room there is."""
+    """Return the cheapest possible closing arc (turns) of a coil's leads, regardless of room."""
     if len(coil.layers) % 2:
         return 0.0
     beyond = math.fsum(coil.layer_turns) % 1.0
@@ -82,15 +88,16 @@ def least_closing(coil: CoilSpec) -> float:
 
 
 def swept_inside(one: Point, other: Point, centre: Point) -> float:
-    """What a straight lead from inside a coil out to its ring sweeps about the centre (rad): the angle on the ring over
-    an equal area, for inside the turns the field is as good as even.
+    """Return the angle (rad) about the centre for a straight lead from inside a coil to its ring.
+
+    It is the angle on the ring with an equal swept area, because the field inside the turns is nearly uniform.
     """
     x, y, beyond_x, beyond_y = one.x - centre.x, one.y - centre.y, other.x - centre.x, other.y - centre.y
     return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
 
 
 def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
-    """The closing arc (turns) of a coil as drawn: how far its conductors outside the turns run on round it."""
+    """Return the closing arc (turns) of a drawn coil: the turns of its conductors outside the winding."""
     outside = min(spec.size) / 2.0 - spec.trace_width
     centre, swept = coil.centre, 0.0
     for piece in coil.series:
@@ -111,7 +118,7 @@ VIA_PLACES = 32  # Directions round a coil in which vias may stand
 
 @record
 class OuterEnd:
-    """The outer end of one layer, or the inner via from which a coil with an odd number of layers comes out."""
+    """The outer end of a layer, or the last inner via of a coil with an odd number of layers."""
 
     point: Point
     layer: int
@@ -120,7 +127,7 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """What the search of one coil needs to know: the spec, the bus, the ground for vias across the tail."""
+    """Inputs of one coil's search: spec, bus, and the extent across the tail that is open to vias."""
 
     spec: SensorSpec
     bus: Bus
@@ -129,7 +136,7 @@ class BranchGround:
 
     @cached_property
     def joined(self) -> ViaToPlace:
-        """A via with the ends of the leads that meet there."""
+        """A via, including the ends of the leads that meet there."""
         return joined_hole(self.spec.fpc.rules, self.bus.width)
 
     @cached_property
@@ -139,23 +146,23 @@ class BranchGround:
 
     @cached_property
     def ring(self) -> Ring:
-        """The ring road of the coil."""
+        """Ring road of the coil."""
         return Ring(self.spec.coil, self.placement, self.bus.ring_offset)
 
     @cached_property
     def radius(self) -> float:
-        """The ring's smallest radius (m): angles are turned into distances with it, on the safe side."""
+        """Smallest radius (m) of the ring. It turns angles into distances that are never too large."""
         return min(self.spec.coil.size) / 2 + self.bus.ring_offset
 
     @cached_property
     def own_turns(self) -> Obstacles:
-        """The coil's own outermost turns, on all of its layers."""
+        """Outermost turns of the coil, on all of its layers."""
         found = Obstacles(self.spec.fpc.rules, self.bus.spacing)
         found.add(outermost_turns(self.spec.coil, self.placement))
         return found
 
     def via_places(self) -> Iterator[ViaToPlace]:
-        """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
+        """Yield holes with room in the outline: next to the coil, and farther out so that the ring road stays free."""
         rules, beyond = self.spec.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
         places = _via_places(self.spec.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
@@ -171,7 +178,7 @@ class BranchGround:
         return {}
 
     def stand(self, hole: ViaToPlace) -> tuple[float, float]:
-        """Where the ring road passes one of the via places (rad), and how far from it (m)."""
+        """Return the angle (rad) at which the ring road passes a via place, and the distance (m) between them."""
         return self._stands[hole.centre]
 
 
@@ -187,8 +194,10 @@ def outermost_turns(coil: CoilSpec, placement: CoilPlacement) -> Iterator[TrackT
 def _via_places(
     coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
 ) -> tuple[tuple[Point, float, float], ...]:
-    """Places round a coil at some offsets, where its ring road (offset `road`) passes each (rad), and how far off (m).
-    Coils that differ in their place only share them, and so do boards that are tried to find out what helps.
+    """Return places round a coil at given offsets, each with angle (rad) and distance (m) of the ring road.
+
+    `road` (m) is the offset of the ring road. The result is cached for coils that differ only in position, and for
+    successive trial boards.
     """
     ring, found = Ring(coil, placement, road), []
     for offset in offsets:
@@ -201,12 +210,14 @@ def _via_places(
 
 
 def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
-    """Return a chord from a stretch to a later one that leads back, so that both lie `apart` (m) or farther from each
-    other. None if they do so already, or if one of them is too short for the chord's end.
+    """Return a chord that cuts off the corner between a stretch and a later one that leads back.
+
+    Both stretches then lie `apart` (m) or farther from each other. None if they do so already, or if one of them is too
+    short for the chord's end.
 
     Notes
     -----
-    The chord cuts off the corner in which both lines meet, equally far from it on each.
+    The chord is equally far from the corner on both lines.
     """
     (ax, ay), (bx, by) = (((line.end.x - line.start.x) / line.length, (line.end.y - line.start.y) / line.length)
                           for line in (one, other))
@@ -224,10 +235,10 @@ def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
 
 
 def square_fold(one: Line, short: Line, other: Line) -> tuple[Line, Line, Line] | None:
-    """Return three stretches of a way that turns back, with a right angle in place of an acute one at either end of the
-    `short` one. None if both corners are wider than acute, or if the stretch beside one is too short.
+    """Return three stretches of a path that turns back, with a right angle in place of each acute one beside `short`.
 
-    Both stretches become shorter, so that the way claims no ground that it did not have.
+    None if both corners are wider than acute, or if the stretch beside a corner is too short. Both stretches become
+    shorter, so that the path needs no additional area.
     """
     if straightness(one.start, one.end, short.end) < -ACUTE:
         foot = one.start.shifted(*_along(one, short.end))
@@ -241,11 +252,11 @@ def square_fold(one: Line, short: Line, other: Line) -> tuple[Line, Line, Line] 
 
 
 ACUTE = math.cos(math.radians(60.0)) + 1e-9
-"""Cosine of the least angle between two legs of a track; an etchant eats a sharper corner."""
+"""Cosine of the smallest angle between two legs of a track: an etchant erodes a sharper corner."""
 
 
 def _along(line: Line, point: Point) -> tuple[float, float]:
-    """Return the way (m, m) from a line's start to the foot of the perpendicular from a point."""
+    """Return the vector (m, m) from a line's start to the foot of the perpendicular from a point."""
     x, y = line.end.x - line.start.x, line.end.y - line.start.y
     part = ((point.x - line.start.x) * x + (point.y - line.start.y) * y) / (x * x + y * y)
     return part * x, part * y
@@ -253,7 +264,7 @@ def _along(line: Line, point: Point) -> tuple[float, float]:
 
 @record
 class Leg:
-    """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
+    """A track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
 
     around: BranchGround
     layer: int
@@ -264,18 +275,18 @@ class Leg:
 
     @property
     def end_angle(self) -> float:
-        """Where the leg leaves the ring."""
+        """Angle (rad) at which the leg leaves the ring."""
         return self.angle + self.sweep
 
     @cached_property
     def stretches(self) -> list[tuple[Point, Point]]:
-        """Start and end of every straight stretch beyond the ring."""
+        """Start and end of each straight stretch beyond the ring."""
         corners = (self.around.ring.at(self.end_angle), *self.finish)
         return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
 
     @cached_property
     def track(self) -> TrackToPlace:
-        """The leg as a track."""
+        """Track of the leg."""
         ring = self.around.ring
         first = ring.at(self.angle)
         path = Path((Line(self.begin, first),)) if self.begin.distance(first) > 1e-9 else Path(())
@@ -285,8 +296,10 @@ class Leg:
         return TrackToPlace(self._unfolded(path + beyond), self.around.bus.width, self.layer)
 
     def _unfolded(self, path: Path) -> Path:
-        """Return a way without narrow notches and acute corners, with a chord or a right angle in place of each short
-        stretch on which it turns back. On the coil's own layers, chords stay outside the ring.
+        """Return a path without narrow notches and acute corners.
+
+        A chord or a right angle replaces each short stretch on which the path turns back. On the coil's own layers,
+        chords stay outside the ring.
         """
         segments, apart = list(path), self.around.bus.pitch
         is_free = self.layer not in self.around.spec.coil.layers
@@ -303,20 +316,21 @@ class Leg:
 
     @cached_property
     def round(self) -> float:
-        """How far it goes round the coil (rad, signed): on the ring, and inside if it begins there."""
+        """Angle of the leg round the coil (rad, signed): on the ring, and inside if it begins there."""
         ring = self.around.ring
         return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
 
     @cached_property
     def cost(self) -> float:
-        """Its length on the ring and before it (m), near enough for sorting."""
+        """Approximate length (m) on the ring and before it, for sorting."""
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
 
 
 @record
 class Branch:
-    """One connection outside the winding: one or two legs with a via between them. ``returns`` is set when the second
-    leg was drawn from its own end towards the via and is walked backwards.
+    """A connection outside the winding: one or two legs with a via between them.
+
+    `returns` is set if the second leg was drawn from its own end towards the via. The current flows along it backwards.
     """
 
     legs: tuple[Leg, ...]
@@ -333,7 +347,7 @@ class Branch:
 
     @property
     def tracks(self) -> tuple[TrackToPlace, ...]:
-        """The tracks alone, as they are drawn."""
+        """Tracks as drawn."""
         return tuple(leg.track for leg in self.legs)
 
     @property
@@ -343,28 +357,28 @@ class Branch:
 
     @cached_property
     def cost(self) -> float:
-        """Length (m), a via counting as a millimetre."""
+        """Length (m). A via counts as a millimetre."""
         return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
 
     @cached_property
     def round(self) -> float:
-        """How far it goes round the coil, from where its first leg begins (rad, signed)."""
+        """Angle of the branch round the coil from the start of its first leg (rad, signed)."""
         first, *second = (leg.round for leg in self.legs)
         return first + sum(-sweep if self.returns else sweep for sweep in second)
 
 
 ROWS_AT_ONCE = 16
-"""Branches that another connection's are held against at once: the next cheapest ones are asked for next."""
+"""Number of branches that are compared with another connection at once, the cheapest first."""
 
 
 @record(eq=False)
 class BranchTable:
-    """Branches of one connection, the cheapest first; rows of all arrays are branches.
+    """Branches of one connection as arrays, one row per branch, the cheapest first.
 
-    ``cost`` (n) is each branch's (m), ``round`` (n) how far it goes round the coil (rad).
-    Legs (n, 2): copper layer (-1: no such leg), where its interval on the ring begins and how long it is (rad). Vias
-    (n): centre (m; nan: none), angle (rad) and distance from the ring road (m). `ways` are the straight stretches
-    beyond the ring: starts and steps (w, 2) and the branch that each belongs to.
+    `cost` (n; m) is the cost, and `round` (n; rad) the angle round the coil. Legs (n, 2) have the copper layer (-1 if
+    there is no such leg), and start and length (rad) of their range on the ring. Vias (n) have a centre (m; nan if
+    there is no via), angle (rad), and distance (m) from the ring road. `ways` holds the straight stretches beyond the
+    ring: starts and steps (w, 2) and the branch of each.
     """
 
     around: BranchGround
@@ -382,7 +396,10 @@ class BranchTable:
     owner: Index
 
     def beside_branch(self, other: BranchTable, row: int) -> int:
-        """The set of branches of this table that keep their distance from one branch of another; kept with that."""
+        """Return the set of branches in this table that keep clear of one branch of another table.
+
+        The other table caches it.
+        """
         sets = other._known.setdefault(id(self), (self, {}))[1]  # by identity, so this table is kept, too
         if row not in sets:
             first = row - row % ROWS_AT_ONCE
@@ -395,7 +412,7 @@ class BranchTable:
         return {}
 
     def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
-        """The sets of branches of this table that keep their distance from each of some branches of another."""
+        """Return the sets of branches in this table that keep clear of each of several branches of another table."""
         around, some = self.around, slice(rows.start, rows.stop)
         layer, low, sweep = (table[some][:, None, None, :] for table in (other.layer, other.low, other.sweep))
         same = (self.layer[:, :, None] == layer) & (layer >= 0)
@@ -427,7 +444,7 @@ class BranchTable:
 
 
 def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTable:
-    """The arrays of some branches."""
+    """Return the arrays of several branches."""
     legs, vias, stretches, owner = [], [], [], []
     for k, branch in enumerate(branches):
         rows = [(leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)) for leg in branch.legs]
@@ -448,13 +465,13 @@ def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTabl
 
 
 def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:
-    """Angles (rad) between intervals on a circle; 0 where they overlap."""
+    """Return the gaps (rad) between ranges on a circle. 0 if they overlap."""
     ahead = (other_low - low) % TWO_PI
     behind = np.where(ahead > 0.0, TWO_PI - ahead, 0.0) - other_sweep
     return np.asarray(np.maximum(0.0, np.minimum(ahead - sweep, behind)))
 
 
 def _to_stretches(starts: Array, steps: Array, points: Array) -> Array:
-    """Distances (m) of points (p, 2) from straight stretches: (stretches, p); nan for points that are nan."""
+    """Return the distances (m) of points (p, 2) from straight stretches: (stretches, p). nan for nan points."""
     x, y = (points[:, k] - starts[:, k, None] for k in (0, 1))
     return off_stretch(x, y, *steps.T[:, :, None])

@@ -1,10 +1,10 @@
-"""How one coil's outer ends get out: stubs to the vias outside the winding, leads round the ring to their exits.
+"""Escape of one coil's outer ends: stubs to the vias outside the winding, and leads round the ring to their exits.
 
-A small search: every end may go either way round the ring, every outer via may stand at several places; of the
-combinations that keep the rules' distances that one is taken whose leads link least of the winding's flux (see
-`branches`), and of those the shortest. Branches of one coil are compared by the angles that they claim on the ring,
-which is cheap; with everything else on the board they are compared by their true geometry. What the searches of one
-board may try is counted, not timed, so that every machine finds the same board.
+Each end may go round the ring in either sense. Each outer via may stand at several places. The search takes the
+combination that keeps the rules' clearances and whose leads link least of the winding's flux (see `branches`). Among
+equal combinations it takes the shortest. Branches of one coil are compared by their angle ranges on the ring, which is
+cheap. They are compared with the rest of the board by their true geometry. The budget of a board is a number of trials,
+not a time. Each machine therefore finds the same board.
 """
 
 from __future__ import annotations
@@ -37,21 +37,24 @@ from sitscad.layout.routing.branches import (
 TRIALS_OF_A_WAVE = 50  # What it takes to find the ways through the array to one coil, in trials
 
 BUDGET = 16_000
-"""All searches of one board together give up after this many trials of branches: some seconds. Of 329 random boards
-that found their ways (tests/validation/random_boards.py, tests/benchmarks/check_times.py) ten took over 4,000, two over
-8,000, one 13,699.
+"""Largest number of branch trials for all searches of one board: a few seconds.
+
+Of 329 random boards with complete routing (tests/validation/random_boards.py, tests/benchmarks/check_times.py), ten
+took over 4,000 trials, two over 8,000, and one 13,699.
 """
 
 LOST = 4_000
-"""They give up after so many since a try last led out more coils than those before it, while two or more have no way.
-Of 112 boards of four layers or more that found ways for all coils (random_boards.py, seeds 0 to 449) none went on after
-more than 3,209.
+"""Number of trials without progress after which the searches end while two or more coils have no escape.
+
+Progress is a try that leads out more coils than all earlier tries. Of 112 boards of four layers or more with complete
+routing (random_boards.py, seeds 0 to 449), none made progress after more than 3,209 trials.
 """
 
 
 class SearchLimit:
-    """How many branches the searches of one board may still try. ``stuck`` is the number of the coil that found no way
-    on the board tried last; None if each found one.
+    """Remaining number of branch trials for one board.
+
+    `stuck` is the number of the coil without an escape on the last tried board. None if each coil has one.
     """
 
     def __init__(self, budget: int = BUDGET) -> None:
@@ -60,32 +63,32 @@ class SearchLimit:
         self._missing, self._since = 0, budget
 
     def begin(self, coils: int) -> None:
-        """A board with so many coils is to be routed."""
+        """Start the routing of a board with `coils` coils."""
         self._missing, self._since = coils, self.left
 
     def led_out(self, coils: int, of: int) -> None:
-        """A try has led out so many coils of all."""
+        """Return record that a try has led out `coils` of `of` coils."""
         if of - coils < self._missing:
             self._missing, self._since = of - coils, self.left
 
     @property
     def is_lost(self) -> bool:
-        """Whether two coils or more have found no way for long."""
+        """Whether two coils or more have had no escape for `LOST` trials."""
         return self._missing > 1 and self._since - self.left >= LOST
 
     @property
     def is_spent(self) -> bool:
-        """Whether no search may begin any more."""
+        """Whether no further search may begin."""
         return self.left <= 0 or self.is_lost
 
     @property
     def is_overdrawn(self) -> bool:
-        """Whether a search that is going on has to end."""
+        """Whether a running search must end."""
         return self.left < 0 or self.is_lost
 
     @contextmanager
     def at_most(self, most: int) -> Iterator[None]:
-        """The searches that go on with it may try so many more and no more."""
+        """Yield within a context in which searches may take at most `most` further trials."""
         kept = max(0, self.left - most)
         self.left -= kept
         yield
@@ -93,38 +96,39 @@ class SearchLimit:
 
 
 TRIALS = 2_000
-"""The search of one coil gives up after it has tried this many branches: ways found took up to 1,100 (1,000 coils)."""
+"""Largest number of branch trials in the search of one coil. Successful searches took up to 1,100 (1,000 coils)."""
 
 QUICK = 100
-"""Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
+"""Number of trials per exit at first, if the first escape is taken: an exit without an escape spends them all."""
 
 PIECES = 48  # Pieces of the ring road of which it is known whether a track may run there
 PROVED = 8  # Legs refused on a layer after which that is looked up: most searches find a way before
 SPARED = 0.04  # Leads that run so little farther round their coil than they must (turns) are as good as any
 
 INSIDE = 0.1
-"""A lead from the inside comes out within this (turns) of where it would go round nothing, past inner vias."""
+"""Largest deviation (turns) of an inside lead's exit from the one with no closing arc, past inner vias."""
 
 COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
-"""How far beside its other end a coil that ends inside may come out from under its turns: to make up for what that lead
-sweeps inside, or past an inner via.
+"""Angles (rad) from the other end at which a lead from inside may come out from under the turns.
+
+They compensate the area that this lead sweeps inside, or pass an inner via.
 """
 
 NEAR = math.radians(60.0)
-"""A via stands no farther (rad) from where the lead from the inside comes out, or where it does."""
+"""Largest angle (rad) of a via from the exit of an inside lead, or from the place where this lead comes out."""
 
 STEP_BACK = 1e-3  # How far back on the ring (rad) its direction is taken
 
 SHARPEST = math.cos(math.radians(40.0))
-"""A lead leaves the ring at no sharper angle: its two parts would lie on each other."""
+"""Cosine of the sharpest angle at which a lead leaves the ring: the parts of a sharper lead would overlap."""
 
 Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
-"""Ways to join two ends, by the ends and the places where a via may stand: boards that are tried share them."""
+"""Joins of two ends, by the ends and the possible places of a via. Successive trial boards share them."""
 
 
 @record
 class Escape:
-    """What leads out of one coil: the joins outside (between layers), and the two leads."""
+    """Routing out of one coil: the joins outside (between layers), and the two leads."""
 
     joins: tuple[Branch, ...]
     lead_a: Branch
@@ -137,26 +141,26 @@ class Escape:
 
     @property
     def entries(self) -> tuple[Point, Point]:
-        """Where the two leads enter the tail."""
+        """Points at which the two leads enter the tail."""
         return self.lead_a.legs[-1].track.path.end, self.lead_b.legs[-1].track.path.end
 
     @property
     def closing(self) -> float:
-        """How far leads and joins run round the coil in all (turns), positive where they run on as the winding does."""
+        """Total turns of leads and joins round the coil, positive in the winding's sense."""
         around = self.lead_a.legs[0].around
         joins = math.fsum(join.round for join in self.joins)
         return float(closing_turns(around.spec.coil, self.lead_a.round, self.lead_b.round + joins))
 
     @property
     def excess(self) -> float:
-        """How much more that counts for than it had to (turns)."""
+        """Excess of the counted closing turns over the least possible value (turns)."""
         coil = self.lead_a.legs[0].around.spec.coil
         least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
         return max(0.0, float(counted(self.closing)) - least)
 
     @property
     def cost(self) -> float:
-        """Length of everything (m), vias counted as in `Branch.cost`, and what running round the coil costs."""
+        """Total length (m), with vias as in `Branch.cost`, plus the cost of the closing arc."""
         radius = self.lead_a.legs[0].around.radius
         return sum(branch.cost for branch in self.branches) + float(closing_cost(self.closing, radius))
 
@@ -166,8 +170,10 @@ def escape(
     choices: Iterable[tuple[Exit, Exit]], obstacles: Obstacles, searches: SearchLimit, first: bool = False,
     known: Joined | None = None,
 ) -> Escape | None:
-    """The cheapest way out that keeps every distance, or the `first` whose leads run no farther round the coil than
-    they must; None where the search finds none. `known` are joins of boards that were tried before.
+    """Find the cheapest escape that keeps all clearances. None if the search finds none.
+
+    With `first`, it is the first escape whose leads run no farther round the coil than necessary. `known` holds joins
+    of earlier trial boards.
     """
     places = obstacles.admitted(list(around.via_places()))
     search = _BranchSearch(obstacles, searches)
@@ -202,12 +208,12 @@ def escape(
 
 
 def cheapest_first(branches: Iterable[Branch]) -> list[Branch]:
-    """Branches by what they cost, as good as equal ones in their order."""
+    """Return branches by cost. Branches of nearly equal cost keep their order."""
     return sorted(branches, key=lambda branch: round(branch.cost, 9))
 
 
 class _BranchSearch:
-    """A search in depth over the connections' branches, cheapest first, on sets of those that have room yet."""
+    """Depth-first search over the branches of all connections, cheapest first, on sets of the remaining branches."""
 
     def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:
         self._obstacles = obstacles
@@ -225,8 +231,10 @@ class _BranchSearch:
     def lead_tables(
         self, around: BranchGround, ends: tuple[OuterEnd, OuterEnd], exits: tuple[Exit, Exit], places: list[ViaToPlace]
     ) -> list[BranchTable] | None:
-        """The ways of two leads, the cheapest first; None where one has none that the board admits: the other's, which
-        are many, are then not made. A lead from the inside may come out beside the other end, or near there.
+        """Return the paths of two leads, the cheapest first. None if one lead has no admissible path.
+
+        The many paths of the other lead are then not computed. A lead from inside may come out at the other end or near
+        it.
         """
         beside = list(dict.fromkeys(around.ring.facing(ends[0].point)))
         leads = []
@@ -237,7 +245,10 @@ class _BranchSearch:
         return [branch_table(around, options) for options in leads]
 
     def find(self, tables: Sequence[BranchTable], most: int) -> Escape | None:
-        """One branch of every table, leads first, all clear of another and the board; None, too, once it `gave_up`."""
+        """Return one branch per table, leads first, all clear of each other and the board.
+
+        None also if it `gave_up`.
+        """
         self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
         self._left = min(most, self._total)
         self.gave_up = False
@@ -259,7 +270,7 @@ class _BranchSearch:
     def _combine(
         self, tables: Sequence[BranchTable], left: list[int], chosen: tuple[Branch, ...]
     ) -> tuple[Branch, ...] | None:
-        """The first branches, one of each table still left, that keep clear of each other; None if there are none."""
+        """Return the first branches, one per remaining table, that keep clear of each other. None if there are none."""
         if not tables:
             return chosen
         options = left[0] & ~self._barred.get(id(tables[0]), 0)
@@ -282,7 +293,7 @@ class _BranchSearch:
         return None
 
     def _clear(self, branch: Branch, other: Branch) -> bool:
-        """Whether two branches keep the fabricator's distance: angles on the ring do not see what bends at a corner."""
+        """Whether two branches keep the fabricator's clearance. Angles on the ring ignore bends at a corner."""
         key = (id(branch), id(other))
         if key not in self._exact:
             if id(other) not in self._single:
@@ -293,7 +304,7 @@ class _BranchSearch:
         return self._exact[key]
 
     def _goes_on(self) -> bool:
-        """Counts a trial; whether the search may go on."""
+        """Count a trial. Return whether the search may continue."""
         self._spend()
         self.gave_up = self._left < 0 or self._searches.is_overdrawn
         return not self.gave_up
@@ -304,8 +315,9 @@ class _BranchSearch:
         self._searches.left -= 1
 
     def lets_out(self, around: BranchGround, out: Exit) -> bool:
-        """Whether the way from ring to tail that leads share is free, of the coil's own turns as well: if not, that is
-        one trial instead of one each.
+        """Whether the common path of leads from ring to tail is free, including the coil's own turns.
+
+        A blocked path costs a single trial instead of one per lead.
         """
         way = polyline([around.ring.at(out.angle), *out.way])
         track = TrackToPlace(way, around.bus.width, out.layer)
@@ -315,7 +327,7 @@ class _BranchSearch:
         return is_free
 
     def admits(self, branch: Branch) -> bool:
-        """Whether a branch's legs keep their distance from what is on the board; its via is at a place that does."""
+        """Whether a branch's legs keep clear of the board. The place of its via is already checked."""
         for leg in branch.legs:
             if id(leg) not in self._admitted:  # the leg is kept too, so that no other gets its identity
                 self._admitted[id(leg)] = leg, self._is_free(leg)
@@ -324,7 +336,7 @@ class _BranchSearch:
         return True
 
     def _is_free(self, leg: Leg) -> bool:
-        """Whether a leg keeps its distances by its true geometry, which is a trial unless it is refused for certain."""
+        """Whether a leg keeps its clearances by its true geometry. A trial unless it is certainly refused."""
         if self._runs_into(leg):
             return False
         self._spend()
@@ -334,7 +346,7 @@ class _BranchSearch:
         return is_free
 
     def _runs_into(self, leg: Leg) -> bool:
-        """Whether a leg runs over a whole piece of the ring road on which no track may."""
+        """Whether a leg covers a whole piece of the ring road that is closed to tracks."""
         piece, layer = TWO_PI / PIECES, leg.layer
         if self._refused.get(layer, 0) < PROVED or abs(leg.sweep) < piece:
             return False
@@ -348,7 +360,7 @@ class _BranchSearch:
 
 
 def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
-    """Rows of two leads' branches, by what both together cost."""
+    """Yield rows of two leads' branches, by their joint cost."""
     around = leads_a.around
     turns = closing_turns(around.spec.coil, leads_a.round[:, None], leads_b.round[None, :])
     costs = leads_a.cost[:, None] + leads_b.cost[None, :] + closing_cost(turns, around.radius)
@@ -359,7 +371,7 @@ def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tupl
 def _ways_out(
     around: BranchGround, end: OuterEnd, out: Exit, places: list[ViaToPlace], beside: list[float]
 ) -> Iterator[Branch]:
-    """The ways from a coil's end to its exit: directly, or by a via where layers differ, near where it comes out."""
+    """Yield paths from a coil's end to its exit: directly, or by a nearby via if the layers differ."""
     if end.layer == out.layer:
         near = [angle + turned for turned in COMES_OUT for angle in beside]
         for sweep in _sweeps(around, end, out.angle, near):
@@ -390,16 +402,18 @@ def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
 
 
 def _legs_to_via(around: BranchGround, end: OuterEnd, hole: ViaToPlace, beside: Sequence[float] = ()) -> list[Leg]:
-    """The ways from a coil's end to a via beside the ring."""
+    """Return the paths from a coil's end to a via beside the ring."""
     angle, _ = around.stand(hole)
     sweeps = _sweeps(around, end, angle, beside)
     return [Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in sweeps]
 
 
 def _sweeps(around: BranchGround, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
-    """Both ways round from an end to an angle; from an inner via straight under the turns, or out at one of the angles
-    `beside` and both ways round from there, where that meets the ring without bending back sharply. At a corner each
-    way begins on its own side of it, so that no lead bends back sharply.
+    """Return the sweeps (rad) in both senses from an end to an angle.
+
+    From an inner via, the lead goes straight under the turns, or comes out at one of the angles `beside` and goes round
+    from there. Its bend at the ring must not be sharp. At a corner each sense begins on its own side, so that no lead
+    bends back sharply.
     """
     if end.from_inside:
         ways = [0.0]

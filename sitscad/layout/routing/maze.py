@@ -1,8 +1,8 @@
-"""Ways through an array whose coils do not stand in one line: the shortest for each pair that keeps all distances.
+"""Paths through an array of coils that do not stand in one line: the shortest for each pair that keeps all clearances.
 
-A pair runs stacked on two layers, so it is one track to be led from its coil's ring road to its place in the tail. A
-wave from there over a lattice (Dijkstra) finds the shortest way to every exit of the ring at once; each way is then
-pulled taut between what it passes. The clearance is judged at points along the way, not on the lattice.
+A pair runs stacked on two layers. It is therefore one track from its coil's ring road to its place in the tail. A wave
+from there over a lattice (Dijkstra) finds the shortest paths to all exits of the ring at once. Each path is then pulled
+taut between its obstacles. The clearance is checked at points along the path, not on the lattice.
 """
 
 from __future__ import annotations
@@ -31,18 +31,21 @@ _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 @record(eq=False)
 class Wave:
-    """Distances over a bordered lattice, row by row (in steps; infinite beyond), and each node's one before."""
+    """Distances over a bordered lattice, row by row, and the predecessor of each node.
+
+    Distances are in steps, infinite for nodes that the wave did not reach.
+    """
 
     stride: int
     reached: Sequence[float]
     before: Sequence[int]
 
     def distance(self, node: Node) -> float:
-        """How far a node is from where the wave began."""
+        """Return the distance (steps) of a node from the start of the wave."""
         return self.reached[self._place(node)]
 
     def back(self, node: Node) -> Iterator[Node]:
-        """The nodes from one to where the wave began."""
+        """Yield the nodes from one node back to the start of the wave."""
         place = self._place(node)
         while place >= 0:
             yield place // self.stride - 1, place % self.stride - 1
@@ -55,9 +58,10 @@ class Wave:
 def spread(
     free: Flags, sources: Sequence[Node], between: Flags | None = None, wanted: Iterable[Node] | None = None
 ) -> Wave:
-    """The wave from some nodes over those that are free, eight neighbours each. `between` (2 n - 1, 2 m - 1) tells of
-    the same lattice at half its step which places a step may lead over: without it all may. The wave ends when it has
-    passed the `wanted` nodes; None for all.
+    """Return the wave from source nodes over the free nodes, with eight neighbours each.
+
+    `between` (2 n - 1, 2 m - 1) marks the free places of the lattice at half its step, over which steps may lead. If it
+    is None, all steps are free. The wave ends after the `wanted` nodes. If they are None, it covers all nodes.
     """
     stride = free.shape[1] + 2
     size = (free.shape[0] + 2) * stride
@@ -84,7 +88,7 @@ def spread(
 
 
 def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
-    """Which of the eight steps may be taken from each node, the border included: one bit each."""
+    """Return which of the eight steps are free from each node, the border included: one bit each."""
     n, m = free.shape
     found = np.zeros((n + 2, m + 2), dtype=np.intp)
     bordered = np.zeros((n + 2, m + 2), dtype=bool)
@@ -101,7 +105,7 @@ def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
 
 @lru_cache(maxsize=16)
 def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """The offsets of every set of steps in rows of a length, and the lengths of these steps."""
+    """Return the offsets of each set of steps in rows of a length, and the lengths of these steps."""
     steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
     return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
 
@@ -115,7 +119,7 @@ STRIDE = 0.71  # Half a diagonal step of the lattice, in steps
 
 @record
 class Ground:
-    """The board between the coils: its front, where the tail begins (m), and how far it reaches across there."""
+    """The board between the coils: its front at the start of the tail (m), and its extent across there."""
 
     front: float
     tail_start: float
@@ -123,7 +127,7 @@ class Ground:
     tail_half_width: float
 
     def limits(self, x: Array) -> tuple[Array, Array]:
-        """The lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
+        """Return the lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
         along = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
         low, high = self.breadth.low, self.breadth.high
         return low + along * (-self.tail_half_width - low), high + along * (self.tail_half_width - high)
@@ -131,7 +135,7 @@ class Ground:
 
 @record(eq=False)
 class Lattice:
-    """Points over the whole array, and how far each is from every coil: the same for all boards that are tried."""
+    """Points over the whole array with their distances from each coil: equal for all trial boards."""
 
     spec: SensorSpec
     bus: Bus
@@ -141,7 +145,7 @@ class Lattice:
 
     @cached_property
     def step(self) -> float:
-        """The lattice's step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
+        """Step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
         area = (self.end - self.start) * 2 * self.breadth.half
         return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
 
@@ -158,12 +162,12 @@ class Lattice:
 
     @property
     def halves(self) -> tuple[int, int]:
-        """How many columns and rows of points at half a step there are."""
+        """Numbers of columns and rows of points at half a step."""
         return 2 * len(self.xs) - 1, 2 * len(self.ys) - 1
 
     @cached_property
     def points(self) -> Array:
-        """All nodes and the places halfway between them (n, 2), rows of one column after the other (m)."""
+        """All nodes and the points halfway between them (n, 2; m), column by column."""
         columns, rows = (
             first + self.step / 2 * np.arange(count)
             for first, count in zip((self.xs[0], self.ys[0]), self.halves, strict=True)
@@ -172,11 +176,14 @@ class Lattice:
 
     @cached_property
     def outside(self) -> dict[CoilPlacement, Array]:
-        """Distance (m) of all these points from every coil's outer copper edge, negative inside."""
+        """Distances (m) of all points from each coil's outer copper edge, negative inside."""
         return {placement: self.from_coil(placement, self.points) for placement in self.spec.array.placements}
 
     def from_coil(self, placement: CoilPlacement, points: Array) -> Array:
-        """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
+        """Return the distances (m) of points (n, 2) from a coil's outer copper edge, negative inside.
+
+        Never above the true distance.
+        """
         away = points - np.array(placement.centre)
         if self.spec.coil.outline.is_round:
             return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
@@ -192,7 +199,7 @@ class Lattice:
 
     @cached_property
     def inside(self) -> dict[Ground, Flags]:
-        """Which of all these points are on a board and keep a track's distance from its edge, by the board."""
+        """For each board, the points on it that keep a track's distance from its edge."""
         return {}
 
     @cached_property
@@ -200,14 +207,14 @@ class Lattice:
         return {}
 
     def around(self, low: Array, high: Array) -> tuple[slice, slice]:
-        """The columns and rows between two corners of a rectangle."""
+        """Return the columns and rows between two corners of a rectangle."""
         i, j = np.searchsorted(self.xs, [low[0], high[0]]), np.searchsorted(self.ys, [low[1], high[1]])
         return slice(int(i[0]), int(i[1])), slice(int(j[0]), int(j[1]))
 
 
 @dataclass
 class Maze:
-    """What stands on one board, and the search through it."""
+    """Obstacles of one board, and the path search between them."""
 
     lattice: Lattice
     bus: Bus
@@ -216,7 +223,7 @@ class Maze:
     _chords: Array = field(default_factory=lambda: np.empty((0, 5)))
 
     def __post_init__(self) -> None:
-        """Nothing is taken yet."""
+        """Mark all nodes as free."""
         self.spec, self.step = self.lattice.spec, self.lattice.step
         self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
 
@@ -237,7 +244,7 @@ class Maze:
                 self._take(np.array(a), np.array(b), max(need, STRIDE * self.step))
 
     def _take(self, a: Array, b: Array, need: float) -> None:
-        """Nodes nearer than `need` (m) to the stretch from a to b are free no more."""
+        """Mark nodes closer than `need` (m) to the stretch from a to b as occupied."""
         columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
         x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
         self._free[columns, rows] &= off_stretch(x - a[0], y - a[1], *(b - a)) >= need
@@ -246,7 +253,10 @@ class Maze:
         return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
-        """The ways from a coil's ring to its entry of the tail, shortest first: both conductors take the same."""
+        """Yield the paths from a coil's ring to its entry of the tail, shortest first.
+
+        Both conductors take the same path.
+        """
         # nodes, and halfway between, where a long step would cut a coil's corner
         if self.ground not in self.lattice.inside:
             self.lattice.inside[self.ground] = self._inside(self.lattice.points)
@@ -272,12 +282,12 @@ class Maze:
                 yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
     def _room(self, placement: CoilPlacement, own: CoilPlacement | None) -> float:
-        """What a pair keeps from a coil's copper edge to its centre line (m)."""
+        """Return the distance (m) of a pair's centre line from a coil's copper edge."""
         beside = self.bus.pitch if placement == own else self.bus.base
         return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
-        """Exits round the ring: the angle, and the point outside from which the way is free to turn."""
+        """Yield exits round the ring: the angle, and the point outside from which the path may turn."""
         ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
         outside = Ring(self.spec.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
         for k in range(EXITS):
@@ -289,21 +299,21 @@ class Maze:
                     yield angle, lead
 
     def _nodes_near(self, point: Point) -> list[Node]:
-        """Nodes about a point."""
+        """Return the nodes around a point."""
         reach = 1.6 * self.step
         near_x = np.flatnonzero(np.abs(self.lattice.xs - point.x) <= reach).tolist()
         near_y = np.flatnonzero(np.abs(self.lattice.ys - point.y) <= reach).tolist()
         return list(product(near_x, near_y))
 
     def _is_seen(self, point: Point, node: Node) -> bool:
-        """Whether no track stands between a point and a node."""
+        """Whether the line from a point to a node crosses no track."""
         return bool(self._off_tracks(_between(point, self._point(node), self.step / 4)).all())
 
     def _point(self, node: Node) -> Point:
         return Point(float(self.lattice.xs[node[0]]), float(self.lattice.ys[node[1]]))
 
     def _taut(self, corners: list[Point], placement: CoilPlacement) -> list[Point]:
-        """The way with every corner left out that can be: from each point straight to the farthest that is in sight."""
+        """Return the path without needless corners: from each point straight to the farthest visible one."""
         way, here = [corners[0]], 0
         while here < len(corners) - 1:
             low, high = here + 1, len(corners) - 1
@@ -318,7 +328,7 @@ class Maze:
         return way
 
     def _clear(self, points: Array, own: CoilPlacement | None, but: CoilPlacement | None = None) -> Flags:
-        """Whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
+        """Return whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
         clear = self._inside(points)
         for placement in self.spec.array.placements:
             if placement != but:
@@ -329,7 +339,7 @@ class Maze:
         return clear & self._off_tracks(points)
 
     def _inside(self, points: Array) -> Flags:
-        """Whether points lie before the tail and keep a track's distance from the edge of the board."""
+        """Return whether points lie before the tail and keep a track's distance from the board's edge."""
         edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
         x, y = points[:, 0], points[:, 1]
         low, high = self.ground.limits(x)
@@ -340,7 +350,10 @@ class Maze:
         return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
 
     def _off_tracks(self, points: Array) -> Flags:
-        """Whether points keep the spacing from all tracks on the pair's layers, arcs taken as chords within `CHORD`."""
+        """Return whether points keep the spacing from all tracks on the pair's layers.
+
+        Arcs are chords within `CHORD`.
+        """
         if not len(self._chords):
             return np.ones(len(points), dtype=bool)
         ax, ay, bx, by, need = self._chords.T
@@ -353,7 +366,7 @@ class Maze:
 
 
 def _between(one: Point, other: Point, step: float) -> Array:
-    """Points (n, 2) on the way from one place to another, no farther apart than a step (m)."""
+    """Return points (n, 2) from one place to another, at most a step (m) apart."""
     count = max(2, math.ceil(one.distance(other) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
     return np.array([one]) + t * (np.array([other]) - np.array([one]))

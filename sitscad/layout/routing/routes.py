@@ -1,4 +1,4 @@
-"""How all coils are led out: along lanes where they stand in one line, through a maze where they do not."""
+"""Routing of all coils: along lanes if they stand in one line, otherwise through a maze."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 
 @record
 class Routing:
-    """One complete answer of the search, on a board of some breadth: for every coil an escape, and from where that
-    ends both conductors to their contacts; ``far`` is the least x (m) that the board then needs.
+    """A complete result of the search, on a board of a given breadth.
+
+    Each coil has an escape, and both conductors from its end to their contacts. `far` is the least x (m) that the board
+    then needs.
     """
 
     bus: Bus
@@ -43,25 +45,25 @@ class Routing:
 
     @property
     def excess(self) -> float:
-        """How much farther than they must the leads of one coil run round it, at most (turns)."""
+        """Largest excess (turns) of a coil's leads round the coil over the least possible value."""
         return max(way.excess for way in self.escapes)
 
 
 @record
 class Stuck:
-    """Which coil found no way; ``walled`` if nothing let it out of its ring: more room elsewhere is no help."""
+    """The coil without an escape. `walled` if nothing leads out of its ring: more room elsewhere does not help."""
 
     coil: int
     walled: bool = False
 
 
 def in_line(spec: SensorSpec) -> bool:
-    """Whether all coils stand on the jaw's axis, so that lanes along it serve them."""
+    """Whether all coils stand on the jaw's axis, so that lanes along it suffice."""
     return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
 
 
 def front_of(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules, bus: Bus) -> float:
-    """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
+    """Return x (m) behind which all coils, their vias and leads lie. Beyond it only lanes run."""
     reach = via_room(rules, bus.spacing, bus.width)
     lanes = (len(placements) - 1) // 2 + 1
     ends = (p.centre[0] + Ring(coil, p, 0.0).half_size[0] for p in placements)
@@ -69,9 +71,10 @@ def front_of(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: Desig
 
 
 def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Boards to try, narrow first: the lanes' base and how far the body reaches across. Lanes close to the coils; with
-    a track's room between; with a via's room between; and in each case no more room beside the coils than the lanes
-    take, room for a track, or room for a via.
+    """Return the boards to try, narrow ones first: the lanes' base and the body's extent across.
+
+    Between coils and lanes there is no room, room for a track, or room for a via. Each of these has three boards.
+    Beside the coils they have the lanes alone, room for a track, or room for a via.
     """
     rules = spec.fpc.rules
     room = via_room(rules, bus.spacing, bus.width)
@@ -90,18 +93,19 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
 
 
 def _beyond_coils(bus: Bus, room: float) -> Breadth:
-    """A board with so much room (m) beside the outermost coils."""
+    """Return a board with `room` (m) beside the outermost coils."""
     return Breadth(round(bus.coils.low - room, 9), round(bus.coils.high + room, 9))
 
 
 def route_in_line(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
-    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
+    """Return the routing on the narrowest board with room. None if there is none.
 
-    Pairs leave their rings at the corner towards the tail, and the far coils choose first; only where no board has room
-    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
-    farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
+    The first lane is on the side where the far coil begins, or else on the other side. Pairs leave their rings at the
+    corner towards the tail, and the far coils choose first. If no board has room, pairs may also leave beside the
+    corner, and a coil without an escape chooses first. If leads run farther round their coils than necessary, the other
+    side and wider boards are also tried, as far as the jaw permits.
     """
     searches.begin(len(wound))
     placements = spec.array.placements
@@ -143,8 +147,10 @@ def route_in_line(
 
 
 def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
-    """The board, of those as they are found, whose leads run least round their coils beyond what they must. The first
-    one is looked at, and of the others those no wider than `widest` (half, m), while their limit lasts.
+    """Return the routing whose leads exceed the least possible closing arc by the least.
+
+    The first board is always considered. Others are considered up to a half width `widest` (m) until the search limit
+    ends.
     """
     best = next(routed, None)
     if best is None or best.excess < SPARED:
@@ -160,12 +166,15 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
 
 
 def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
-    """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
+    """Return half the largest width (m) of a body that is widened only for its leads: that of the jaw."""
     return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 
 def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
-    """Coils led out in order, a stuck one first in another try if they may be `reordered`; or which finds no way."""
+    """Lead out the coils in order.
+
+    With `reordered`, a stuck coil comes first in another try. Returns the stuck coil on failure.
+    """
     tried: set[tuple[int, ...]] = set()
     while True:
         tried.add(tuple(order))
@@ -178,7 +187,7 @@ def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered
 
 
 def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
-    """Every coil's escape, one after the other, or which coil found none."""
+    """Return each coil's escape, found one after the other, or the coil without an escape."""
     escapes: dict[int, Escape] = {}
     for index in order:
         board.searches.stuck = index
@@ -195,8 +204,9 @@ def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[i
 
 @record
 class _BoardToRoute:
-    """A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
-    ways that `joined` two ends on other boards are shared. `walls` are its edge, where the spec gives that.
+    """A board whose coils are to be led out. From `front` (m) on, only the tail's lanes run.
+
+    `joined` holds joins of two ends from earlier boards. `walls` are the board's edges, if the spec gives them.
     """
 
     spec: SensorSpec
@@ -210,7 +220,7 @@ class _BoardToRoute:
     walls: tuple[TrackToPlace, ...] = ()
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
-        """The board with the ways out of some coils."""
+        """Return the obstacles of the board with the escapes of some coils."""
         found = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
         found.add(self.walls)
         for branch in chain.from_iterable(way.branches for way in there):
@@ -218,16 +228,16 @@ class _BoardToRoute:
         return found
 
     def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
-        """What a coil's search may differ by: other efforts and orders come to an equal search again."""
+        """Return the key of a coil's search, so that other budgets and orders reuse an equal search."""
         return (self.bus.base, self.breadth, self.lanes[index], index, *map(id, there))
 
 
 _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
-"""One coil's escape on a board where some of the others are."""
+"""Function that returns a coil's escape on a board with the escapes of some other coils."""
 
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
-    """The answer of the search once every coil is led out: the tail made as long as that takes, and its tracks."""
+    """Return the routing once all coils are led out. The tail is made long enough for its tracks."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
     pieces = [branch for way in ways for branch in way.branches]
@@ -242,7 +252,7 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
 
 
 def _necks_keep(found: Routing, board: _BoardToRoute) -> bool:
-    """Whether the leads keep their distance from a given edge on their way down to the tail's lanes, too."""
+    """Whether the leads also keep their distance from a given edge on their path to the tail's lanes."""
     edge = Obstacles(board.spec.fpc.rules, board.bus.spacing)
     edge.add(board.walls)
     return edge.admits(run.neck for both in found.ends for run in both)
@@ -251,7 +261,7 @@ def _necks_keep(found: Routing, board: _BoardToRoute) -> bool:
 def _lead_out(
     board: _BoardToRoute, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
-    """One coil's escape among the other coils and what is laid on the board already."""
+    """Return one coil's escape among the other coils and the laid tracks."""
     wound = board.wound[index]
     others = [
         turn
@@ -275,11 +285,12 @@ def _lead_out(
 def route_freely(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
-    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
+    """Return the routing of coils that do not stand in one line. None if there is none.
 
-    The narrowest board with room in one of the likely orders of the tail, or else in one of the others; only where no
-    board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
-    than they must, the boards that come next are tried too, as far as the jaw allows.
+    Near coils come first, each by the shortest remaining path. The narrowest board with room is taken, in one of the
+    likely orders of the tail, or else in another order. If no board has room, a coil without an escape chooses before
+    the others. If leads run farther round their coils than necessary, the next boards are also tried, as far as the jaw
+    permits.
     """
     searches.begin(len(wound))
     return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec.fpc.margin, spec.jaw), searches)
@@ -287,7 +298,7 @@ def route_freely(
 
 @record(eq=False)
 class _Mazes:
-    """Ways out through mazes on one lattice; `known` are those that were found or not, each with the trials it took."""
+    """Escapes through mazes on one lattice. `known` caches their results, each with its number of trials."""
 
     spec: SensorSpec
     wound: tuple[WoundCoil, ...]
@@ -300,7 +311,7 @@ class _Mazes:
     def rows(
         self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
     ) -> tuple[_BoardToRoute, TailFrame, _WayOut]:
-        """A board, its tail, and how a coil is led out on it through a maze."""
+        """Return a board, its tail, and the function that leads a coil out through a maze."""
         from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
 
         tail = ground[2]
@@ -338,7 +349,7 @@ class _Mazes:
 def _free_ways(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
-    """Boards on which all coils are led out, narrow ones and likely orders first."""
+    """Yield boards on which all coils are led out, narrow boards and likely orders first."""
     from sitscad.layout.routing.maze import Lattice
 
     placements = spec.array.placements
@@ -376,8 +387,10 @@ def _free_ways(
 
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, and how far the body
-    reaches across. There is room outside the coils for a track, for a via, or for a via and a track beside it.
+    """Return the boards to try for coils not in one line, narrow ones first.
+
+    Each has the room kept beside other coils, and the body's extent across. Outside the coils there is room for a
+    track, for a via, or for a via and a track beside it.
     """
     rules = spec.fpc.rules
     keep_out = hole_keep_out(joined_hole(rules, bus.width), rules, bus.spacing)
@@ -389,7 +402,7 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
 
 
 def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
-    """The tail of the body as wide as it is made for coils and leads that need so much of it."""
+    """Return the tail of the body for coils and leads that need the extent `needed`."""
     half_width = body_breadth(spec, needed).farthest
     contacts = spec.fpc.tail.connector if spec.fpc.tail else connector("solder-pads")
     tail, edge, box = frame(spec, bus, contacts, front, half_width), edge_of_body(spec), given_box(spec)
@@ -403,14 +416,15 @@ def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> Tai
 
 
 def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
-    """The tail, begun later where the body needs a margin, or more length for the coils to be in its middle."""
+    """Return the tail with a later start if the body needs a margin, or more length to centre the coils."""
     ahead = ends(spec, far, tail.body_end - tail.ahead)[1] - tail.body_end
     return tail.reaching(ahead, _leads_wait(spec, tail)) if ahead > 1e-12 else tail
 
 
 def _leads_wait(spec: SensorSpec, tail: TailFrame) -> bool:
-    """Whether leads may run on beyond the coils before they part to a tail that is wider than the body. Lanes beside
-    coils in line do; leads through a maze end where they part.
+    """Whether leads may run on beyond the coils before they part to a tail wider than the body.
+
+    Lanes beside coils in line may. Leads through a maze end where they part.
     """
     return in_line(spec) and not tail.taper.narrows
 
@@ -419,6 +433,6 @@ FURTHER = 1_500  # So many trials more may be spent where leads run farther roun
 BASES = 3  # How far from other coils ways may run: no farther than they must, a track farther, a via farther
 
 LIKELY_ORDERS = 2
-"""Orders of the tail that are tried on all boards before the others: a wider board costs less than all of them."""
+"""Number of orders in the tail that are tried on all boards first: a wider board costs less than all orders."""
 
 TRIED = 8  # Exits of a coil that are tried in an array not in line, shortest way first
