@@ -1,1 +1,1 @@
-"""What the coils read when the target moves: changes at any pose, terminal values, counts, and maps of them."""
+"""Coil readings when the target moves: changes at any pose, terminal values, counts, and maps of them."""

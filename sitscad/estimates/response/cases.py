@@ -1,5 +1,6 @@
-"""The load cases that a spec names: each a force on the target, or a face that turns it, and the pose that follows; and
-how frequencies change with pose and load, by central differences.
+"""Load cases of a spec: forces on the target, or faces that tilt it, and the resulting poses.
+
+It also computes derivatives of the frequencies by pose and load, by central differences.
 """
 
 from __future__ import annotations
@@ -20,14 +21,16 @@ from sitscad.spec.sensor import LoadCase, SensorSpec
 
 Progress = Callable[[int, int], None]
 
-ALL = "all"  # What stands for every load case of a spec
+ALL = "all"  # Name that selects every load case of a spec
 
 
 @record(eq=False)
 class Push:
-    """A load case in numbers: the force (N; x, y, z in board axes) on the outermost face, where on it (m; x, y from its
-    middle), and the turn (rad) that a face holds the target at, None where it tilts as it likes; `is_stuck` where that
-    face keeps it from moving along x and y; `note` says it.
+    """Values of a load case.
+
+    They are the force (N; x, y, z in board axes) on the outermost face, its place on the face (m; x, y from the
+    middle), and the tilt (rad) of a face that holds the target, None if it is free to tilt. `is_stuck` is whether this
+    face keeps the target from moving along x and y. `note` is its description.
     """
 
     force: Array
@@ -38,7 +41,7 @@ class Push:
 
 
 def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadCase, ...]:
-    """The spec's load cases of these names, every one for `all`; raises NoResponse for a name that it does not have."""
+    """Return the spec's load cases by name, all for `all`. Raises NoResponse for an unknown name."""
     known = {case.name: case for case in loads}
     wanted = [one for name in names for one in (known if name == ALL else [name])]
     for name in wanted:
@@ -53,14 +56,15 @@ def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadC
 
 
 def tip_force(tension: float, lever_angle: float, lever: float, link: float, reach: float) -> float:
-    """Force (N) that each jaw exerts, square to its face, `reach` (m) from the pivot, under a pull on the shaft (N),
-    without friction: F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), beta being `link_angle`.
+    """Return the force (N) of each jaw, square to its face, `reach` (m) from the pivot, without friction.
 
-    Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in lever A; links B join both
-    levers to a pin that the shaft pulls along the axis. By virtual work the pin's travel times the pull is the work of
-    both jaws; docs/mechanism.md derives it and says why it is not what is printed as equation 3.1 of Jones's thesis.
-    Raises ValueError where link B does not
-    reach the axis, or for a reach that is not positive.
+    The pull on the shaft is `tension` (N): F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), where beta is
+    `link_angle`. Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in lever A. Links
+    B join both levers to a pin that the shaft pulls along the axis. By virtual work, the pin's travel times the pull is
+    the work of both jaws. docs/mechanism.md derives this, and the reason why it differs from the printed equation 3.1
+    of Jones's thesis.
+
+    Raises ValueError if link B does not reach the axis, or for a reach that is not positive.
     """
     if not reach > 0.0:
         raise ValueError("a jaw presses at a positive distance from its pivot")
@@ -69,8 +73,9 @@ def tip_force(tension: float, lever_angle: float, lever: float, link: float, rea
 
 
 def link_angle(lever_angle: float, lever: float, link: float) -> float:
-    """Angle (rad) of link B to the axis, of the angle (rad) of lever A to it: asin(LA sin(theta + theta0) / LB), the
-    law of sines. Raises ValueError where link B does not reach the axis.
+    """Return the angle (rad) of link B to the axis, from the angle (rad) of lever A.
+
+    It is asin(LA sin(theta + theta0) / LB), the law of sines. Raises ValueError if link B does not reach the axis.
     """
     sine = lever * math.sin(lever_angle) / link
     if not abs(sine) < 1.0:
@@ -79,14 +84,14 @@ def link_angle(lever_angle: float, lever: float, link: float) -> float:
 
 
 def push_of(case: LoadCase) -> Push:
-    """What a load case does to the target."""
+    """Return the action of a load case on the target."""
     normal, said = case.normal or 0.0, ""
     if case.mechanism is not None:
         lever = case.mechanism
         angle = lever.theta + lever.theta0
         normal = tip_force(lever.shaft_tension, angle, lever.lever, lever.link, lever.reach) * math.cos(case.opening)
         said = f", from {lever.shaft_tension:.3g} N on the shaft"
-    # an inclined face that slides pushes along its own normal, away from where it is nearest
+    # an inclined face that slides pushes along its own normal, away from its nearest edge
     slide = 0.0 if case.is_stuck else -normal * math.tan(case.opening)
     force = np.array([case.shear[0] + slide, case.shear[1], -normal])
     words = [f"load case {case.name}: {normal:.3g} N towards the board{said}"]
@@ -102,10 +107,10 @@ def push_of(case: LoadCase) -> Push:
 
 
 def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
-    """The pose (6,; m, rad) of the target in a load case, and what there is to say of it.
+    """Return the pose (6,; m, rad) of the target in a load case, and a note about it.
 
-    A target that gives way sideways is posed as one that is held level, or straight on where even that has no
-    equilibrium. Raises NoResponse where no pad carries it.
+    If the pad buckles under a free target, the pose is that of a level target, or a linear estimate if even that has no
+    equilibrium. Raises NoResponse if no pad carries the target.
     """
     pad, push = soft_pad(spec), push_of(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
@@ -126,8 +131,10 @@ def in_cases(
     model: ResponseModel, names: Sequence[str], frequency: float | None = None, tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Response:
-    """What the coils read in load cases of the spec, in the order of `names`; force and moment are what holds the
-    target's pose. Raises NoResponse as `load_cases` and `posed` do.
+    """Return the coil readings in load cases of the spec, in the order of `names`.
+
+    Force and moment are those that hold the target's pose. Raises NoResponse under the conditions of `load_cases` and
+    `posed`.
     """
     cases = load_cases(model.spec.loads, names)
     poses, notes = zip(*(posed(model.spec, case) for case in cases), strict=True)
@@ -137,15 +144,19 @@ def in_cases(
 
 
 def with_cases(parts: Sequence[Response]) -> Response:
-    """Several responses as one, points without a load case having an empty name where any has one."""
+    """Return several responses as one.
+
+    If any has load cases, points without a load case have an empty name.
+    """
     if not any(part.cases for part in parts):
         return joined(parts)
     return joined([replace(part, cases=part.cases or ("",) * len(part)) for part in parts])
 
 
 def with_derivatives(model: ResponseModel, response: Response) -> Response:
-    """The response with `by_pose` and `by_load`, the target keeping its turn: the latter NaN where the pad is shut, and
-    None without a pad.
+    """Return the response with `by_pose` and `by_load`, for a target that keeps its rotation.
+
+    `by_load` is NaN if the pad is fully compressed, and None without a pad.
     """
     by_pose = slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
     by_load = None

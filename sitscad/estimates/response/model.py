@@ -1,4 +1,4 @@
-"""The response of a design: solved once for its target, asked for any poses."""
+"""Response of a design: the target is solved once and serves any poses."""
 
 from __future__ import annotations
 
@@ -41,16 +41,15 @@ from sitscad.spec.sensor import SensorSpec
 Progress = Callable[[int, int], None]
 
 
-AT_ONCE = 250  # Poses that are worked out together where none may be interpolated
-LEAST_LOSS = 0.01  # Of the coil's resistance: what the error of a smaller loss is relative to
+AT_ONCE = 250  # Number of poses in a batch without interpolation
+LEAST_LOSS = 0.01  # Fraction of the coil's resistance: errors of smaller losses are relative to it
 
 
 @record(eq=False)
 class ResponseModel:
-    """Layout and estimates of a design with a target; what is solved is kept in `solved`, poses
-    on the pad in `known`.
+    """Layout and estimates of a design with a target. `solved` caches solutions, and `known` poses on the pad.
 
-    `finer` is how many times finer than usual everything is resolved: to see what that changes.
+    `finer` multiplies the usual resolution, for convergence tests.
     """
 
     layout: Layout
@@ -61,27 +60,27 @@ class ResponseModel:
 
     @cached_property
     def wound(self) -> Wound:
-        """The winding and what is around it at rest."""
+        """Winding and its surroundings at rest."""
         return wind(self.layout)
 
     @property
     def spec(self) -> SensorSpec:
-        """The spec, its metals at the required temperature."""
+        """Spec with its metals at the required temperature."""
         return self.wound.spec
 
     @cached_property
     def behind(self) -> Reflector | None:
-        """What is behind the board."""
+        """Metal behind the board."""
         return metal_behind(self.spec)
 
     @cached_property
     def rest(self) -> Array:
-        """The centre (m) of the target's near face at rest, in the layout's coordinates."""
+        """Centre (m) of the target's near face at rest, in the layout's coordinates."""
         return at_rest(self.spec)
 
     @cached_property
     def band(self) -> tuple[float, float]:
-        """The frequencies (Hz) between which the tanks run: those at which the states' target was solved."""
+        """Band (Hz) of the tanks: the frequencies at which the states' target was solved."""
         if self.estimates.target_band is not None:
             return self.estimates.target_band
         found = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
@@ -91,7 +90,7 @@ class ResponseModel:
 
     @cached_property
     def state_cover(self) -> Cover | None:
-        """The poses for which the states' target was solved; None if it was not solved."""
+        """Poses for which the states' target was solved. None if it was not solved."""
         poses = level_poses(self.estimates.states)
         if self.estimates.target_band is None or not len(poses):
             return None
@@ -104,7 +103,7 @@ class ResponseModel:
 
     @cached_property
     def network(self) -> Network:
-        """What lies between the coils' contacts and the converter's pins, (coils,)."""
+        """Two-ports between the coils' contacts and the converter's pins, (coils,)."""
         return self.tank.network(np.array([coil.self_capacitance for coil in self.estimates.coils]))
 
     @cached_property
@@ -120,12 +119,12 @@ class ResponseModel:
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
         progress: Progress | None = None, within: Array | None = None,
     ) -> Response:
-        """Return everything at (n, 6) poses; see `Response`.
+        """Return the response at (n, 6) poses; see `Response`.
 
-        Many poses are interpolated if that stays within the stated error, or within `tolerance` (of the larger of a
-        change and 1 % of the free inductance). Poses no lower and no farther than the states are answered by the
-        solution of the states. With `within` (m, 6) one solution serves all of these poses: so differences between
-        poses have no step.
+        Many poses are interpolated if that stays within the stated error, or within `tolerance` (relative to the larger
+        of a change and 1 % of the free inductance). Poses no lower and no farther than the states use the states'
+        solution. With `within` (m, 6), one solution serves all of these poses. Differences between poses then have no
+        step.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
@@ -144,18 +143,20 @@ class ResponseModel:
         return joined(parts).part(np.argsort(order).tolist())
 
     def _cover(self, poses: Array) -> Cover:
-        """The cover of poses (n, 6)."""
+        """Return the cover of poses (n, 6)."""
         return Placed.of(self.spec, self.rest, poses.reshape(-1, 6)).cover(self.spec, self.layout.coils)
 
     def _common_cover(self, poses: Array) -> Cover:
-        """The cover of poses (n, 6), or that of the states if it serves them all."""
+        """Return the cover of poses (n, 6), or that of the states if it serves all of them."""
         cover = self._cover(poses)
         return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
 
     @one_thread
     def own_changes(self, poses: Array, frequency: float) -> ComplexArray:
-        """Change of each coil's inductance (n, coils; H, complex) by the target at (n, 6) poses, at a frequency (Hz)
-        between those of the tanks, with even currents. One solution serves all poses; no tank is solved.
+        """Return each coil's inductance change (n, coils; H, complex) by the target at (n, 6) poses.
+
+        The frequency (Hz) is within the tanks' band, and currents are evenly spread. One solution serves all poses; no
+        tank is solved.
         """
         near, placed = self._near(self._common_cover(poses), self.band), Placed.of(self.spec, self.rest, poses)
         return np.einsum("pcc->pc", near.changes(placed).complex_at(np.full(len(poses), frequency)))
@@ -163,7 +164,7 @@ class ResponseModel:
     def _respond(
         self, poses: Array, cover: Cover, frequency: float | None, tolerance: float | None, progress: Progress | None
     ) -> Response:
-        """Everything at (n, 6) poses of `cover`, by one solution of the target."""
+        """Return the response at (n, 6) poses of `cover`, by one solution of the target."""
         placed = Placed.of(self.spec, self.rest, poses)
         scale, usual = self.wound.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
@@ -216,7 +217,7 @@ class ResponseModel:
         self, loads: Array, held: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
-        """Response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
+        """Return the response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
 
         `held` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
         """
@@ -230,7 +231,7 @@ class ResponseModel:
 
     @cached_property
     def pad_ends(self) -> Array:
-        """Poses as low and as far as the pad takes the target where its law is trusted, and a little tilted."""
+        """Poses at the limits of height and travel at which the pad's law is trusted, and slightly tilted poses."""
         aside = shear_at(self.spec, VALID_SHEAR)
         loads = np.array([[normal_at(self.spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
         found = pushed(self.spec, loads)[0]
@@ -241,10 +242,12 @@ class ResponseModel:
         return np.vstack([found, pushed(self.spec, asked.corners, np.zeros(len(asked.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
-        """The response at (n, 6) poses, each of them solved, once for all who ask, and never interpolated; one solution
-        of the target serves all within what the pad takes. Raises NoResponse without a pad.
+        """Return the response at (n, 6) poses, each solved once, cached and never interpolated.
+
+        One solution of the target serves all poses within the pad's limits. Raises NoResponse without a pad.
         """
-        poses = np.asarray(poses, dtype=float).reshape(-1, 6) + 0.0  # no pose is another for a zero's sign
+    # + 0.0 removes the sign of zeros, so that equal poses have equal bytes
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6) + 0.0
         new = [row for key, row in {row.tobytes(): row for row in poses}.items() if key not in self.known]
         for first in range(0, len(new), AT_ONCE):
             some = np.array(new[first : first + AT_ONCE])
@@ -253,7 +256,7 @@ class ResponseModel:
         return joined([self.known[row.tobytes()] for row in poses])
 
     def lowest(self, poses: Array) -> Array:
-        """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
+        """Return the height (m) of the target's lowest point over the board at (n, 6) poses. Negative inside it."""
         return Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
     def _near(self, cover: Cover, band: tuple[float, ...]) -> NearTarget:
@@ -298,7 +301,7 @@ def _require_affordable(
 
 @one_thread
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
-    """The model of a design; raises `NoResponse` where it has no target."""
+    """Return the model of a design. Raises `NoResponse` if it has no target."""
     target = layout.spec.target
     if target is None:
         raise NoResponse("the spec has no target: nothing moves over the coils")
@@ -316,8 +319,10 @@ def _notes(
     spec: SensorSpec, poses: Array, lowest: Array, strain: Array | None, frequency: Array, errors: Array,
     tolerance: float | None,
 ) -> list[tuple[str, ...]]:
-    """By pose what is to be known of it: contact, a pad pressed, sheared or tilted too far, a tank that stops, a stated
-    error of a coil's change above the tolerance.
+    """Return notes for each pose.
+
+    They report contact, a pad outside its strain, shear or tilt limits, a tank that stops, and a stated error above the
+    tolerance.
     """
     pad, found = spec.elastomer if rests_on_pad(spec) else None, []
     for k, pose in enumerate(poses):
@@ -326,7 +331,7 @@ def _notes(
             notes.append(f"contact: the target's lowest point would be {-1e3 * lowest[k]:.3g} mm inside the board")
         if strain is not None and strain[k] > STRAIN_LIMIT:
             notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
-        # beyond what the pad's law was held against, on which force and pose hang
+        # beyond the tested range of the pad's law, which determines force and pose
         if pad is not None and np.hypot(*pose[:2]) > (1.0 + 1e-6) * HELD_SHEAR * pad.thickness:
             notes.append(SHEARED)
         if pad is not None and np.hypot(*pose[3:5]) > (1.0 + 1e-6) * HELD_TILT:

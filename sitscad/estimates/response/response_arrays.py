@@ -1,4 +1,4 @@
-"""What a response says: arrays over the poses, in SI units."""
+"""Arrays of a response over the poses, in SI units."""
 
 from __future__ import annotations
 
@@ -14,28 +14,33 @@ from sitscad.basics.record import record
 from sitscad.basics.units import counted
 
 POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
-"""The six numbers of a pose, in the order of every row of `Response.poses`."""
+"""Names of the six numbers of a pose, in the order of each row of `Response.poses`."""
 
 
 @record(eq=False)
 class Response:
-    """The coils at some poses of the target; the first axis of every array runs over the poses, others over the coils.
+    """Coil readings at poses of the target. The first axis of each array is the pose; others are coils.
 
-    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.assembly.places.state.Pose`). `inductance`
-    (H) and `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two
-    axes of coils) is what the target alone changes of the windings' inductance matrix, their currents even and the
-    other coils open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's
-    inductance; `target_resistance` (ohm) the loss in the target alone, `target_resistance_error` its stated error,
-    relative to the larger of it and 1 % of the coil's resistance. All these are at `taken_at` (Hz), each coil's tank
-    frequency where none was asked for. `frequency` (Hz), `counts` (of the converter, see `Conversion`; NaN, too, where
-    its result does not reach) and `parallel_resistance` (ohm) are those of the tank, NaN where it does not oscillate,
-    and `amplitude` (V) is that at the converter's pins.
-    `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
-    (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
+    `poses` (n, 6) are in metres and radians in board axes, from rest (`sitscad.assembly.places.state.Pose`).
+
+    `inductance` (H) and `resistance` (ohm) are at the terminals, with all surroundings and idle neighbours.
+    `target_change` (H, two axes of coils) is the target's change of the windings' inductance matrix, for evenly spread
+    currents and the other coils open. `target_change_error` is its stated error, relative to the larger of the change
+    and 1 % of the free winding's inductance. `target_resistance` (ohm) is the loss in the target alone.
+    `target_resistance_error` is its stated error, relative to the larger of the loss and 1 % of the coil's resistance.
+    All these are at `taken_at` (Hz): each coil's tank frequency unless another was given.
+
+    `frequency` (Hz), `counts` and `parallel_resistance` (ohm) belong to the tank. They are NaN if it does not
+    oscillate. `counts` (see `Conversion`) are also NaN outside the converter's range. `amplitude` (V) is at the
+    converter's pins.
+
+    `strain` is the pad's compression at the near face's centre, over its thickness. `force` (N) and `moment` (Nm) (n,
+    3) hold the target in place; NaN if unknown. Without an elastomer all three are None.
+
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
-    `frequency` where they were asked for. `cases` (n,) are the names of the load cases, empty where none was asked for.
-    `gap` (m) is the distance at rest from the board's top face to the target's near face; `glue` (m) is the thickness
-    of the glue lines in this gap.
+    `frequency`, if requested. `cases` (n,) are the names of the load cases, empty without load cases. `gap` (m) is the
+    distance at rest from the board's top face to the target's near face, and `glue` (m) the thickness of the glue lines
+    in this gap.
     """
 
     coils: tuple[str, ...]
@@ -62,25 +67,25 @@ class Response:
     glue: float = math.nan
 
     def __repr__(self) -> str:
-        """A line with the numbers of poses and coils."""
+        """Return a line with the numbers of poses and coils."""
         return f"<Response of {', '.join(self.coils[:8])} at {counted(len(self.poses), 'pose')}>"
 
     def __len__(self) -> int:
         return len(self.poses)
 
     def part(self, rows: Sequence[int]) -> Response:
-        """Some of the poses."""
+        """Return the response at some of the poses."""
         known = {name: getattr(self, name)[rows] for name in ARRAYS if getattr(self, name) is not None}
         notes, cases = tuple(self.notes[k] for k in rows), tuple(self.cases[k] for k in rows if self.cases)
         return replace(self, notes=notes, cases=cases, **known)
 
     def arrays(self) -> dict[str, Array]:
-        """The arrays by the names that the documents give them, those that are not known left out."""
+        """Return the known arrays by their names in documents."""
         found = {each.key: each.value(self) for each in RESPONSE}
         return {name: value for name, value in found.items() if value is not None}
 
     def point_document(self, number: int) -> dict[str, object]:
-        """One pose as the contract's JSON has it."""
+        """Return one pose as JSON."""
         found: dict[str, object] = {"strain": None}
         if self.cases and self.cases[number]:
             found["case"] = self.cases[number]
@@ -95,14 +100,14 @@ class Response:
 
 
 def _plain(value: Array | float) -> object:
-    # Lists of floats, None for what is not finite; no zero has a sign.
+    # Lists of floats, None if not finite; zeros have no sign.
     if np.ndim(value) == 0:
         return float(value) + 0.0 if math.isfinite(float(value)) else None
     return [_plain(one) for one in np.asarray(value)]
 
 
 def joined(parts: Sequence[Response]) -> Response:
-    """Several responses of the same coils as one."""
+    """Return several responses of the same coils as one."""
     first = parts[0]
     if len(parts) == 1:
         return first
@@ -113,4 +118,4 @@ def joined(parts: Sequence[Response]) -> Response:
 
 
 ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases", "gap", "glue"))
-"""The names of a response's arrays."""
+"""Names of a response's arrays."""

@@ -1,5 +1,7 @@
-"""A sensor's response as one table, small enough for a page that lets a reader push the sensor: frequencies and poses
-over forces and tilt of a level target, or over forces and moments of a target that is free to tilt.
+"""Response of a sensor as one table, small enough for a web page on which a reader loads the sensor.
+
+It has frequencies and poses over forces and tilt of a level target, or over forces and moments of a target that is free
+to tilt.
 """
 
 from __future__ import annotations
@@ -22,28 +24,31 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}
-"""The inputs of the table in their order, by the rotation of the target."""
+"""Inputs of the table in their order, by the rotation of the target."""
 
-DEGREE, TILT_DEGREE = 7, 3  # Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds
+DEGREE, TILT_DEGREE = 7, 3  # Degrees of the polynomials in a level target's forces, and of the tilt terms
 FREE_DEGREE = 5  # Degree of the polynomials in forces and moments of a free target
-PRESSES = 20  # Points of a free target under normal force alone, which is pushed most often
+PRESSES = 20  # Points of a free target under normal force alone, the most common load
 
-ASKED = 16, 8  # Points, level and tilted, beside those it is fitted to, on which the table is tried
+ASKED = 16, 8  # Additional points, level and tilted, on which the table is tested
 
 DOWN = 0.4
-"""Share of the height left under a level target's edge, by the table's largest force, by which a tilt may lower it."""
+"""Fraction of the height under a level target's edge, at the table's largest force, by which a tilt may lower the
+edge.
+"""
 
 STEEPEST = math.radians(3.0)  # The largest tilt (rad)
-BEYOND = 1.2  # How far beyond the working range the table goes, for a reader to see that it ends
+BEYOND = 1.2  # Extent of the table relative to the working range, so that a reader sees the range's end
 
 
 @record(eq=False)
 class ResponseTable:
-    """Polynomials in the `INPUTS`, each brought to -1 to 1: of ln of every coil's frequency over that at `rest` (Hz),
-    and of the target's travel (m) along x, y and z, with its rotations (rad) about x and y if it is free to tilt.
+    """Polynomials in the `INPUTS`, each scaled to -1 to 1.
 
-    `through` has the inputs' ends (5; N, then rad or N m), exponents (terms, 5) and coefficients (terms, coils + 3 or
-    coils + 5). `error` is the largest error of the frequencies at points that are solved, as a share of their span.
+    They are for ln of every coil's frequency over that at `rest` (Hz), and for the target's travel (m) along x, y and
+    z. If the target is free to tilt, its rotations (rad) about x and y follow. `through` has the inputs' ends (5; N,
+    then rad or N m), exponents (terms, 5) and coefficients (terms, coils + 3 or coils + 5). `error` is the largest
+    error of the frequencies at solved points, relative to their span.
     """
 
     coils: tuple[str, ...]
@@ -53,19 +58,20 @@ class ResponseTable:
     error: float = 0.0
 
     def __call__(self, asked: Array) -> tuple[Array, Array]:
-        """Frequencies (Hz; n, coils) and travel (m, rad; n, 3 or 5) at inputs (n, 5), beyond its ends those of the
-        ends.
+        """Return frequencies (Hz; n, coils) and travel (m, rad; n, 3 or 5) at inputs (n, 5).
+
+        Inputs beyond the ends count as the ends.
         """
         values = self.through(np.clip(asked, self.through.low, self.through.high))
         return self.rest * np.exp(values[:, : self.rest.size]), values[:, self.rest.size :]
 
     @property
     def rotation(self) -> str:
-        """Whether the target is "free" to tilt, as in the map of a sensor that tells moments, or "held" level."""
+        """Rotation of the target: "free" to tilt, as in the map of a sensor that measures moments, or "held" level."""
         return "free" if self.range.has_moments else "held"
 
     def document(self) -> dict[str, Any]:
-        """The table as plain values for JSON."""
+        """Return the table as plain values for JSON."""
         arrays = {"low": self.through.low, "high": self.through.high, "rest_Hz": self.rest,
                   "powers": self.through.orders, "coefficients": self.through.coefficients}
         return {
@@ -80,8 +86,8 @@ class ResponseTable:
 def response_table(model: ResponseModel) -> ResponseTable:
     """Return the table of a design over its working range and a little beyond, at points that are all solved.
 
-    The target is free to tilt if moments are told, as in the sensor's map. Otherwise it is kept level, but for the tilt
-    that is asked for (about the middle of its near face). Frequencies at rest are those of the state. Raises
+    The target is free to tilt if moments are measured, as in the sensor's map. Otherwise it is kept level, except for
+    the requested tilt about the middle of its near face. Frequencies at rest are those of the state. Raises
     `NoResponse` without a pad.
     """
     found = working_range(model.spec)
@@ -96,8 +102,9 @@ def response_table(model: ResponseModel) -> ResponseTable:
 
 
 def _free(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials of a free target's response to forces and moments, the inputs that were solved (n, 5; N, N m)
-    and their values.
+    """Return polynomials of a free target's response to forces and moments, with their solved points.
+
+    The points are inputs (n, 5; N, N m) and values.
     """
     moments = np.array([each or max(found.moments) for each in found.moments])
     high = BEYOND * np.array([found.normal, found.shear, found.shear, *moments])
@@ -116,11 +123,11 @@ def _free(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array,
 
 
 def _held(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials of a level target's response to forces and of what a tilt adds, the inputs that were solved
-    (n, 5; N, rad) and their values.
+    """Return polynomials of a level target's response to forces and tilt, with their solved points.
 
-    What a tilt adds has terms of its own, fitted to what tilted points differ by from level ones: these take a tenth of
-    the time, because over a mirror the currents of a level target keep its symmetries.
+    The points are inputs (n, 5; N, rad) and values. The tilt has additional terms, fitted to the differences between
+    tilted and level points. This takes a tenth of the time, because over a mirror the currents of a level target keep
+    its symmetries.
     """
     ends = BEYOND * np.array([found.normal, found.shear, found.shear])
     pressed = pushed(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]

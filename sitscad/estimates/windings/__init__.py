@@ -1,1 +1,1 @@
-"""The coils by themselves, and the leads to them: inductance, resistance, capacitance."""
+"""Inductance, resistance and capacitance of the coils by themselves and of their leads."""

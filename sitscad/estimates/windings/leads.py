@@ -1,4 +1,4 @@
-"""What lies between winding and contacts: stubs, leads, tail and vias as real segments."""
+"""Conductors between winding and contacts: stubs, leads, tail and vias as real segments."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from sitscad.layout.board import Coil, LeadPair, Role, Trace, Via
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 
 FLATTENED = 10e-6  # Arcs of the leads become chords within this distance (m)
-CHORD = math.radians(5.0)  # Those of a turned tail become chords of this angle at most (rad)
+CHORD = math.radians(5.0)  # Arcs of a bent tail become chords of at most this angle (rad)
 SAMPLED = 2.5e-6  # Chords of the winding, for its coupling with the leads, lie within this distance (m) of it
-LONGEST = 0.4e-3  # Straight sides of a winding are cut to this (m) for the same purpose
+LONGEST = 0.4e-3  # Straight sides of a winding are cut to this length (m) for this coupling
 SELF_DISTANCE = 0.2235  # Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)
 
 USUAL_PLATING = 20e-6
-"""Copper in a plated hole (m) where the stack-up does not say (IPC class 2 asks for 20 um; from memory, unverified)."""
+"""Copper thickness (m) in a plated hole if the stack-up has none (IPC class 2: 20 um; from memory, unverified)."""
 
 
 Place = tuple[float, float]
@@ -50,13 +50,12 @@ Piece = tuple[Place, Place]
 
 @record
 class LeadEstimate:
-    """All that lies between winding and contacts: inductance (H), direct resistance (ohm), capacitance of the pair (F).
+    """All conductors between winding and contacts: inductance (H), direct resistance (ohm), pair capacitance (F).
 
     `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" hold the mutual inductances within
-    each group and half of those between groups. "coupling" is twice the mutual inductance between the winding and
-    the tracks, "vias" the vias' part. `strips`
-    are the tracks' stretches, for the rise of resistance with frequency. `resistance_error` is the relative error bound
-    of the resistance.
+    each group and half of those between groups. "coupling" is twice the mutual inductance between the winding and the
+    tracks, and "vias" the vias' part. `strips` are the tracks' stretches, for the rise of resistance with frequency.
+    `resistance_error` is the relative error bound of the resistance.
     """
 
     inductance: float
@@ -68,11 +67,11 @@ class LeadEstimate:
     resistance_error: float = 0.01
 
     def resistance_at(self, frequency: float, conductivity: float) -> float:
-        """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
+        """Return the resistance (ohm) at a frequency (Hz), with skin effect and adjacent return tracks."""
         return float(self.resistances_at(np.array([frequency]), conductivity)[0])
 
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
-        """Resistances (ohm) at (n,) frequencies (Hz), as `resistance_at`."""
+        """Return resistances (ohm) at (n,) frequencies (Hz), as `resistance_at` does."""
         if not self.strips:
             return np.full(len(frequencies), self.via_resistance)
         loss = _loss(self.strips, conductivity)
@@ -98,11 +97,11 @@ bound of that mean.
 for each kind of end; the solutions agreed with triangles over the same copper within 0.1 square."""
 
 TRACKS_BOUND = 0.01  # Relative error of the resistance of lead tracks and vias without their ends (tests/extraction)
-LEAST_LEFT = 0.1  # Part of a track's resistance that remains: a short stub lies in pads at both ends
+LEAST_LEFT = 0.1  # Least remaining fraction of a track's resistance: a short stub lies in pads at both ends
 
 
 def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
+    """Return inductance, resistance and capacitance of the coil's series circuit without the winding."""
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
@@ -139,15 +138,20 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
 
 
 UNDRAWN, APART = 0.25, 2e-9
-"""How far off, relative, inductance and resistance of leads may be that are not drawn (tests/validation); and the
-inductance (H) of stubs and of the tracks to the contacts, where both run apart."""
+"""Relative error of inductance and resistance of leads that are not drawn, and an added inductance (H).
+
+The inductance is for stubs and for tracks to the contacts, where both tracks are apart (tests/validation).
+"""
 
 
-GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart for their skin effect
+GRAIN = 20e-6  # Step (m) of rounded widths of undrawn leads for their skin effect
 
 
 def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """Figures of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
+    """Return estimates of leads that are not drawn.
+
+    Each stretch is a long pair of tracks, there and back, by mean distances.
+    """
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:
         own_inductance, own_capacitance, tracks = _metre(replace(pair, length=1.0), stackup)
@@ -162,7 +166,7 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
 
 @lru_cache(maxsize=256)
 def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
-    """Inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
+    """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
     copper = {layer.number: layer for layer in stackup.copper}
     one, other = (copper[number] for number in pair.layers)
     across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
@@ -173,7 +177,7 @@ def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip,
         capacitance = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
     else:
         capacitance = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
-    wide = max(round(pair.width / GRAIN), 1) * GRAIN  # their skin effect is alike
+    wide = max(round(pair.width / GRAIN), 1) * GRAIN  # nearly equal skin effect
     beside = round(across / GRAIN) * GRAIN, height
     tracks = Strip(0.0, wide, one.thickness, beside), Strip(0.0, wide, other.thickness, beside)
     return MU0 / math.pi * float(between - alone), capacitance, tracks
@@ -183,7 +187,10 @@ def led_round(
     leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
     spirals: Sequence[SpiralLayer],
 ) -> LeadEstimate:
-    """Leads of which one, so wide (m), goes on round its winding for some turns at a distance from its middle (m)."""
+    """Return the leads with one track (`width`, m) that continues around its winding.
+
+    `goes_on` holds the number of turns and the distance (m) from the winding's middle.
+    """
     turns, radius = goes_on
     if not turns:
         return leads
@@ -201,7 +208,7 @@ def led_round(
 
 
 def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
-    # Stretches of one cross-section and surroundings as one: their resistance rises alike.
+    # Stretches with equal cross-section and surroundings count as one: their resistance rises equally.
     whole: dict[Strip, list[float]] = {}
     for strip in strips:
         if strip.resistance > 0.0:
@@ -210,7 +217,7 @@ def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
-    """Partial inductances (H) by what the tracks are for; chords of one cross-section are summed together."""
+    """Return partial inductances (H) by the tracks' roles. Chords of one cross-section are summed together."""
     alike: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
     for role, track in tracks:
         alike.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
@@ -224,7 +231,7 @@ def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, 
 
 
 def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
-    """Twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
+    """Return twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
     if not coil.windings or not tracks:
         return 0.0
     pieces = [_sampled(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
@@ -239,7 +246,7 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
 
 
 def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
-    """Middles (n, 3) and elements (n, 2) of a polyline at a height (m), every side cut as its own length asks."""
+    """Return middles (n, 3) and elements (n, 2) of a polyline at a height (m). Sides are cut by their length."""
     sides = np.diff(corners, axis=0)
     parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
     of = np.repeat(np.arange(len(sides)), parts)
@@ -249,8 +256,9 @@ def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
 
 
 def _oriented(coil: Coil, trace: Trace) -> list[Place]:
-    """The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what
-    precedes.
+    """Return the path's points in the current's direction.
+
+    The path ends nearer to the next item, or begins nearer to the previous one.
     """
     points, series = list(_chords(trace)), coil.series
     if len(series) == 1:
@@ -263,7 +271,7 @@ def _oriented(coil: Coil, trace: Trace) -> list[Place]:
 
 
 def _chords(trace: Trace) -> list[Place]:
-    """Points of a track; where a tail turns, arcs about one centre get chords that are parallel: the pair's two."""
+    """Return points of a track. Arcs in a tail become chords that are parallel for both tracks of the pair."""
     if trace.role is not Role.TAIL:
         return list(trace.path.flattened(FLATTENED))
     points: list[Place] = [trace.path.start]
@@ -286,7 +294,7 @@ def _distinct(points: Sequence[Place]) -> list[Place]:
 
 
 def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
-    """Every straight piece of the way in and of the way out."""
+    """Return all straight pieces of the incoming and of the outgoing track."""
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
         if isinstance(item, Trace) and item.role is Role.WINDING:
@@ -301,9 +309,7 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
 
 
 def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
-    """How long (m) and how far away (m; less than `reach`) the nearest parallel piece runs beside another, and its
-    trace.
-    """
+    """Return overlap (m), distance (m; less than `reach`) and trace of the nearest piece parallel to a line."""
     (x, y), _ = line
     length, found = math.dist(*line), []
     ux, uy = ((end - start) / length for start, end in zip(*line, strict=True))
@@ -322,7 +328,7 @@ def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tup
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
             facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:
-    """A trace as stretches, each with its share of the resistance (ohm) and the strip that it faces."""
+    """Return a trace as stretches, each with its part of the resistance (ohm) and the strip that it faces."""
     layer = copper[trace.layer]
     strips, alone = [], resistance
     for owner, length, lateral, back in facing:
@@ -337,8 +343,9 @@ def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
 
 
 def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    """Capacitance (F) of the leads to each other: each piece in, against the nearest parallel one out, beside or above
-    it.
+    """Return the capacitance (F) between the leads.
+
+    Each incoming piece faces the nearest parallel outgoing piece, beside or above it.
     """
     (way_in, way_out), total = _ways(coil), 0.0
     for line, trace in way_in:
@@ -350,14 +357,17 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
             around = 0.5 * (1.0 + mean_permittivity(stackup))
             per_metre = coplanar_strips(width, max(lateral - width, 0.2 * width), around)
         else:
-            # The coverlay counts as the dielectric all round and the copper as thin: together within 6 % (tested).
+            # The coverlay is taken as the dielectric all around, and the copper as thin: both within 6 % (tested).
             per_metre = stacked_strips(width, *between_layers(stackup, *sorted((trace.layer, other.layer))))
         total += length * per_metre
     return total
 
 
 def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
-    """Distance (m) of the facing copper surfaces of two layers and the relative permittivity of what fills it."""
+    """Return the distance (m) of the facing copper surfaces of two layers, and the permittivity between them.
+
+    The permittivity is relative.
+    """
     layers = stackup.between(upper, lower)
     thicknesses = [layer.thickness for layer in layers]
     return math.fsum(thicknesses), series_permittivity(
@@ -365,7 +375,7 @@ def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, flo
 
 
 def mean_permittivity(stackup: Stackup) -> float:
-    """Mean relative permittivity of the stack-up's insulating layers, by thickness."""
+    """Return the mean relative permittivity of the stack-up's insulating layers, by thickness."""
     layers = [layer for layer in stackup.layers if layer.kind is not LayerKind.COPPER]
     total = math.fsum(layer.thickness for layer in layers)
     by_thickness = math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers)
@@ -373,7 +383,7 @@ def mean_permittivity(stackup: Stackup) -> float:
 
 
 def missing_leads(coils: tuple[Coil, ...]) -> str | None:
-    """What the layout lacks, and the terminal values with it; None where every coil is connected."""
+    """Return the parts that the layout and its contact values lack. None if every coil is connected."""
     missing = [coil.name for coil in coils if not coil.is_closed_circuit or not coil.series]
     if missing:
         return (

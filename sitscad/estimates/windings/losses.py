@@ -1,4 +1,4 @@
-"""Where a layout's tracks meet the solvers of alternating current: windings of every shape, and leads in pairs."""
+"""Link from a layout's tracks to the alternating-current solvers: windings of every shape, and leads in pairs."""
 
 from __future__ import annotations
 
@@ -36,28 +36,30 @@ from sitscad.spec.coil import CoilSpec
 if TYPE_CHECKING:
     from sitscad.kernels.electromagnetics.metal.near_metal import CrowdingNearMetal
 
-USUAL_TOLERANCE = 3e-2  # Of R up to 10 MHz, where nobody asks for more
+USUAL_TOLERANCE = 3e-2  # Usual relative tolerance of R up to 10 MHz
 
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
-"""Turns from which on opposite sides are alike enough for one half of them to stand for both: arcs and the halves of
-racetracks lie unlike in mirrored layers (5 % of R at five turns, below 1 % from eight on)."""
+"""Number of turns from which on one half of a winding stands for both, with sharp or rounded corners.
 
-ALIKE_ENDS = 12.0  # Turns from which on one half of a side stands for the other half, too: within 0.1 % of R
-ALIKE = 4.0  # Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off
+In mirrored layers, arcs and the halves of racetracks differ (5 % of R at five turns, below 1 % from eight on).
+"""
+
+ALIKE_ENDS = 12.0  # Turns from which on half a side stands for the whole side: within 0.1 % of R
+ALIKE = 4.0  # Least inner radius in pitches for this: an octagon with 2.5 was 5.6 % off
 ROUGH_TOLERANCE = ROUGH  # Of R where a tolerance of the inductance from `SCREENING` on is asked for
 
 SCREENING = 2e-2
-"""Tolerance of the inductance with which thousands of designs are screened: everything else is as rough."""
+"""Tolerance of the inductance for screening of thousands of designs. All other values are then as rough."""
 
 FINE_TOLERANCE = 1e-2  # Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for
 
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
                    tolerance: float | None = None) -> ProximityLoss:
-    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths,
-    with the way that direct current takes round sharp corners.
+    """Return skin and proximity effect of a drawn coil (S/m).
 
-    `tolerance` is the relative one asked for the inductance, None for the usual.
+    It takes spirals for round coils, and otherwise the sides and arcs of the paths, with direct current's route around
+    sharp corners. `tolerance` is the relative tolerance of the inductance; None is the usual one.
     """
     wanted = wanted_tolerance(tolerance)
     if spirals:
@@ -69,18 +71,21 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     usual = wanted > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
-    # opposite sides of an odd number of them are not alike
+    # with an odd number of sides, opposite sides differ
     even, fewest = usual and spec.outline.sides % 2 == 0, min(spec.layer_turns)
     is_alike = even and fewest >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
     alike = (4 if fewest >= ALIKE_ENDS else 2) if is_alike else 1
-    # the field along a side is smooth, but for layers that cross near corners: those want twice the places
+    # the field along a side is smooth, except for layers that cross near corners: these need twice the places
     cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
     return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, alike)
 
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
               alike: int = 1) -> ProximityLoss:
-    """Skin and proximity losses of sides and arcs (S/m), a side cut `cuts` times; `alike` as in `bent_winding_loss`."""
+    """Return skin and proximity losses of sides and arcs (S/m).
+
+    Each side is cut `cuts` times; `alike` is as in `bent_winding_loss`.
+    """
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
         sides = [mitred(track) for track in tracks]
@@ -95,12 +100,12 @@ def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cu
 
 
 def is_rough(tolerance: float | None) -> bool:
-    """Whether that tolerance of the inductance (relative; None: the usual) is for screening."""
+    """Whether this relative tolerance of the inductance is for screening (None: the usual tolerance)."""
     return tolerance is not None and tolerance >= SCREENING
 
 
 def wanted_tolerance(tolerance: float | None) -> float:
-    """The tolerance of R that goes with one asked for the inductance (None: the usual)."""
+    """Return the tolerance of R for a tolerance of the inductance (None: the usual tolerance)."""
     if is_rough(tolerance):
         return ROUGH_TOLERANCE
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
@@ -108,11 +113,11 @@ def wanted_tolerance(tolerance: float | None) -> float:
 
 @record
 class LossesNearMetal:
-    """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents; worked out when it
-    is asked for, and kept where solutions are.
+    """Change of a winding's eddy currents by metal, at least `nearest` (m) from any mid-plane.
 
-    A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,
-    pitch and length of the tracks make most of it. What direct current does at its bends is in its spectrum.
+    It is computed at its first use and cached with other solutions. Other shapes count as their `equivalent_spirals`:
+    the images act locally, so cross-sections, pitch and length of the tracks dominate. The spectrum includes direct
+    current's crowding at bends.
     """
 
     spirals: tuple[SpiralLayer, ...]
@@ -123,7 +128,7 @@ class LossesNearMetal:
 
     @cached_property
     def crowding(self) -> CrowdingNearMetal:
-        """The winding's modes, and what they are to the waves that metal returns."""
+        """Modes of the winding, with their response to waves that metal reflects."""
         from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, STEPS, crowding_near_metal
 
         resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
@@ -134,27 +139,30 @@ class LossesNearMetal:
 
     @cached_property
     def said(self) -> bytes:
-        """All that it hangs on in words, by which what was solved is kept."""
+        """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """`CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
+        """Return `CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
         return solved(lambda: (self.said, frequencies.tobytes(), above, below),
                       lambda: (self.crowding.changes(frequencies, above, below),))[0]
 
 
 losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)
-"""The modes of one winding are found once for all that stands about it."""
+"""Cache: the modes of a winding are computed once for all surroundings."""
 
 
 POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))
-"""Up to so many track widths from metal: error of L at 10 MHz, in parts of the free inductance, and of R, by the round
-coil of equal length. Squares, hexagons and octagons of 0.1 to 0.45 mm over a mirror, by triangles
-(tests/validation/test_polygons_near_metal.py); up to 1 MHz a quarter of it."""
+"""Error by the round coil of equal length, up to a distance from metal in track widths.
+
+The three numbers are the distance, the error of L at 10 MHz relative to the free inductance, and the error of R.
+Source: squares, hexagons and octagons of 0.1 to 0.45 mm over a mirror, by triangles
+(tests/validation/test_polygons_near_metal.py). Up to 1 MHz the errors are a quarter.
+"""
 
 
 def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
-    """How far off the crowding of a coil that is not round may be with metal at `nearest` (m; None without metal)."""
+    """Return notes on the crowding error of coils that are not round, with metal at `nearest` (m; None: no metal)."""
     if nearest is None or spec.outline.is_round:
         return ()
     for widths, of_inductance, of_resistance in POLYGONS_NEAR_METAL:
@@ -168,15 +176,15 @@ def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
 
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:
-    """Direct-current resistance (ohm) of a coil's winding; the current cuts sharp corners and tight turns short."""
+    """Return the direct-current resistance (ohm) of a coil's winding. Current cuts sharp corners and tight turns."""
     return math.fsum(direct_resistance(bent_track(w, spec.trace_width), conductivity) for w in coil.windings)
 
 
 @record
 class Strip:
-    """A stretch of a lead: direct resistance (ohm), cross-section (m), and where its way back runs, if it has one.
+    """A stretch of a lead: direct resistance (ohm), cross-section (m), and the place of its return track, if any.
 
-    `across` and `height` (m) lead to the return's centre; None when the stretch runs alone.
+    `across` and `height` (m) lead to the return's centre. They are None if the stretch has no return beside it.
     """
 
     resistance: float
@@ -185,7 +193,7 @@ class Strip:
     beside: tuple[float, float] | None = None
 
     def loss(self, conductivity: float) -> ProximityLoss:
-        """Its skin effect (S/m), with what the way back adds."""
+        """Return its skin effect (S/m), with the effect of the return track."""
         if self.beside is None:
             alike = lone_track_loss(self.width, self.thickness, conductivity)
         else:

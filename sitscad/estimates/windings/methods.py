@@ -1,5 +1,6 @@
-"""The windings of a layout as the kernels want them, the METHODS that turn them into inductance with bounds of how far
-each may be off, and published closed formulas beside the estimate.
+"""Windings of a layout in the kernels' form, and the METHODS for their inductance with error bounds.
+
+It also compares published closed formulas with the estimate.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ from sitscad.spec.coil import CoilSpec
 
 @record(eq=False)
 class WindingGeometry:
-    """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
+    """Layers of one coil about its own centre: as spirals (circles only), or as drawn (all other shapes).
 
-    `drawn` has the sides and arcs, `bent` are the same as the losses want them.
+    `drawn` has the sides and arcs. `bent` has them in the form for the losses.
     """
 
     spec: CoilSpec
@@ -50,20 +51,21 @@ class WindingGeometry:
 
     @property
     def fewest_turns(self) -> float:
-        """Turns of the layer that has fewest."""
+        """Turns of the layer with the fewest turns."""
         return min(self.spec.layer_turns)
 
     @property
     def inner_radius(self) -> float:
-        """Distance (m) of the innermost centre line from the centre, never below half a track."""
+        """Distance (m) of the innermost centre line from the centre, at least half a track."""
         return max((min(self.spec.size) - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
                    self.spec.trace_width / 2)
 
     @property
     def outline(self) -> SpiralOutline:
-        """What the closed formulas know of a layer, the one with the most turns.
+        """Input of the closed formulas, from the layer with the most turns.
 
-        Their turns are closed; a round spiral's outermost one already comes inwards by a pitch, so its mean is less.
+        The formulas have closed turns. A round spiral's outermost turn already moves inwards by a pitch, so its mean is
+        less.
         """
         across = min(self.spec.size) - (self.spec.pitch if self.spirals else 0.0)
         return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
@@ -71,7 +73,7 @@ class WindingGeometry:
 
 @lru_cache(maxsize=8)
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
-    """The geometry of a drawn coil, moved to its own centre."""
+    """Return the geometry of a drawn coil, moved to its own centre."""
     if spec.outline.is_round:
         radius = (spec.size[0] - spec.trace_width) / 2
         spirals = tuple(
@@ -86,12 +88,12 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
-    """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
+    """Return a layer's path as straight sides and arcs. No arc is tighter than the track's width."""
     return bent_path(winding.path, width, winding.thickness, winding.z)
 
 
 def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
-    """Straight sides and arcs of any path: width, thickness and mid-plane in metres."""
+    """Return straight sides and arcs of any path. Width, thickness and mid-plane are in metres."""
     segments = mitred_path(path, width).segments
     turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
     starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
@@ -99,8 +101,9 @@ def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack
 
 
 def mitred_path(path: Path, width: float) -> Path:
-    """The path with arcs of less than half a width (m) replaced by the corners that the copper has there:
-    its inner edge cannot be rounded, and outside hardly any current runs.
+    """Return the path with arcs of less than half a width (m) replaced by sharp corners.
+
+    The copper's inner edge is sharp there, and outside almost no current flows.
     """
     segments = list(path.segments)
     for k in range(len(segments) - 1, -1, -1):
@@ -108,7 +111,7 @@ def mitred_path(path: Path, width: float) -> Path:
         if isinstance(arc, Line) or arc.radius >= 0.5 * width or abs(arc.sweep) > MOST_TURN:
             continue
         before, after = segments[k - 1] if k else arc, segments[k + 1] if k + 1 < len(segments) else arc
-        # the corner that the arc rounds is where the tangents at its ends meet
+        # the tangents at the arc's ends meet in the corner that the arc rounds
         if isinstance(before, Line):
             onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
             dx, dy = before.end.x - before.start.x, before.end.y - before.start.y
@@ -127,7 +130,7 @@ def track_of(path: Path, width: float, thickness: float, z: float) -> Track:
 
 
 def _pieces(path: Path) -> list[Side | BentPiece]:
-    """A path as straight sides and bends, for the integrals over tracks."""
+    """Return a path as straight sides and bends, for the integrals over tracks."""
     pieces: list[Side | BentPiece] = []
     for s in path:
         if isinstance(s, Arc):
@@ -138,7 +141,7 @@ def _pieces(path: Path) -> list[Side | BentPiece]:
 
 
 def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLayer, ...]:
-    """Round layers with the same cross-sections, turn-to-turn pitch and perimeter, for the loss of other shapes."""
+    """Return round layers with equal cross-sections, pitch and perimeter, for the loss of other shapes."""
     if geometry.spirals:
         return geometry.spirals
     spec = geometry.spec
@@ -152,27 +155,29 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
 
 
 def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
-    """What metal no nearer than `nearest` (m) to any mid-plane sees of a winding's current: that of direct current, so
-    what that has more at bends, too (in spirals `near_metal` has it); roughly, of spirals as rings.
+    """Return the spectrum of a winding's direct current for metal at least `nearest` (m) from any mid-plane.
+
+    It includes direct current's crowding at bends (in spirals, `near_metal` has it). In rough solutions it is that of
+    spirals as rings.
     """
     if geometry.spirals and is_rough:
         return ring_spectrum(geometry.spirals, nearest)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
-    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum  # no round coil's
+    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum  # not round
 
     tracks = [chorded(track, nearest) for track in geometry.bent]
     return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
 
 
-FEW_TURNS, ONE_TURN = 5.0, 1.5  # Below so many turns errors grow faster, and again below so many
-STACKED, WIDE_STACKED = 3.0, 12.0  # So do they where tracks are so many times as wide as the layers are apart
-CROWDED = 0.1  # And where they are so wide against the inner radius
-THICK = 4e-4  # Added for each time that a track is thicker than wide: the designs that were fitted are not
+FEW_TURNS, ONE_TURN = 5.0, 1.5  # Numbers of turns below which errors grow faster, and faster again
+STACKED, WIDE_STACKED = 3.0, 12.0  # Ratios of track width to layer distance above which errors grow faster
+CROWDED = 0.1  # Ratio of track width to inner radius above which errors grow faster
+THICK = 4e-4  # Added error per ratio of thickness to width above 1, which the fit lacks
 
 
 LEAST = 2e-6
-"""Least bound, the error of the references: for narrow tracks in many turns a fit alone would give less."""
+"""Least error bound: the error of the references. For narrow tracks in many turns the fit alone would be smaller."""
 
 
 @record
@@ -196,12 +201,12 @@ class Crowding:
 
     @property
     def apart(self) -> float:
-        """Distance (m) of the nearest layers' mid-planes; infinite for one layer."""
+        """Distance (m) of the nearest layers' mid-planes. Infinite for one layer."""
         heights = sorted(self.heights)
         return min((b - a for a, b in pairwise(heights)), default=math.inf)
 
     def features(self) -> dict[str, float]:
-        """Logarithms of what a bound is a product of powers of, by the columns of the table."""
+        """Return logarithms of the factors of an error bound, by the columns of the table."""
         few = max(0.0, math.log(FEW_TURNS / self.turns))
         inner = math.log(self.width / self.inner_radius)
         found = {
@@ -231,12 +236,14 @@ class Crowding:
 
 
 def error_bound(method: str, crowding: Crowding) -> float:
-    """Relative error that a method does not exceed: it grows with how crowded, wide, thick and near each other tracks
-    are, each by some power. The powers were fitted to converged volume integrals of random designs of every shape
-    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. For a polygon
-    that was not fitted, the bound is `UNFITTED` times the largest bound of the shapes in `Outline.bounds`.
+    """Return the relative error bound of a method for a winding.
 
-    Raises ValueError for a shape that declares no bounds, KeyError where the table has no such method for the shape.
+    The bound is a product of powers of the track crowding, width, thickness and distance. The powers were fitted to
+    converged volume integrals of random designs of every shape (tests/validation/fit_bounds.py), so that the bound
+    exceeds every error by a margin. For a polygon outside the fit, it is `UNFITTED` times the largest bound of the
+    shapes in `Outline.bounds`.
+
+    Raises ValueError for a shape that declares no bounds, and KeyError if the table has no such method for the shape.
     """
     features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
     table, fitted = _bounds(), crowding.shape.fitted
@@ -250,7 +257,7 @@ def error_bound(method: str, crowding: Crowding) -> float:
 
 @cache
 def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
-    """Exponents of the fitted bounds by shape, method and stack."""
+    """Return exponents of the fitted bounds by shape, method and stack."""
     return {
         (row["shape"], row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES
@@ -260,8 +267,11 @@ def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
 
 
 UNFITTED = 5.0
-"""Of pentagons, with which this was tried, one of 40 exceeded the larger bound by a factor of 3.05, the others kept it
-(the volume integral, as for those that were fitted)."""
+"""Factor on the largest bound for polygons outside the fit.
+
+It was tried with pentagons: one of 40 exceeded the larger bound by a factor of 3.05, the others kept it (by the volume
+integral, as in the fit).
+"""
 
 MID_SIDE = 3.0
 """Factor on the error bounds of spirals that begin in the middle of a side.
@@ -270,17 +280,17 @@ Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the 
 a factor of 2.08, one of one turn by a factor of 1.12."""
 
 ROUNDED = "rounded"
-"""The table's name for polygons of any number of sides with rounded corners."""
+"""Name in the table for polygons of any number of sides with rounded corners."""
 
 NAMES = ("shape", "method", "stack", "status", "source")
 
 
 @record
 class Method:
-    """A way to the winding's inductance: for which outlines, its stated relative error, its rough cost (s).
+    """A method for the winding's inductance: its outlines, stated relative error and rough cost (s).
 
-    `solve` returns henries or None where the source has no constants; `error` is a bound where `is_valid`; `validity`
-    says in words where that is. A closed formula is a cross-check: it is used only when asked for by name.
+    `solve` returns henries, or None if the source has no constants. `error` is a bound if `is_valid`, and `validity`
+    describes its range. A closed formula is a cross-check: it is used only if requested by name.
     """
 
     name: str
@@ -295,7 +305,7 @@ class Method:
 
 
 def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
-    """What the bounds of the methods' errors go by; for so many turns a layer where the layers' differ."""
+    """Return the dimensions for the error bounds. `turns` is per layer, if the layers' turns differ."""
     spec, layers = geometry.spec, geometry.spirals or geometry.drawn
     heights, thickness = tuple(layer.z for layer in layers), max(layer.thickness for layer in layers)
     # tighter corners are sharp in the copper (`mitred_path`)
@@ -305,7 +315,7 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
 
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:
-    """The method's stated error."""
+    """Return the method's stated error as a function."""
 
     def error(geometry: WindingGeometry) -> float:
         return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
@@ -314,20 +324,23 @@ def _bound(method: str) -> Callable[[WindingGeometry], float]:
 
 
 def _neumann(geometry: WindingGeometry) -> float:
-    """Neumann's integral over spirals (H); the ends of few turns weigh more, and their points are few."""
+    """Return Neumann's integral over spirals (H). The ends of few turns weigh more, and their points are few."""
     resolution = Resolution(16, 12, 4) if geometry.fewest_turns < FEW_TURNS else Resolution(12, 8, 2)
     return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
 
 
 def _formula(name: str, of_one_layer: float) -> Method:
-    """One of Mohan's closed formulas; its error is the worst of 300 random designs of one layer, by the volume
-    integral, and a fifth more, and 35 % for stacks.
+    """Return one of Mohan's closed formulas as a method.
+
+    Its error is the worst of 300 random designs of one layer, by the volume integral, and a fifth more. For stacks it
+    is 35 %.
     """
     functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
 
     def solve(geometry: WindingGeometry) -> float | None:
-        """The formula's inductance (H) of a stack: that of one layer times the layers squared; None where it does not
-        hold.
+        """Return the inductance (H) of a stack: one layer's times the layers squared.
+
+        None if the formula does not hold.
         """
         outline = geometry.outline
         is_open = outline.inner_diameter > 0.0 and outline.fill > 0.0
@@ -344,12 +357,12 @@ def _formula(name: str, of_one_layer: float) -> Method:
 
 
 def tabulated(outline: Outline) -> bool:
-    """Whether Mohan (1999) has constants for an outline."""
+    """Return whether Mohan (1999) has constants for an outline."""
     return outline.sides in COEFFICIENTS and not outline.is_long
 
 
 def _strands(geometry: WindingGeometry) -> float:
-    from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance  # no round coil's
+    from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance  # not round
 
     return winding_inductance(geometry.drawn, (2, 3))
 
@@ -369,15 +382,16 @@ METHODS: tuple[Method, ...] = (
     _formula("modified-wheeler", 0.15),
     _formula("monomial", 0.18),
 )
-"""Every way to the winding's inductance; a new one is a row."""
+"""All methods for the winding's inductance, a row for each."""
 
 DEFAULT_TOLERANCE = 1e-4
 
 
 def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance: float | None = None) -> Method:
-    """The method of that name, or the cheapest one whose stated error meets the tolerance, or else the most accurate.
+    """Return the method by name, or the cheapest method whose stated error meets the tolerance.
 
-    Raises ValueError for a name that does not exist or does not serve the shape; the text lists those that do.
+    If none meets it, return the most accurate. Raises ValueError for a name that does not exist or does not serve the
+    shape; the text lists the valid names.
     """
     fitting = [method for method in METHODS if method.serves(geometry.spec.outline)]
     if name is not None:
@@ -397,7 +411,7 @@ def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance:
 
 
 def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tuple[CrossCheck, ...]:
-    """Every closed formula that knows the coil's shape, beside the winding's inductance (H)."""
+    """Return every closed formula for the coil's shape, compared with the winding's inductance (H)."""
     found = []
     for method in METHODS:
         if method.is_cross_check and method.serves(geometry.spec.outline):
@@ -409,7 +423,7 @@ def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tup
 
 
 def no_cross_check(coil: CoilSpec, found: Sequence[CrossCheck]) -> str | None:
-    """Why no closed formula stands beside the estimate; None where one does."""
+    """Return the reason for an absent closed formula. None if there is a closed formula."""
     if found:
         return None
     if not tabulated(coil.outline):

@@ -1,6 +1,4 @@
-"""What the coils of an array do to each other: mutual inductances and their errors, and coils that wait their turn,
-grounded through the converter's pins.
-"""
+"""Coupling of the coils of an array: mutual inductances with errors, and idle coils grounded at the converter."""
 
 from __future__ import annotations
 
@@ -24,17 +22,19 @@ if TYPE_CHECKING:
     from sitscad.kernels.electromagnetics.inductance.side_by_side import SideBySide
 
 Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own centre
-FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and what nearness adds to it
+FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and its increase by nearness
 
 END_ERROR = 5e-4
-"""What nearness adds for each pair of layers, in mu0/(4 pi) times the track width: open ends beside the other coil."""
+"""Additional error by nearness for each pair of layers, in mu0/(4 pi) times the track width.
+
+It is for open ends beside the other coil.
+"""
 
 
 def inductance_matrix(self_inductance: float, self_error: float, coils: list[Placed]) -> tuple[Array, Array]:
-    """Inductance matrix (H) of alike coils, and what its elements can be off by at most (H).
+    """Return the inductance matrix (H) of identical coils, and error bounds of its elements (H).
 
-    `self_error` is the relative bound of the coils' own inductance. A displacement that occurs again is not computed
-    again.
+    `self_error` is the relative bound of the coils' own inductance. Each distinct displacement is computed once.
     """
     count = len(coils)
     matrix = np.full((count, count), self_inductance)
@@ -56,8 +56,9 @@ def inductance_matrix(self_inductance: float, self_error: float, coils: list[Pla
 
 
 def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
-    """What a mutual inductance can be off by at most (H): held against the volume integral over random pairs of coils
-    (tests/validation/coil_pairs.py).
+    """Return the error bound (H) of a mutual inductance.
+
+    It was compared with the volume integral over random pairs of coils (tests/validation/coil_pairs.py).
     """
     relative = FAR_ERROR + NEAR_ERROR * pair.nearness
     ends = END_ERROR * pair.nearness * len(spec.layers) ** 2 * MU0 / (4.0 * math.pi) * spec.trace_width
@@ -65,16 +66,16 @@ def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
 
 
 ROUGH_MUTUAL, ORDERS = 0.15, 8
-"""Relative error of mutual inductances by moments, coils not touching; and how many moments of each coil."""
+"""Relative error of mutual inductances by moments, for coils that do not touch; and number of moments per coil."""
 
 
 def rings_beside_each_other(
     spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], own: float, error: float
 ) -> tuple[Array, Array]:
-    """The matrix and its errors (H) of alike spirals roughly: rings in one plane, by their moments.
+    """Return rough matrix and errors (H) of identical spirals: rings in one plane, by their moments.
 
-    Of two in a plane M is mu0 pi times the integral of S(k)^2 J0(k d), S the sum of a J1(k a); J1 as its series, and
-    the integral of k^s J0(k d) as Weber's, 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
+    For two coils in a plane, M is mu0 pi times the integral of S(k)^2 J0(k d), where S is the sum of a J1(k a). J1 is
+    taken as its series. The integral of k^s J0(k d) is Weber's: 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
     """
     rings = mean_rings(spirals)
     moments = [
@@ -92,7 +93,7 @@ def rings_beside_each_other(
 
 
 def side_by_side(one: Placed, other: Placed) -> SideBySide:
-    """Two coils for currents that enter each at its outer end on layer 1."""
+    """Return two coils for currents that enter each at its outer end on layer 1."""
     from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
 
     (first, a), (second, b) = one, other
@@ -109,10 +110,10 @@ Mutual = Callable[[int, int, Array], ComplexArray]
 
 
 def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
-    """Impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): the cable, and both pins to ground.
+    """Return the impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): cable and both pins to ground.
 
-    Each pin is tied to ground by about 10 ohm (`idle_pin_resistance`), so the loop has twice that. Capacitors across
-    it are left out: against 20 ohm they carry next to nothing up to 10 MHz.
+    Each pin has about 10 ohm to ground (`idle_pin_resistance`), so the loop has twice that. Capacitors across it are
+    left out: against 20 ohm they carry almost nothing up to 10 MHz.
     """
     pins, cable = 2.0 * readout.device.limit("idle_pin_resistance"), readout.cable
     resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
@@ -120,9 +121,10 @@ def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
 
 
 def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
-    """Inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), by (n, coils, coils) inductance
-    matrices (H, complex: the imaginary part times -omega is a resistance); the others are idle, their contacts closed
-    by (n,) loads (ohm). Every idle loop has no voltage left: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
+    """Return inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), with the others idle.
+
+    `impedances` are inductance matrices (n, coils, coils; H, complex: the imaginary part times -omega is a resistance).
+    `load` (n,; ohm) closes the idle coils' contacts. Each idle loop has zero voltage: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
     """
     omega = 2.0 * math.pi * frequencies
     own = impedances[:, active, active]
@@ -135,15 +137,13 @@ def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load:
 
 
 def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
-    """What all other coils, idle, add to the inductance and resistance of the active one.
+    """Return the effect of all other coils, idle, on inductance and resistance of the active coil.
 
-    `circuits` give each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
+    `circuits` return each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
     """
 
     def added(frequencies: Array) -> tuple[Array, Array]:
-        """Inductance (H) and resistance (ohm) that the idle coils add at frequencies (n,): the active one's own left
-        out.
-        """
+        """Return the changes (H, ohm) by the idle coils at frequencies (n,), without the active coil's own values."""
         omega, count = 2.0 * math.pi * frequencies, len(circuits)
         matrix = np.zeros((omega.size, count, count), dtype=np.complex128)
         for i, j in product(range(count), repeat=2):

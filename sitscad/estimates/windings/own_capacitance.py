@@ -1,4 +1,4 @@
-"""A winding's own capacitance: its layers through the real stack-up, at the voltages of the series circuit."""
+"""Own capacitance of a winding: its layers through the real stack-up, at the voltages of the series circuit."""
 
 from __future__ import annotations
 
@@ -26,10 +26,12 @@ from sitscad.spec.sensor import SensorSpec
 USUAL_PERMITTIVITY = 3.4  # Relative permittivity of polyimide, where a layer of the stack-up states none
 
 FILLING = 3.0
-"""Relative permittivity taken for all that lies between winding and metal: about that of silicones and printed mounts;
-air has less."""
+"""Relative permittivity of everything between winding and metal: about that of silicones and printed mounts.
 
-STATED = 0.10  # What the own capacitance is good to: the part of it that metal may add without being told
+Air has less.
+"""
+
+STATED = 0.10  # Stated relative error of the own capacitance: additions by metal below it have no note
 
 CAPACITANCE_ERROR, FEW_TURNS_CAPACITANCE_ERROR = 0.20, 0.30
 """Relative error of the own capacitance of windings with at least `FEW_TURNS` a layer, and of those with fewer. Random
@@ -39,26 +41,29 @@ coils of two to four layers were compared with rings of charge, averaged over th
 FEW_TURNS = 4.0
 
 PLACES = (24, 8)
-"""Places along the turns that all layers have at which their voltages are taken, and along every further stretch that
-only some have: as many for any number of turns, so that a millionth more of these changes nothing. Within 0.2 % of four
-times as many (1.5 to 30 turns, one to eight layers)."""
+"""Number of places along the turns that all layers share, and along each further stretch that only some layers have.
+
+The voltages are taken at these places. The numbers do not depend on the number of turns, so a tiny change of turns
+changes nothing. The result is within 0.2 % of that with four times as many (1.5 to 30 turns, one to eight layers).
+"""
 
 
 ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 10e-6
-"""Places for screening, within 2 %; and how fine (m) widths and pitches are told apart there, within 4 %."""
+"""Numbers of places in screening, within 2 %; and the step (m) of rounded widths and pitches, within 4 %."""
 
 
 def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> float:
-    """Capacitance (F) of a coil's winding between its ends, without leads: twice the electric energy at one volt.
+    """Return the capacitance (F) of a coil's winding between its ends, without leads.
 
-    Layers see each other through the stack-up as strips shifted by every amount, turns of a layer their neighbours;
-    the voltage follows the flux that each turn links. Further inside than a layer has turns, the others see each other
-    through what takes its place. Elastomer and metal around the board are not in it: see `added_by_metal`.
+    It is twice the electric energy at one volt. Layers face each other through the stack-up as strips, averaged over
+    all shifts. Turns of a layer face their neighbours. The voltage follows each turn's flux linkage. Where a layer has
+    no more turns, the other layers face each other through the material that fills its place. Elastomer and metal
+    around the board are left out: see `added_by_metal`.
     """
     lengths, shares, present = _turns(coil, spec, ROUGH_PLACES if is_rough else PLACES)
     voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
     width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * min(spec.coil.size)
-    if is_rough:  # strips are solved once for designs of about one width and pitch
+    if is_rough:  # designs with nearly equal width and pitch share the solution of the strips
         width, pitch, reach = (round(width / ROUGH_GRAIN) * ROUGH_GRAIN, round(pitch / ROUGH_GRAIN) * ROUGH_GRAIN,
                                round(reach, 3))
     total, between, counts = 0.0, 0.0, present.sum(axis=0)
@@ -76,13 +81,15 @@ def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> fl
 
 
 def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: float | None) -> float:
-    """The most (F) that a target at a gap and metal behind the board (m from its faces; None: none) add to it.
+    """Return an upper bound (F) of the addition by a target at a gap and by metal behind the board.
 
-    Plates as large as the winding, no fringe, `FILLING` between, both at the potential of the winding's middle: the
-    metal behind is large, and so at ground for an alternating voltage even where nothing connects it; a target floats,
-    and takes what the turns around it have on average. An upper bound for the windings of a jaw, by two to forty times:
-    they are small against the distances, and what one turn gives to the metal its neighbour takes (validated with
-    charged rings).
+    Distances are in m from the board's faces; None: no metal. The model has plates as large as the winding, without
+    fringe, with `FILLING` between. Both plates are at the potential of the winding's middle. The metal behind is large,
+    so it is at ground for an alternating voltage even without a connection. A target floats at the mean potential of
+    the turns around it.
+
+    The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These are small
+    against the distances, and the metal returns one turn's charge to its neighbour.
     """
     lengths, shares, present = _turns(coil, spec, PLACES)
     voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
@@ -95,7 +102,10 @@ def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: floa
 
 
 def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: float, tank: float) -> list[str]:
-    """A note where metal may add more to the own capacitance (F) than that is good to; `tank` is the whole (F)."""
+    """Return a note if metal may add more to the own capacitance (F) than its stated error.
+
+    `tank` (F) is the whole capacitance.
+    """
     behind = gaps.get(BEHIND_THE_BOARD)
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
     if gap is None and behind is None:
@@ -111,8 +121,10 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
 
 
 def _turns(coil: Coil, spec: SensorSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
-    """Places along the turns, from the outside in: the length (m) of a whole turn there, how many turns it stands for,
-    and which layers have turns there, (layers, places).
+    """Return places along the turns, from the outside in.
+
+    They are the length (m) of a whole turn at each place, the number of turns that it stands for, and whether each
+    layer has turns there, (layers, places).
     """
     turns, low = np.array(spec.coil.layer_turns), 0.0
     found: list[tuple[Array, Array, Flags]] = []
@@ -127,7 +139,10 @@ def _turns(coil: Coil, spec: SensorSpec, places: tuple[int, int]) -> tuple[Array
 
 
 def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
-    """Length (m) of a whole turn at places so many turns from the outside; as in the layer that has most turns."""
+    """Return the length (m) of a whole turn at places, counted in turns from the outside.
+
+    It is for the layer with the most turns.
+    """
     turns = spec.coil.layer_turns
     most = max(range(len(turns)), key=lambda k: turns[k])
     mean = coil.windings[most].path.length / turns[most]
@@ -136,7 +151,10 @@ def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
 
 
 def _voltages(lengths: Array, shares: Array, present: Flags, coil: Coil, spec: SensorSpec) -> Array:
-    """Voltages of the layers at all places from the outside in; turns that a layer has not count as its inner end."""
+    """Return voltages of the layers at all places from the outside in.
+
+    Missing turns of a layer have the voltage of its inner end.
+    """
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * spec.coil.trace_width)
     turns = present * shares
     size = 0.2235 * (spec.coil.pitch * turns.max(axis=0) + coil.windings[0].thickness)
@@ -148,7 +166,7 @@ _strips = lru_cache(maxsize=1024)(strip_layers)
 
 
 def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
-    """The stack-up from top to bottom; copper layers without winding count as what lies beside them."""
+    """Return the stack-up from top to bottom. Copper layers without winding count as the material beside them."""
     found, number = [], 0
     for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:
@@ -160,7 +178,7 @@ def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
 
 
 def beside_copper(stackup: Stackup, number: int) -> float:
-    """Relative permittivity of what fills the gaps of a copper layer: coverlay adhesive or bonding film flows in."""
+    """Return the relative permittivity in the gaps of a copper layer: coverlay adhesive or bonding film flows in."""
     indices = [i for i, layer in enumerate(stackup.layers) if layer.kind is LayerKind.COPPER]
     index = indices[number - 1]
     around = [stackup.layers[i] for i in (index - 1, index + 1) if 0 <= i < len(stackup.layers)]
