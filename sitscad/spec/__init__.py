@@ -1,1 +1,1 @@
-"""What is asked for: the spec's values, its loader and the data behind its presets."""
+"""Specification of a sensor: values, loader, and data of the presets."""

@@ -32,7 +32,7 @@ from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 
 class LayerKind(StrEnum):
-    """What a layer of the stack-up is made for."""
+    """Purpose of a layer of the stack-up."""
 
     COVERLAY = "coverlay"
     COPPER = "copper"
@@ -40,8 +40,10 @@ class LayerKind(StrEnum):
 
 
 class Plating(StrEnum):
-    """What of the copper is plated together with the holes: all of the panel before it is etched, the tracks alone
-    (through a resist, on foil that is etched afterwards), or the holes and their pads alone ("buttons").
+    """Copper that is plated together with the holes.
+
+    ``PANEL``: all outer copper before etching. ``PATTERN``: only the tracks, through a resist, on foil that is etched
+    afterwards. ``BUTTONS``: only the holes and their pads.
     """
 
     PANEL = "panel"
@@ -50,16 +52,16 @@ class Plating(StrEnum):
 
 
 MASK = "solder-mask"
-"""The material of a coverlay that is printed and no film."""
+"""Material of a coverlay that is printed and not a film."""
 
 
 @record
 class StackLayer:
-    """One layer: its thickness in metres and its material (a row of the materials data).
+    """One layer: thickness (m) and material (a row of the materials data).
 
-    ``made_of`` names the films of a layer that is laminated from several, in words; empty where that is not stated.
-    ``plated`` (m) is the part of a copper layer's thickness that is plated on its foil. ``adhesive`` (m) is the part of
-    a coverlay's thickness that flows between the tracks; 0 if it is not stated.
+    ``made_of`` lists the films of a laminated layer, empty if unknown. ``plated`` (m) is the plated part of a copper
+    layer's thickness. ``adhesive`` (m) is the part of a coverlay's thickness that flows between the tracks, 0 if
+    unknown.
     """
 
     kind: LayerKind
@@ -80,7 +82,7 @@ class StackLayer:
 class CopperLayer:
     """A copper layer: `number` counts from 1 at the top, `z` is its mid-plane (m), negative below the board's top.
 
-    ``thickness`` (m) is finished, ``plated`` (m) the part of it that is plated on the foil.
+    ``thickness`` (m) is the finished thickness, ``plated`` (m) its plated part.
     """
 
     number: int
@@ -96,10 +98,10 @@ class CopperLayer:
 
 @record
 class Stackup:
-    """The flexible circuit's layers from top to bottom, as they are finished: `built` says how.
+    """The layers of the flexible circuit from top to bottom, with finished thicknesses (see `built`).
 
-    `plating_thickness` (m) is the copper that one step of plating lays into holes and, as `plating` says, on foil;
-    `is_plating_stated` is False where the fabricator does not say how much of his copper is plated. ``core_layers`` is
+    `plating_thickness` (m) is the copper that one plating step adds in holes and, depending on `plating`, on foil.
+    `is_plating_stated` is False if the fabricator does not state how much of the copper is plated. ``core_layers`` is
     the number of copper layers from the top that are drilled and plated before the others are laminated on, 0 if none.
     """
 
@@ -129,8 +131,10 @@ class Stackup:
         return tuple(found)
 
     def platings(self, number: int) -> int:
-        """How often a copper layer (from 1) lies open while holes are plated: the outer ones once, those of a core
-        that is plated by itself once with it, one that is both twice. A single layer has no plated holes.
+        """Return the number of plating steps that a copper layer (from 1) receives.
+
+        The outer layers get a step with the through holes. The outer layers of a separately plated core get a step with
+        the core's holes. A layer can get both. A single copper layer has no plated holes.
         """
         count = sum(layer.kind is LayerKind.COPPER for layer in self.layers)
         ends = [(1, count)] * (count > 1) + [(1, self.core_layers)] * (self.core_layers > 1)
@@ -139,8 +143,10 @@ class Stackup:
     def built(
         self, plating: Plating, core_layers: int, thickness: float | None = None, finished: bool = False
     ) -> Stackup:
-        """The stack-up built in one way, with a plating of so many metres (None: its own): from its foils, or where
-        its copper is given as it is ``finished``, to that, from what foil is left.
+        """Return the stack-up for a plating method and a number of core layers.
+
+        `thickness` is the plating (m) of one step; None takes the stack-up's own. If the copper is given as
+        ``finished``, its thickness stays and the foil is the rest. Otherwise the plating is added to the foil.
         """
         wall = self.plating_thickness if thickness is None else thickness
         bare = replace(self, plating=plating, core_layers=core_layers, plating_thickness=wall)
@@ -156,8 +162,9 @@ class Stackup:
 
     @property
     def covers(self) -> tuple[tuple[str, StackLayer, CopperLayer], ...]:
-        """Each coverlay with its side ("top" or "bottom") and the thickest copper that it lies on: an outer layer, or
-        the last layer of a core whose tail has a coverlay of its own.
+        """Each coverlay with its side ("top" or "bottom") and the thickest copper below it.
+
+        This copper is an outer layer, or the last layer of a core whose tail has its own coverlay.
         """
         copper, found = self.copper, []
         if copper and self.layers[0].kind is LayerKind.COVERLAY:
@@ -168,9 +175,11 @@ class Stackup:
         return tuple(found)
 
     def line_foil(self, layers: Sequence[int]) -> float:
-        """The thickest copper (m) of some layers (numbers from 1, missing ones are passed over) as fabricators list
-        their widths by it: the foil. One plating of the whole panel is in those figures; what a second one adds is
-        etched like thicker foil. Where it is not stated how much is plated, all of it counts.
+        """Return the thickest foil (m) of some layers, by which fabricators list their smallest widths.
+
+        `layers` are numbers from 1; missing layers are ignored. The listed figures include one plating of the whole
+        panel. A second plating is etched in the way of thicker foil and counts. If the amount of plating is unknown,
+        the finished thickness counts.
         """
         chosen = [layer for layer in self.copper if layer.number in layers]
         if not self.is_plating_stated:
@@ -179,7 +188,7 @@ class Stackup:
         return max((layer.foil + max(0.0, layer.plated - once) for layer in chosen), default=0.0)
 
     def between(self, upper: int, lower: int) -> tuple[StackLayer, ...]:
-        """The layers strictly between two copper layers (numbers from 1)."""
+        """Return the layers strictly between two copper layers (numbers from 1)."""
         indices = [i for i, layer in enumerate(self.layers) if layer.kind is LayerKind.COPPER]
         return self.layers[indices[upper - 1] + 1 : indices[lower - 1]]
 
@@ -189,11 +198,12 @@ TurnRadius = UnitValue("length", "0.1 mm", "100 mm")
 
 @record
 class Connector:
-    """How the tail ends: contacts at a pitch, their bare length and their width, the insertion thickness (0: solder
-    pads).
+    """The end of the tail: contacts at a pitch, with their bare length and width.
 
-    ``positions`` are the numbers of contacts that it is made with (none: any); ``width_tolerance`` (m) is what it
-    takes, plus and minus, of the tail's width.
+    The insertion thickness (m) is 0 for solder pads.
+
+    ``positions`` are the available numbers of contacts, empty for any. ``width_tolerance`` (m) is the tolerance, plus
+    and minus, of the tail's width.
     """
 
     name: str
@@ -210,15 +220,15 @@ class Connector:
     positions: tuple[int, ...] = ()
 
     def width(self, contacts: int) -> float:
-        """Width (m) of the tail's end for a number of contacts: outer contact centres plus a margin on each side."""
+        """Return the width (m) of the tail's end: outer contact centres plus a margin on each side."""
         return self.pitch * (contacts - 1) + 2.0 * self.edge_margin
 
 
 @record
 class Chip:
-    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m).
+    """The land pattern of a two-terminal chip: size of its pads along and across it, and distance of their centres (m).
 
-    ``model`` is the path of its solid among KiCad's 3-D models.
+    ``model`` is the path of its solid in KiCad's library of 3-D models.
     """
 
     name: str
@@ -230,58 +240,63 @@ class Chip:
 
 
 class BendDocument(Section):
-    """How the tail is bent: about a line across it."""
+    """The bend of the tail about a line across it."""
 
     kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
     at: float | None = key(
-        Run, "from the sensor's body to the bend's middle line; if left out, the pivot of the jaw's hinge where the "
-        "bend has room there, else the middle of the stretch that may be bent", None,
+        Run, "from the sensor's body to the bend's middle line; default: the pivot of the jaw's hinge if the bend has "
+        "room there, else the middle of the section that may be bent", None,
     )
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
     angle: float | None = key(
         UnitValue("angle", "1 deg", "180 deg"),
-        "out of the plane; if left out, half of the opening of a jaw with a hinge, 0 on a finger's cap, else 90 deg",
+        "out of the plane; default: half of the opening of a jaw with a hinge, 0 on a finger's cap, else 90 deg",
         None,
     )
-    radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
+    radius: float | None = key(TurnRadius, "inside radius; default the fabricator's minimum", None)
 
 
 @record
 class Tail(Section):
     """The strip that leads to the converter.
 
-    ``length`` is metres along its middle, ``offset`` m, ``turn_radius`` m and None only until it is worked out, as are
-    ``layers``. ``bend`` is a word, and a section only until it is taken apart: it bends about a line across it, whose
-    distance from the body is ``bend_at`` (m; None: the pivot of the jaw's hinge, or the middle of the stretch that may
-    be bent), ``down`` (away from the face with the coils) or ``up``, by an angle (rad; half of the jaw's opening leads
-    it into the shaft) at an inside radius (m; None: the fabricator's least). ``contacts`` is how many the connector
-    has, None where it is the fewest that are enough; ``stiffener`` (m, with its adhesive) is None where the stock one
-    is taken that fits best.
+    ``length`` (m) is along its middle line. ``turn_radius`` (m) and ``layers`` are None only until the resolver
+    computes them. ``bend`` is a word; a written section is split into the fields below by the resolver. ``bend_at`` (m)
+    is the distance of the bend's line from the body. None means the pivot of the jaw's hinge, or the middle of the
+    section that may be bent. ``bend_direction`` is ``down`` (away from the face with the coils) or ``up``.
+    ``bend_angle`` is in rad; half of the jaw's opening leads the tail into the shaft. ``bend_radius`` (m) is the inside
+    radius, None for the fabricator's minimum.
+
+    ``contacts`` is the connector's number of contacts, None for the smallest sufficient number. ``stiffener`` (m, with
+    its adhesive) is None for the best stock stiffener.
     """
 
     length: float = key(Run, "from the sensor's body to the end", 30)
-    connector: Connector = key(Preset("connector", up=True), "what the tail ends in", "zif-0.5mm")
+    connector: Connector = key(Preset("connector", up=True), "connector at the end of the tail", "zif-0.5mm")
     contacts: int | None = key(
-        Number(2, 200, whole=True), "of the connector that is bought: the fewest that are enough if left out", None
+        Number(2, 200, whole=True), "number of contacts of your connector; default the smallest number that is "
+        "enough", None
     )
     stiffener: float | None = key(
         UnitValue("length", "10 um", "2 mm"),
-        "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out", None,
+        "thickness with its adhesive, under contacts that are plugged in; default the best stock stiffener", None,
     )
     layers: int = key(
         Number(1, 8, whole=True),
-        "copper layers that run down it; all of the body's if left out. Fewer bend more tightly and are a build of "
-        "their own (SIT132)", None,
+        "copper layers in the tail; default all layers of the body. Fewer layers allow a tighter bend but need a "
+        "special build (SIT132)", None,
     )
     bend: str = key(
         NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument)),
-        "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle", "static",
+        "static: bent once at assembly; dynamic: bends in use; none; or a section with position and angle", "static",
     )
     turn: str = key(
         Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
     )
-    offset: float = key(Offset, "or led aside by so much before the contacts, to the left; negative: right", 0)
-    turn_radius: float = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
+    offset: float = key(Offset, "sideways shift before the contacts, to the left; negative: right; excludes turn", 0)
+    turn_radius: float = key(
+        TurnRadius, "of the turn's inner edge; default 2 mm, or the fabricator's minimum if larger", None,
+    )
     bend_at: float | None = None
     bend_direction: str = "down"
     bend_angle: float = math.pi / 2
@@ -295,7 +310,7 @@ class LayerDocument(Section):
     copper: float | None = key(UnitValue("length", "1 um", "1 mm"), "finished thickness, foil and plating", None)
     dielectric: float | None = key(UnitValue("length", "1 um", "5 mm"), "thickness", None)
     material: str | None = key(
-        Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
+        Preset("dielectric"), "of a dielectric (default polyimide) or coverlay (default polyimide-coverlay)", None
     )
     permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
     adhesive: float | None = key(
@@ -304,7 +319,7 @@ class LayerDocument(Section):
 
 
 MOST_PARTS = 500
-"""Boards on one panel: every copy is drawn out in full (about 50 kB of Gerber each), and nobody cuts more by hand."""
+"""Maximum number of boards on a panel. Each copy adds about 50 kB of Gerber."""
 
 
 def _columns_and_rows(value: Any) -> tuple[int, ...]:
@@ -315,53 +330,55 @@ def _columns_and_rows(value: Any) -> tuple[int, ...]:
 
 @record
 class PanelSpec(Section):
-    """A panel, whatever the part's size.
+    """A panel of several boards.
 
-    ``parts`` are columns and rows (None: as many as fit the fabricator's panel), lengths are metres. ``wish`` is
-    ``auto`` (in a panel if too small to be made singly), ``none``, or ``always``, which is what a written panel is.
+    ``parts`` are columns and rows (None: as many as fit on the fabricator's panel). Lengths are metres. ``wish`` is
+    ``auto`` (a panel only if the board is too small to be made singly), ``none`` or ``always``. A written panel is
+    ``always``.
     """
 
     wish: str = "auto"
     parts: tuple[int, int] | None = key(
         Either("auto", Special(_columns_and_rows, PAIR_OF_COUNTS)),
-        "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel", "auto",
+        "[columns, rows] of at most 500 boards, or auto: as many as fit on the fabricator's panel", "auto",
     )
     gap: float = key(UnitValue("length", "0.5 mm", "20 mm"), "between parts", 2)
     rail: float = key(UnitValue("length", "3 mm", "30 mm"), "width of the frame", 5)
-    bridge: float = key(UnitValue("length", "0.2 mm", "3 mm"), "width of what holds a part in its place", 0.5)
+    bridge: float = key(UnitValue("length", "0.2 mm", "3 mm"), "width of the bridges that hold a board", 0.5)
 
 
 PLAIN_CORNER = 0.5e-3
-"""Radius (m) of a rectangle's corners: as of every board's outline, for what touches tissue has no sharp edge."""
+"""Corner radius (m) of a rectangle, as on every board: parts that touch tissue have no sharp edges."""
 
 
 @record
 class BodySpec(Section):
-    """The outline of the board's body, without its tail: its middle is the mean of the coils' centres.
+    """The outline of the board's body, without its tail. Its middle is the mean of the coils' centres.
 
-    Lengths are metres; ``size`` is None only until it is worked out, as is ``edge``: the closed outline, walked
-    counter-clockwise, about that mean.
+    Lengths are metres. ``size`` and ``edge`` are None or empty only until the resolver computes them. ``edge`` is the
+    closed outline about that mean, counter-clockwise.
     """
 
     shape: str = key(
         Choice(("circle", "rectangle", "rounded", "dxf")),
-        "rectangle: corners of 0.5 mm; rounded: of corner_radius; dxf: as drawn in file",
+        "rectangle has corners of 0.5 mm, rounded has corners of corner_radius, dxf is the outline in file",
     )
     size: tuple[float, float] | None = key(
         Pair(UnitValue("length", "1 mm", "500 mm"), single=True),
-        "diameter of a circle, or side; [x, y] along and across, of a rectangle; must be there but for a dxf", None,
+        "diameter of a circle, side of a square, or [x, y] along and across; required except for dxf", None,
     )
     corner_radius: float | None = key(
-        UnitValue("length", "0.1 mm", "250 mm"), "of shape rounded: 1 mm if left out", None
+        UnitValue("length", "0.1 mm", "250 mm"), "of shape rounded; default 1 mm", None
     )
     file: str | None = key(
-        FileName("DXF", r"\.[dD][xX][fF]$", "body.dxf"), "of shape dxf: one closed outline of lines and arcs, in the "
-        "spec's folder. Its origin comes to the mean of the coils' centres, its x runs to the tail", None,
+        FileName("DXF", r"\.[dD][xX][fF]$", "body.dxf"), "of shape dxf: a file in the spec's folder with one "
+        "closed outline of lines and arcs. Its origin is the mean of the coils' centres, its x axis runs to the "
+        "tail", None,
     )
     edge: Path = Path(())
 
     def sized(self, size: tuple[float, float]) -> BodySpec:
-        """The body of another size (m), with its outline; one that is drawn stays as it is."""
+        """Return the body with another size (m) and outline. A body drawn in a file is returned unchanged."""
         if self.shape == "dxf":
             return self
         (x, y), radius = size, PLAIN_CORNER if self.corner_radius is None else self.corner_radius
@@ -371,13 +388,13 @@ class BodySpec(Section):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Its length and width (m)."""
+        """Length and width (m)."""
         x0, y0, x1, y1 = bounding_box([self.edge])
         return x1 - x0, y1 - y0
 
     @property
     def written(self) -> str:
-        """The body as it stands in a spec, lengths in millimetres."""
+        """The body as text of a spec, with lengths in millimetres."""
         if self.shape == "dxf":
             return f"{{shape: dxf, file: {self.file}}}"
         x, y = (f"{side * 1e3:.9g}" for side in self.size or self.extent)
@@ -389,64 +406,64 @@ class BodySpec(Section):
 class FpcSpec(Section):
     """The flexible printed circuit.
 
-    Stack-up, rules and panel are names, words and sections as they are written only until they are worked out.
-    ``plating`` (m) and ``plated`` are as written, None if left out; ``stackup`` has them worked out. Without a tail
-    there are solder pads at the outline.
-    ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
-    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
-    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
-    each side than coils and leads need it; ``body`` is None where they alone make its outline; ``largest`` is one that
-    it has to lie in.
+    Stack-up, rules and panel are as written only until the resolver replaces them. ``plating`` (m) and ``plated`` stay
+    as written, None if omitted; ``stackup`` has the values in use. Without a tail, there are solder pads at the
+    outline.
+
+    ``panel`` describes the delivery of the boards, ``finish`` is the finish of the bare contacts, and ``copper`` the
+    kind of foil. ``boards`` is the number of boards wanted, None if the order states it. ``margin`` (m, along and
+    across) is the space on each side beyond coils and leads. ``body`` is None if coils, leads and margin set the
+    outline. ``largest`` is an outline that must contain the body.
     """
 
     stackup: Stackup = key(
         NameOr(Preset("stackup", up=True), ListOf(Part(LayerDocument))),
-        "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or "
-        "flex-8l, after the coil's layers, if left out", None,
+        "a preset (30um is its finished copper), or the layers from top to bottom; default flex-2l-30um, flex-4l, "
+        "flex-6l or flex-8l, by the coil's layers", None,
     )
     plating: float | None = key(
         UnitValue("length", "1 um", "100 um"),
-        "in the holes, one step of it: a preset's foils get thicker by it, of copper that is written out it is a part; "
-        "the preset's own, or 12 um, if left out", None,
+        "thickness of one plating step in the holes. It is added to the foils of a preset, but is a part of copper "
+        "that is written out. Default: the preset's, or 12 um", None,
     )
     plated: str | None = key(
         Choice(tuple(Plating)),
-        "what is plated with the holes. panel: all outer copper before it is etched; pattern: the tracks, on foil that "
-        "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. If left out as the "
-        "preset has it, of written layers panel", None,
+        "copper that is plated with the holes. panel: all outer copper before etching; pattern: the tracks, on foil "
+        "that is etched afterwards; buttons: only holes and their pads, so that tracks stay foil. Default: the "
+        "preset's, or panel for written layers", None,
     )
     rules: DesignRules = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )
-    tail: Tail | None = key(Part(Tail), "none: a short strip with solder pads", None)
+    tail: Tail | None = key(Part(Tail), "strip to the converter; if left out, a short strip with solder pads", None)
     panel: PanelSpec = key(
         NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
-        "auto: when the part is too small to be made singly; none; or a section", "auto",
+        "auto: a panel if the board is too small to be made singly; none; or a section", "auto",
     )
     boards: int | None = key(
         Number(1, 100_000, whole=True),
-        "how many are wanted: the papers of the order then say how many panels that takes", None,
+        "number of boards wanted; the order documents then state the number of panels", None,
     )
     margin: tuple[float, float] = key(
         Pair(UnitValue("length", "0 mm", "100 mm"), single=True),
-        "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
-        "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide", 0,
+        "space on each side of the body beyond coils and leads; along and across: [x, y]. The body also grows until "
+        "the mean of the coils' centres is its middle, within the length and width of a jaw", 0,
     )
     body: BodySpec | None = key(
         Part(BodySpec),
-        "outline of the body; a rectangle as large as coils, leads, margin and jaw make it if left out", None,
+        "outline of the body; default a rectangle by the size of coils, leads, margin and jaw", None,
     )
     largest: BodySpec | None = key(
         Part(BodySpec),
-        "outline in which the board's body (its mount may be larger) has to lie: a requirement (SIT136)", None,
+        "outline that must contain the board's body (the mount may be larger): a requirement (SIT136)", None,
     )
     teardrops: str = key(
-        Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"
+        Choice(("auto", "none")), "auto: tracks widen towards vias and contacts if the rules leave room", "auto"
     )
     finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
     copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
 
     @property
     def body_key(self) -> str:
-        """The key that makes the body larger."""
+        """Key of the spec that makes the body larger."""
         return "fpc.margin" if self.body is None else "fpc.body"

@@ -1,4 +1,4 @@
-"""The coil, and where the coils stand."""
+"""The coil, and the positions of all coils."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def written_key(key: str | None, written: Container[str]) -> str | None:
 
 @record
 class Sense(Choice):
-    """How a layer winds, read as whether that is clockwise."""
+    """Winding sense of a layer. Read as True for clockwise."""
 
     allowed: tuple[str, ...] = ("counter-clockwise", "clockwise")
 
     def read(self, value: Any) -> Any:
-        """Whether it is clockwise."""
+        """Return True for clockwise, False for counter-clockwise."""
         return super().read(value) == "clockwise"
 
 
@@ -94,33 +94,35 @@ class CoilSpec(Section):
     trace_width: float = key(Trace, "width of the trace", None)
     trace_spacing: float = key(Trace, "gap between neighbouring turns", None)
     start_angle: float = key(
-        Angle, "where layer 1 begins at the outside, from +x, counter-clockwise, like 90 deg", "0 deg"
+        Angle, "angle of the outer end of layer 1 from +x, counter-clockwise, like 90 deg", "0 deg"
     )
     is_mid_side: bool = key(
-        Start(), "of square and rectangle: where a layer begins and ends, at corners or in the middle of sides",
+        Start(), "of square and rectangle: a layer begins and ends at corners or in the middle of sides",
         "corner", written="start",
     )
-    clockwise: bool = key(Sense(), "how layer 1 winds inward, seen from the top", "counter-clockwise", written="sense")
+    clockwise: bool = key(
+        Sense(), "inward winding sense of layer 1, seen from the top", "counter-clockwise", written="sense",
+    )
     corner_radius: float = key(UnitValue("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
 
     @property
     def outline(self) -> Outline:
-        """What its shape is."""
+        """Outline of its shape."""
         return SHAPES[self.shape]
 
     @property
     def layer_turns(self) -> tuple[float, ...]:
-        """The turns of each layer, in winding order."""
+        """Number of turns of each layer, in winding order."""
         return self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.layers)
 
     @property
     def has_unequal_turns(self) -> bool:
-        """Whether its layers' turns are written one by one."""
+        """Whether the number of turns is written for each layer."""
         return isinstance(self.turns, tuple)
 
     @property
     def most_turns(self) -> float:
-        """Turns of the layer that has most."""
+        """Largest number of turns of a layer."""
         return max(self.layer_turns)
 
     @property
@@ -140,12 +142,12 @@ class CoilSpec(Section):
 
     @property
     def turns_that_fit(self) -> float:
-        """Turns a layer that its outline takes at most, with nothing inside of them."""
+        """Largest number of turns of a layer that fits into the outline."""
         return self.outline.most_turns(self.size, self.trace_width, self.pitch)
 
     @property
     def turns_in_words(self) -> str:
-        """The turns for people: one number, or those of every layer."""
+        """Number of turns as text, or the list of them if layers differ."""
         return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))
 
     @property
@@ -163,7 +165,7 @@ class CoilSpec(Section):
 
 @record
 class CoilPlacement:
-    """Where one coil of the array stands: name, centre (m), rotation (rad, counter-clockwise)."""
+    """Position of one coil: name, centre (m), rotation (rad, counter-clockwise)."""
 
     name: str
     centre: tuple[float, float]
@@ -186,7 +188,7 @@ class ArraySpec(Readable):
 
     @cached_property
     def middle(self) -> tuple[float, float]:
-        """The mean of the coils' centres (m): target and elastomer stand over it unless they are offset."""
+        """Mean of the coils' centres (m). Target and elastomer are centred there unless they have an offset."""
         x, y = (math.fsum(place.centre[axis] for place in self.placements) / len(self.placements) for axis in (0, 1))
         return x, y
 
@@ -209,16 +211,16 @@ class ArrayDocument(Section):
 
     pattern: str | None = key(
         Choice(("single", "line", "triangle", "grid", "explicit")),
-        "how the coils stand; if left out, after the other keys: explicit with centres, grid with a count of [nx, ny], "
+        "arrangement of the coils; default by the other keys: explicit with centres, grid with a count of [nx, ny], "
         "line with a count or a pitch, else single", None,
     )
     count: tuple[int, ...] | None = key(
         Special(_count, {"anyOf": [InRow.schema(), PAIR_OF_COUNTS]}),
-        "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out", None,
+        "line: a number; grid: [nx, ny], numbered up each column, the far column first; default 2 or [2, 2]", None,
     )
     pitch: float | None = key(
         UnitValue("length", "0.1 mm", "1000 mm"),
-        "distance of neighbouring centres; 0.5 mm more than the coils need if left out", None,
+        "distance of neighbouring centres; default for a gap of 0.5 mm between coils", None,
     )
     centres: list[tuple[float, float]] | None = key(
         ListOf(Pair(UnitValue("length", "-1000 mm", "1000 mm"))),
@@ -227,5 +229,5 @@ class ArrayDocument(Section):
     )
     rotations: list[float] | None = key(
         ListOf(Angle),
-        "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]; 0 if left out", None,
+        "explicit: rotation of each coil, counter-clockwise, in the same order, like [0 deg, 90 deg]; default 0", None,
     )

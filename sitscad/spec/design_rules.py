@@ -1,5 +1,6 @@
-"""A fabricator's design rules: what can be made, each figure with its source; and how users write them, in the spec or
-as a profile file beside it. The installed profiles (`sitscad/data/fabricators`) are such files.
+"""A fabricator's design rules, each figure with its source, and their form in a spec or in a profile file.
+
+The installed profiles (`sitscad/data/fabricators`) are files of this form.
 """
 
 from __future__ import annotations
@@ -43,27 +44,32 @@ class FoilLines:
 
 @record
 class DesignRules(Readable):
-    """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from, `holders` the
-    profile that it stands in, with its line in a user's file: one that another is based on has most of its figures.
+    """Smallest sizes (m) that a fabricator can make.
 
-    ``coil_lines`` are the smallest widths and spacings of coiled tracks by the thickness of the copper foil (m), from
-    the thinnest, ``track_lines`` those of all other tracks where they go by the foil too; ``coil_trace_width`` and
-    ``trace_width`` and their spacings are those that hold, of ``coil_copper`` where known.
-    ``annular_rings`` are those of boards of so many copper layers and more, where they differ from ``annular_ring``.
-    ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) go by the number of
-    copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
-    Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to, ``largest_part``
-    the most that a part or panel may be by agreement; ``file_naming`` is
-    how files are called in the archive that is sent; ``inside_radius`` is the smallest of inner edges of the outline.
-    Where the tail has fewer layers than the body its own coverlay laps into the body by ``coverlay_lap``, and holes
-    keep ``hole_to_step`` from the body's end. A plug's fingers go on under the coverlay by ``finger_lap``; it covers
-    the rims of solder pads by ``pad_lap``.
-    ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners`` and ``finishes`` are all that is offered
-    of each (None: not stated, so not judged), and boards are sold in an ``order_multiple``; with ``one_process``
-    every board is made in one way. ``house`` and ``country`` are who makes it and where, ``purpose`` what the
-    profile is for; empty where not stated.
-    ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
-    (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
+    `sources` has the source of each figure by field. `holders` has the profile that contains the figure, with the line
+    in a user's file. A profile based on another one takes most figures from there.
+
+    ``coil_lines`` are the smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest.
+    ``track_lines`` are those of all other tracks, if they depend on the foil. ``coil_trace_width``, ``trace_width`` and
+    their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings`` holds rings that
+    differ from ``annular_ring``, by the smallest number of copper layers. ``static_bend_ratio``, ``dynamic_bend_ratio``
+    and ``thickness_tolerance`` (half the band, m) depend on the number of copper layers. Their largest number also
+    stands for more layers. ``stiffened_tolerance`` (m) depends on the stiffener's material.
+
+    Parts smaller than ``part_size`` are not handled singly. ``panel_size`` is the size up to which a panel is filled.
+    ``largest_part`` is the largest part or panel that is made by agreement. ``file_naming`` is the naming scheme of
+    files in the archive. ``inside_radius`` is the smallest radius of inner edges of the outline. If the tail has fewer
+    layers than the body, its coverlay laps into the body by ``coverlay_lap``, and holes keep ``hole_to_step`` from the
+    body's end. The fingers of a plug extend below the coverlay by ``finger_lap``. The coverlay covers the rims of
+    solder pads by ``pad_lap``.
+
+    ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners`` and ``finishes`` list all options on
+    offer. None means not stated, so not checked. Boards are sold in multiples of ``order_multiple``. If ``one_process``
+    is True, all boards are made in the same way. ``house`` and ``country`` are the fabricator and the place of
+    production, ``purpose`` is the use of the profile; empty if not stated.
+
+    ``beyond`` holds the largest stated foil (m) of figures that are used for a thicker foil. ``unbound`` lists minimums
+    of coils that only warn although `coil_rule_binding` makes the others errors.
     """
 
     read_instead: ClassVar[dict[str, str]] = {
@@ -131,8 +137,9 @@ class DesignRules(Readable):
     unbound: tuple[str, ...] = ()
 
     def for_foil(self, thickness: float) -> DesignRules:
-        """The rules with the lines of the thinnest listed copper that is not thinner than the coil's foil (m); those of
-        the thickest one listed where none is, whose sources then say so.
+        """Return the rules for a foil thickness (m), with the lines of the thinnest listed foil that is not thinner.
+
+        If all listed foils are thinner, the thickest one is used and the sources state this.
         """
         rules = self
         for prefix, listed in (("coil_trace", self.coil_lines), ("trace", self.track_lines)):
@@ -142,7 +149,7 @@ class DesignRules(Readable):
         return rules
 
     def _with_lines(self, prefix: str, lines: FoilLines, thickness: float) -> DesignRules:
-        # with the lines that are taken for a foil (m), which may be too thick for them
+        # Return the rules with the lines in use for a foil (m), which may be thicker than the lines' foil.
         width, spacing = f"{prefix}_width", f"{prefix}_spacing"
         beyond, stated = "", {name: most for name, most in self.beyond.items() if name not in (width, spacing)}
         if thickness > lines.copper + 1e-9:
@@ -156,7 +163,7 @@ class DesignRules(Readable):
         return replace(self, **changed, sources={**self.sources, **sources}, holders={**self.holders, **holders})
 
     def for_layers(self, count: int) -> DesignRules:
-        """The rules with the copper ring of a board of so many copper layers."""
+        """Return the rules with the copper ring for a number of copper layers."""
         asked = max((least for least in self.annular_rings if least <= count), default=None)
         if asked is None:
             return self
@@ -166,22 +173,22 @@ class DesignRules(Readable):
         return replace(self, annular_ring=self.annular_rings[asked], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
-        """Whether a minimum of coiled tracks is an error where it is not kept, and not a warning."""
+        """Whether a minimum of coil tracks is an error if it is not met. Otherwise it is a warning."""
         return self.coil_rule_binding and field not in self.unbound
 
     def source_of(self, field: str) -> str:
-        """Where one figure comes from."""
+        """Return the source of a figure."""
         return self.sources.get(field) or self.source or "the fabricator's design rules (fpc.rules)"
 
     def holder(self, field: str) -> str:
-        """Who asks for one figure, in words: this profile, or it with the one that it takes the figure from."""
+        """Return the name of the profile with a figure, and of the profile that it takes the figure from."""
         holder = self.holders.get(field, self.name)
-        is_placed = "(" in holder  # a user's, which names file and line itself
+        is_placed = "(" in holder  # a user's profile, with file and line
         return holder if holder == self.name or is_placed else f"{self.name} (which takes that from {holder})"
 
     @property
     def via_pad(self) -> float:
-        """Smallest via pad diameter in metres: the drill and a ring on both sides."""
+        """Smallest via pad diameter (m): the drill plus two rings."""
         return self.via_drill + 2.0 * self.annular_ring
 
 
@@ -190,7 +197,7 @@ Foil = UnitValue("length", "1 um", "500 um")
 Tolerance = Sourced(UnitValue("length", "1 um", "1 mm"))
 BendRatio = Sourced(Number(1, 1000))
 COVERS = ("film", "solder-mask")
-"""What covers the copper: a film bonded on with adhesive, or a mask that is printed."""
+"""Covers of the copper: a film bonded with adhesive, or a printed mask."""
 FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
 STIFFENERS = ("polyimide", "fr4")
 
@@ -205,97 +212,103 @@ class TrackRowDocument(Section):
 
     copper: float = key(Foil, "the foil, like 9 um")
     width: Figure = key(Feature, "smallest")
-    spacing: Figure = key(Feature, "the gap that goes with it")
+    spacing: Figure = key(Feature, "smallest gap for this foil")
 
 
 BY_FOIL = re.compile("(coil_)?trace_(width|spacing)_([1-9][0-9]{0,2})um")
 
 
 class RulesDocument(Section):
-    """A fabricator's design rules written out, in the spec or in a file of their own; what is left out comes from
-    `based_on`. Every figure may also be written `{value: 80 um, source: their page, status: unverified}`.
+    """A fabricator's design rules written out, in the spec or in a file.
+
+    Omitted figures come from `based_on`. You can write a figure with its source: `{value: 80 um, source: their page,
+    status: unverified}`.
     """
 
     name: str | None = key(
-        Label, "what papers call them: the file's name if left out, or the spec's rules with what they are based on",
+        Label, "name in documents; default the file's name, or the spec's rules with the profile they are based on",
         None,
     )
     based_on: str = key(
-        ProfileName(or_none=True), "where the rest comes from; none: every figure stands here", "generic-flex"
+        ProfileName(or_none=True), "profile of all omitted figures; none: all figures are here", "generic-flex"
     )
-    source: str = key(Label, "where the figures come from", "the spec")
-    trace_width: Written = key(Feature, "smallest, whatever the copper", None)
-    trace_spacing: Written = key(Feature, "smallest, whatever the copper", None)
+    source: str = key(Label, "source of the figures", "the spec")
+    trace_width: Written = key(Feature, "smallest, for any copper", None)
+    trace_spacing: Written = key(Feature, "smallest, for any copper", None)
     tracks: list[TrackRowDocument] | None = key(
         ListOf(Part(TrackRowDocument)),
         "by the thickness of the copper: the whole table, like [{copper: 18 um, width: 80 um, spacing: 80 um}]", None,
     )
     via_drill: Written = key(Feature, "smallest finished hole", None)
-    annular_ring: Written = key(Feature, "smallest copper ring around a hole, whatever the number of layers", None)
-    annular_ring_4: Written = key(Feature, "of a board of four copper layers and more, over that", None)
+    annular_ring: Written = key(Feature, "smallest copper ring around a hole, for any number of layers", None)
+    annular_ring_4: Written = key(Feature, "smallest copper ring in boards of four or more copper layers", None)
     coil_trace_width: Written = key(Feature, "smallest width of coil (loop) lines", None)
     coil_trace_spacing: Written = key(Feature, "smallest gap of coil (loop) lines", None)
     coil_tracks: list[TrackRowDocument] | None = key(
         ListOf(Part(TrackRowDocument)), "of coil (loop) lines by the thickness of the copper", None
     )
     coil_rule_binding: Written = key(
-        Sourced(Truth()), "whether the coil lines are an error and not a warning; true where they are written", None
+        Sourced(Truth()),
+        "whether the coil lines are an error and not a warning; default true if they are written", None
     )
     hole_to_hole: Written = key(Feature, "smallest web between holes", None)
     drill_to_copper: Written = key(Feature, "hole's edge to foreign copper", None)
     copper_to_edge: Written = key(Feature, "copper to the outline", None)
     coverlay_web: Written = key(Feature, "smallest coverlay between openings", None)
     coverlay_opening_to_trace: Written = key(Feature, "opening's edge to a trace that stays covered", None)
-    static_bend_1: Written = key(BendRatio, "bend radius by thickness, bent once: one copper layer", None)
+    static_bend_1: Written = key(BendRatio, "bend radius over thickness, bent once: one copper layer", None)
     static_bend_2: Written = key(BendRatio, "two layers", None)
     static_bend_3: Written = key(BendRatio, "three layers and more", None)
-    dynamic_bend_1: Written = key(BendRatio, "the same, bent in use: one copper layer", None)
+    dynamic_bend_1: Written = key(BendRatio, "bend radius over thickness, bent in use: one copper layer", None)
     dynamic_bend_2: Written = key(BendRatio, "two layers", None)
     dynamic_bend_3: Written = key(BendRatio, "three layers and more", None)
     thickness_tolerance_1: Written = key(Tolerance, "plus and minus, of one copper layer", None)
     thickness_tolerance_2: Written = key(Tolerance, "two layers", None)
     thickness_tolerance_3: Written = key(Tolerance, "three layers and more", None)
     stiffened_tolerance_polyimide: Written = key(Tolerance, "plus and minus, with a stiffener of polyimide", None)
-    stiffened_tolerance_fr4: Written = key(Tolerance, "with one of FR4", None)
+    stiffened_tolerance_fr4: Written = key(Tolerance, "plus and minus, with a stiffener of FR4", None)
     outline_tolerance: Written = key(Tolerance, "plus and minus", None)
     registration: Written = key(Tolerance, "layer to layer", None)
     coverlay_registration: Written = key(Tolerance, "coverlay to copper", None)
     inside_radius: Written = key(Feature, "smallest radius of an inner edge of the outline", None)
-    coverlay_lap: Written = key(Feature, "how far the coverlay of a tail of fewer layers laps into the body", None)
-    hole_to_step: Written = key(Feature, "hole's edge to the body's end, where layers end there", None)
-    finger_lap: Written = key(Feature, "how far a plug's fingers go on under the coverlay", None)
-    pad_lap: Written = key(Feature, "how far the coverlay covers the rims of solder pads", None)
-    part_size: Written = key(Sides, "smallest part that is handled singly", None)
-    panel_size: Written = key(Sides, "what a panel is filled up to", None)
+    coverlay_lap: Written = key(Feature, "overlap of the coverlay into the body, for a tail of fewer layers", None)
+    hole_to_step: Written = key(Feature, "hole's edge to the body's end, if layers end there", None)
+    finger_lap: Written = key(Feature, "length of a plug's fingers below the coverlay", None)
+    pad_lap: Written = key(Feature, "overlap of the coverlay over the rims of solder pads", None)
+    part_size: Written = key(Sides, "smallest part that is handled without a panel", None)
+    panel_size: Written = key(Sides, "size up to which a panel is filled", None)
     largest_part: Written = key(Sides, "longest part or panel that is made by agreement", None)
-    file_naming: Written = key(Sourced(Preset("file naming")), "how files are called in the archive", None)
+    file_naming: Written = key(Sourced(Preset("file naming")), "naming scheme of files in the archive", None)
     layer_counts: Written = key(
         Sourced(Several(Number(1, 32, whole=True))),
-        "how many copper layers they offer, like [1, 2, 4]; what of this and the next six is not written is not judged",
+        "numbers of copper layers on offer, like [1, 2, 4]; this and the next six keys are checked only if written",
         None,
     )
-    foils: Written = key(Sourced(Several(Foil)), "copper that they offer, like [18 um, 35 um]", None)
+    foils: Written = key(Sourced(Several(Foil)), "copper foils on offer, like [18 um, 35 um]", None)
     cores: Written = key(
-        Sourced(Several(UnitValue("length", "5 um", "1 mm"))), "polyimide between copper that they offer", None
+        Sourced(Several(UnitValue("length", "5 um", "1 mm"))), "thicknesses of polyimide between copper on offer", None
     )
-    covers: Written = key(Sourced(Several(Choice(COVERS))), "what they cover the copper with", None)
-    stiffeners: Written = key(Sourced(Several(Choice(STIFFENERS))), "what stiffeners are made of; []: none", None)
-    finishes: Written = key(Sourced(Several(Choice(FINISHES))), "finishes that they offer", None)
-    order_multiple: Written = key(Sourced(Number(1, 1000, whole=True)), "boards are sold in so many at a time", None)
+    covers: Written = key(Sourced(Several(Choice(COVERS))), "covers of the copper on offer", None)
+    stiffeners: Written = key(Sourced(Several(Choice(STIFFENERS))), "materials of stiffeners on offer; []: none", None)
+    finishes: Written = key(Sourced(Several(Choice(FINISHES))), "finishes on offer", None)
+    order_multiple: Written = key(
+        Sourced(Number(1, 1000, whole=True)), "boards are sold in multiples of this number", None,
+    )
     one_process: Written = key(
-        Sourced(Truth()), "whether every board is made in one way: what else the papers would ask for becomes a list "
-        "of questions in the order notes", None,
+        Sourced(Truth()), "whether all boards are made in the same way; other requests in the order documents become "
+        "a list of questions in the order notes", None,
     )
-    house: Written = key(Words, "who that is", None)
+    house: Written = key(Words, "name of the fabricator", None)
     country: Written = key(Words, "where the boards are made", None)
-    purpose: Written = key(Words, "what the profile is for", None)
+    purpose: Written = key(Words, "use of the profile", None)
     checked_on: Written = key(
-        Sourced(Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")), "when that was read", None
+        Sourced(Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")), "date on which the figures "
+        "were read", None
     )
     by_foil: dict[str, Figure] = keys_like(
         BY_FOIL, "trace_width_18um", Feature,
-        "width and gap for one foil alone, with trace_spacing_18um (coil lines: coil_ before it), a "
-        "row over those of what it is based on",
+        "width for one foil, together with the gap trace_spacing_18um (coil lines: coil_ before it). "
+        "It replaces the row of the base profile",
     )
 
 

@@ -1,5 +1,6 @@
-"""The one way from a file to the frozen `SensorSpec`. Everything that is wrong is reported at once. Sensors that a
-program says in dictionaries, and changes of one, go the same way: they are written as a text and read.
+"""Loader of specs: the only way from a file to the frozen `SensorSpec`. It reports all errors at once.
+
+Sensors described by mappings, and changes of a spec, are written as text and then read.
 """
 
 from __future__ import annotations
@@ -37,13 +38,24 @@ from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, p
 __all__ = ["SpecError", "load", "load_text"]
 
 NO_FILE = "<text>"
-"""What a text is called that came from no file: it has no folder, and so no profile files beside it."""
+"""Path of a text that came from no file. It has no folder, and therefore no profile files."""
 
 
 @checked_arguments
 def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None = None) -> SensorSpec:
-    """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none. A
-    fabricator's profile that is named as a file is looked for in the spec's folder, then in the folder `profiles`.
+    """Return the sensor that a YAML file describes.
+
+    Parameters
+    ----------
+    path
+        The file. Profile files of a fabricator are searched in its folder.
+    profiles
+        A second folder in which profile files are searched.
+
+    Raises
+    ------
+    SpecError
+        With all findings, if the file describes no valid sensor.
     """
     try:
         content = read_file(Path(path))
@@ -56,8 +68,9 @@ def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None =
 
 
 def read_text(path: str) -> str:
-    """The text of a spec as it stands in its file, with its own line ends; of ``-`` what comes from standard input.
-    Raises `SpecError` where it is no text, or cannot be read.
+    """Return the text of a spec file with its own line ends. If `path` is ``-``, read standard input.
+
+    Raises `SpecError` if it cannot be read or is not text.
     """
     try:
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if path == "-" else read_file(Path(path))
@@ -71,8 +84,21 @@ def read_text(path: str) -> str:
 def load_text(
     text: str, path: str | os.PathLike[str] = NO_FILE, profiles: str | os.PathLike[str] | None = None
 ) -> SensorSpec:
-    """The sensor that a YAML text describes; `path` is what findings and reports call the text, and in its folder the
-    fabricator's profiles are that the text names as files; what is not there is looked for in the folder `profiles`.
+    """Return the sensor that a YAML text describes.
+
+    Parameters
+    ----------
+    text
+        The text of a spec.
+    path
+        Name of the text in findings and reports. Profile files of a fabricator are searched in its folder.
+    profiles
+        A second folder in which profile files are searched.
+
+    Raises
+    ------
+    SpecError
+        With all findings, if the text describes no valid sensor.
     """
     return _read(text, os.fspath(path), profiles)
 
@@ -80,7 +106,7 @@ def load_text(
 def _read(
     text: str, path: str, profiles: str | os.PathLike[str] | None = None, folder: str | None = None
 ) -> SensorSpec:
-    """Return the sensor of a text as `load_text` does, with the files that it names from a `folder` if one is given."""
+    """Return the sensor of a text, as `load_text` does. Files that it names are read from `folder` if that is set."""
     document, source = read_section(text.removeprefix("\ufeff"), path, SpecDocument, "sitscad: 1")
     return _resolved(document, replace(source, folder=folder), profiles)
 
@@ -88,8 +114,9 @@ def _read(
 def load_values(
     data: Mapping[str, Any], source: SpecSource, profiles: str | os.PathLike[str] | None = None
 ) -> SensorSpec:
-    """The sensor that plain values describe, in the place of those that a text holds: for programs that try many. Its
-    source is that text, by which findings are placed and comments count, and not what is described.
+    """Return the sensor that plain values describe, without writing them as text. Programs use it for many variants.
+
+    `source` is the text from which the values differ. It gives positions for findings, and its comments count.
     """
     return _resolved(section_of_data(data, source, SpecDocument), source, profiles)
 
@@ -111,23 +138,25 @@ def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.Pat
 
 
 MOST_VALUES = 20_000
-"""Values of a spec, sections and lists among them; and of an array that one of them is."""
+"""Maximum number of values of a spec, including sections and lists, and of values in an array."""
 
 DEEPEST = 16
-"""Sections and lists inside each other."""
+"""Maximum depth of nested sections and lists."""
 
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
 _MOST_BITS = 200
 
 
 def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
-    """A value in dictionaries with texts as keys, lists, texts, numbers, truth values and None, as YAML gives them;
-    numbers and arrays of numpy and the like become numbers and lists of Python.
+    """Return a value as YAML would give it: dict with text keys, list, str, int, float, bool or None.
+
+    Numbers and arrays of numpy and similar libraries become numbers and lists of Python. `key` is the value's dotted
+    key.
 
     Raises
     ------
     TextError
-        where it holds anything else, too much of it, or itself; the key is named, `key` being that of the value.
+        if there are other objects, too many values, or too deep nesting; the error names the key.
     """
     left = iter(range(MOST_VALUES)) if left is None else left
     if next(left, None) is None:
@@ -168,7 +197,7 @@ def _text(text: str, key: str) -> str:
 
 
 def yaml_text(data: Mapping[str, Any]) -> str:
-    """Plain values as the text of a spec: sections in lines, what stands in them in brackets."""
+    """Return plain values as the text of a spec: one line for each key of a section, inner values in brackets."""
     lines = []
     for name, value in data.items():
         if isinstance(value, dict) and value:
@@ -179,7 +208,7 @@ def yaml_text(data: Mapping[str, Any]) -> str:
 
 
 def flow(value: Any) -> str:
-    """One plain value as it is written in a line of YAML."""
+    """Return a plain value as text in a line of YAML."""
     if isinstance(value, dict):
         return f"{{{', '.join(f'{flow(name)}: {flow(inner)}' for name, inner in value.items())}}}"
     if isinstance(value, list):
@@ -205,13 +234,11 @@ def _escaped(letter: str) -> str:
 
 
 LONGEST_KEY = 200
-"""Characters of a dotted key."""
+"""Maximum number of characters of a dotted key."""
 
 
 def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> SensorSpec:
-    """The sensor that sections say in dictionaries, with keys and values as in YAML, and others by their names; see
-    `SensorSpec.from_mapping`.
-    """
+    """Return the sensor that mappings of keys to values describe; see `SensorSpec.from_mapping`."""
     try:
         if not isinstance(sections, Mapping):
             raise TextError("SIT004", "a spec is a mapping of sections, like {'name': ..., 'coil': {...}}")
@@ -222,7 +249,7 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 
 
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """Return a spec with other values at dotted keys, as attributes give them; see `SensorSpec.replace`."""
+    """Return a spec with other values, as attributes give them, at dotted keys; see `SensorSpec.replace`."""
     pairs, found = tuple(changes), []
     records: dict[str, Any] = {}
     try:
@@ -246,9 +273,9 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
 
 
 def written_value(key: str, value: Any) -> Any:
-    """Return the value of a dotted key, as attributes give it, as the plain value that a YAML file has.
+    """Return the value of a dotted key, as attributes give it, in the plain form of a YAML file.
 
-    Raises `TextError` if the value is none that a spec can hold, or is a length without a unit.
+    Raises `TextError` if a spec cannot hold the value, or if it is a length as text without a unit.
     """
     kind = kind_at(SpecDocument, key)
     if callable(getattr(value, "tolist", None)) and not isinstance(value, type):
@@ -257,7 +284,7 @@ def written_value(key: str, value: Any) -> Any:
 
 
 def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """Return a spec with other values at dotted keys, as a YAML file has them: bare lengths are millimetres."""
+    """Return a spec with other values at dotted keys, in the form of a YAML file: bare lengths are millimetres."""
     try:
         _require_as_written(spec)
         text = spec.source.text
@@ -278,12 +305,12 @@ def _require_key(key: Any) -> None:
 
 
 def meet(one: str, other: str) -> bool:
-    """Whether two dotted keys are the same, or one is a part of the other."""
+    """Whether two dotted keys are equal, or one contains the other."""
     return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def attribute(spec: SensorSpec, key: str) -> Any:
-    """Return the value that attributes of a spec give for a dotted key. Raises LookupError if no attribute does."""
+    """Return the value that attributes of a spec give for a dotted key. Raises LookupError if there is none."""
     value: Any = spec
     for name in key.split("."):
         if name.isdecimal() and isinstance(value, tuple) and int(name) < len(value):
@@ -297,7 +324,7 @@ def attribute(spec: SensorSpec, key: str) -> Any:
 
 
 def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
-    """Whether a value is what the attributes of a spec give for a dotted key. False for None and for arrays."""
+    """Whether a value equals the value of the spec's attributes at a dotted key. False for None and for arrays."""
     try:
         own = attribute(spec, key)
     except LookupError:
@@ -307,7 +334,7 @@ def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
 
 
 def _require_as_written(spec: SensorSpec) -> None:
-    """Refuse a spec whose values were changed past its text: a change of the text would undo them."""
+    """Raise `TextError` if values of a spec differ from its text: a change of the text would undo them."""
     if not spec.source.text:
         raise TextError("SIT011", "this spec was not read from a text", "make it by SensorSpec.from_mapping")
     if spec.is_known:
@@ -320,20 +347,24 @@ def _require_as_written(spec: SensorSpec) -> None:
 
 
 def _changed(text: str, key: str, value: Any) -> str:
-    """The text with another value at a key: the place alone where it can, else written anew."""
+    """Return the text with another value at a key.
+
+    Only this value is replaced if possible, else the whole text is rewritten.
+    """
     if value is not None:
         try:
             return rewritten(text, (Edit(key, flow(value)),))
         except CannotWriteError:
-            pass  # a section in lines, or what the text has no place for: it is written anew
+            pass  # a section in lines, or a key without a place in the text: rewrite the text
     data = read_yaml(text).data
     put(data, key, value)
     return yaml_text(data)
 
 
 def put(data: Any, key: str, value: Any) -> None:
-    """A plain value in the place of another at a dotted key, or taken out where it is None; sections that are not there
-    are made. Raises TextError where the values have no place for it.
+    """Replace a plain value at a dotted key, or remove it if the new value is None. Missing sections are added.
+
+    Raises `TextError` if the key has no place in the values.
     """
     *parents, last = key.split(".")
     for deep, name in enumerate(parents, 1):
@@ -351,7 +382,7 @@ def put(data: Any, key: str, value: Any) -> None:
 
 
 def _entry(data: Any, name: str, key: str) -> Any:
-    """What stands in a section or list under a name; None where a section has it not."""
+    """Return the entry of a section or list by name. None if a section lacks it."""
     if isinstance(data, dict):
         return data.get(name)
     if isinstance(data, list):

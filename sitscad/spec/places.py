@@ -1,4 +1,4 @@
-"""Where elastomer and target lie from above: over the mean of the coils' centres of their cell, or offset from it."""
+"""Positions of elastomer and target in plan view: over the mean of their coils' centres, or with an offset."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
-    """Every cell as a sensor of its own, with its coils in their places; the sensor itself if it has no cells."""
+    """Return each cell as a sensor of its own, with its coils in place. The sensor itself if it has no cells."""
     cells = spec.cells
     return (spec,) if cells is None else kept(spec, "_cells", lambda: _cell_specs(spec, cells))
 
@@ -37,15 +37,17 @@ def _cell_specs(spec: SensorSpec, cells: Cells) -> tuple[SensorSpec, ...]:
 
 
 def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
-    """The coils, cell by cell; all of them if there are no cells."""
+    """Return the placements of the coils, cell by cell. If there are no cells, all coils form one group."""
     placements = spec.array.placements
     coils = len(placements) if spec.cells is None else spec.cells.coils
     return [placements[k : k + coils] for k in range(0, len(placements), coils)]
 
 
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
-    """Where the coils that a map reads stand among the sensor's, and what stands before its axes: nothing where it
-    reads all of them, the coils where it reads those of a cell. Raises ValueError for a map of other coils.
+    """Return the columns of a map's coils among the sensor's coils, and the prefix of the map's axes.
+
+    The prefix is empty if the map reads all coils, and lists the coils if it reads those of a cell. Raises ValueError
+    for a map of other coils.
     """
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
@@ -57,7 +59,7 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
 
 
 def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
-    """The pad of one cell with those of all cells' webs that end at its sides."""
+    """Return the pad of a cell with the widths and lengths of all webs at its sides."""
     lengths, width = [0.0] * 4, 0.0
     for strip in strips:
         ways = strip.centre.x - here.x, strip.centre.y - here.y
@@ -68,7 +70,10 @@ def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> El
 
 
 def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
-    """Strips that join the pads of neighbouring cells in a row or a column; empty if pads stand apart or touch."""
+    """Return the strips that join pads of neighbouring cells in rows and columns.
+
+    Empty if pads are separate or touch.
+    """
     pad = spec.elastomer
     if spec.web is None or pad is None:
         return ()
@@ -76,7 +81,7 @@ def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
 
 
 def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
-    """Strips of a width (m) from edge to edge of neighbouring pads in rows and columns."""
+    """Return strips of a width (m) between the edges of neighbouring pads, in rows and columns."""
     centres, found = sorted(pad.centre for pad in pads), []
     for along in (0, 1):
         rows: dict[int, list[Point]] = {}
@@ -91,8 +96,10 @@ def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
 
 
 def gathered(spec: SensorSpec) -> SensorSpec:
-    """The sensor with all of its cells in one place: every coil stands under the one target as under its own. What the
-    target does to each coil is that; what coils of different cells do to each other is not. Itself without cells.
+    """Return the sensor with the coils of all cells at the positions of the first cell, under one target.
+
+    The target's effect on each coil is then correct, but the effects of coils in different cells on each other are not.
+    The sensor itself if it has no cells.
     """
     if spec.cells is None:
         return spec
@@ -102,7 +109,7 @@ def gathered(spec: SensorSpec) -> SensorSpec:
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """The place of a plate, the target at rest; that of the first cell if there are several."""
+    """Return the footprint of a plate, with the target at rest. If there are several cells, that in the first cell."""
     (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
     is_round = plate.outline.is_disc
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0
@@ -110,14 +117,17 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
-    """Where each coil's centre stands (m) from a plate's middle, along the plate's own axes, by the coil's name."""
+    """Return the position (m) of each coil's centre relative to a plate's middle, along the plate's axes, by coil
+    name.
+    """
     here = footprint(spec, plate)
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 
 
 def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:
-    """Twice the distance (m) of the farthest coil's centre from a plate's middle, along each of the plate's own axes:
-    the sides of a plate that ends over the middles of the outer coils.
+    """Return twice the largest distance (m) of a coil's centre from a plate's middle, along each plate axis.
+
+    These are the sides of a plate that ends above the centres of the outer coils.
     """
     places = coils_from(spec, plate).values()
     x, y = (2.0 * max(abs(place[axis]) for place in places) for axis in (0, 1))
@@ -125,28 +135,30 @@ def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float,
 
 
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
-    """The middle (m) of the box that each coil has in common with the target at rest, both as they are turned, from the
-    mean of the coils' centres; of a coil beside the target the nearest place of the target.
+    """Return the centre (m) of the overlap of each coil's box with the box of the target at rest.
+
+    Both boxes are after rotation, and centres are from the mean of the coils' centres. For a coil beside the target, it
+    is the nearest place of the target.
     """
     assert spec.target is not None
     outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
     found = []
     for placement in spec.array.placements:
         (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)
-        _, _, along, across = bounding_box([turned])  # of an outline that is the same after half a turn
+        _, _, along, across = bounding_box([turned])  # half extents: outlines are symmetric under half a turn
         x, y = _shared(x, along, covered[0], covered[2]), _shared(y, across, covered[1], covered[3])
         found.append(Point(x - mx, y - my))
     return tuple(found)
 
 
 def _shared(centre: float, half: float, start: float, end: float) -> float:
-    """The middle of what half a coil's extent to both sides of its centre and a target's extent have in common (m)."""
+    """Return the centre (m) of the overlap of two intervals: centre plus and minus `half`, and `start` to `end`."""
     low, high = (min(max(centre + way * half, start), end) for way in (-1, 1))
     return 0.5 * (low + high)
 
 
 def place_in_words(plate: Target | ElastomerPad) -> str:
-    """Where a plate is offset and turned to, for those who mount it; nothing where it stands straight over the mean."""
+    """Return a plate's offset and rotation as text for assembly. Empty if the plate is straight over the mean."""
     words = []
     if any(plate.offset):
         x, y = (f"{length * 1e3:.6g}" for length in plate.offset)

@@ -1,9 +1,8 @@
-"""The presets: stack-ups, fabricators' rules, connectors, jaws and materials, read from `sitscad/data` by name; and
-which figures of a design stand on a source that nobody has seen.
+"""Presets read from `sitscad/data` by name: stack-ups, design rules, connectors, jaws and materials.
 
-A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source,
-and says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values.
-Every function raises KeyError for a name that is none.
+A new preset is a file in that folder, or a row of a table for materials, without code. Each figure there has a source
+and a status: `verified` if the source was seen, else `unverified`. Unverified figures are marked in the values.
+Functions raise KeyError for an unknown name. The module also lists the unverified figures that a design uses.
 """
 
 from __future__ import annotations
@@ -42,42 +41,46 @@ from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
-"""Least adhesive of a coverlay over the copper that it fills (1): a thousandth of an inch for each ounce (SMT007
-Magazine, August 2019, page 55, American Standard Circuits). PCBWay lays 25 um on 18 and 35 um foil (Stack-up for FPC).
+"""Least adhesive of a coverlay over the copper that it fills (1).
+
+It is a thousandth of an inch for each ounce (SMT007 Magazine, August 2019, page 55, American Standard Circuits). PCBWay
+lays 25 um on 18 and 35 um foil (Stack-up for FPC).
 """
 
 COVERLAY_FILM = "polyimide-coverlay"
-"""The material of a coverlay that is a film with adhesive."""
+"""Material of a coverlay that is a film with adhesive."""
 
 
 def least_adhesive(copper: float) -> float:
-    """Thickness (m) of the adhesive that a coverlay needs over copper of a thickness (m)."""
+    """Return the thickness (m) of adhesive that a coverlay needs over copper of a thickness (m)."""
     return ADHESIVE_PER_COPPER * copper
 
 
 @cache
 def coverlay_films() -> tuple[tuple[float, float], ...]:
-    """Polyimide and adhesive (m) of the coverlays in stock, the thinnest first."""
+    """Return polyimide and adhesive (m) of the coverlays in stock, the thinnest first."""
     stock = [(_length(row, "film"), _length(row, "adhesive")) for row in read_rows("coverlays")]
     return tuple(sorted(stock, key=lambda pair: (sum(pair), pair[0])))
 
 
 def film_text(film: float, adhesive: float) -> str:
-    """The parts of a coverlay, given its polyimide and its adhesive (m)."""
+    """Return a description of a coverlay with some polyimide and adhesive (m)."""
     return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
 
 
 def best_film(asked: float) -> tuple[float, float]:
-    """Polyimide and adhesive (m) of the thinnest coverlay in stock with at least so much adhesive (m), or of the one
-    with the most adhesive if none has.
+    """Return polyimide and adhesive (m) of the thinnest coverlay in stock with at least `asked` (m) of adhesive.
+
+    If none has enough, return the coverlay with the most adhesive.
     """
     filling = [pair for pair in coverlay_films() if pair[1] >= asked - 1e-9]
     return filling[0] if filling else max(coverlay_films(), key=lambda pair: pair[1])
 
 
 def covered(stackup: Stackup) -> Stackup:
-    """The stack-up with the film on each face that `best_film` chooses for the copper under it. Coverlays of other
-    materials stay.
+    """Return the stack-up with the coverlay film on each face that `best_film` chooses for the copper below it.
+
+    Coverlays of other materials are not changed.
     """
     layers = list(stackup.layers)
     for side, layer, copper in stackup.covers:
@@ -91,8 +94,9 @@ def covered(stackup: Stackup) -> Stackup:
 
 @cache
 def stackup(name: str) -> Stackup:
-    """A stack-up, plated in one step as its rows say. Rows of copper give its foil. Where it is not verified how much a
-    fabricator plates, they give his finished copper. Its coverlay film is the one that `covered` chooses.
+    """Return a stack-up, plated in one step by the method in its rows, with the coverlay film chosen by `covered`.
+
+    Rows of copper give its foil. If the fabricator's plating is not verified, they give the finished copper.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
@@ -112,10 +116,10 @@ def stackup(name: str) -> Stackup:
 
 @cache
 def connector(name: str) -> Connector:
-    """A tail's connector."""
+    """Return a connector of the tail."""
     fields = _fields("connector", name)
     lengths = {field: _length(row) for field, row in fields.items() if field not in ("kind", "positions")}
-    # the numbers of contacts are listed like 4-6 8, which is 4, 5, 6 and 8
+    # numbers of contacts are a list like 4-6 8, which is 4, 5, 6 and 8
     ends = [part.partition("-") for part in fields["positions"]["value"].split()] if "positions" in fields else []
     positions = tuple(number for first, _, last in ends for number in range(int(first), int(last or first) + 1))
     kind, source = fields["kind"]["value"], cited_by_field(fields)
@@ -124,7 +128,7 @@ def connector(name: str) -> Connector:
 
 @cache
 def chip(name: str) -> Chip:
-    """The land pattern of a chip."""
+    """Return the land pattern of a chip."""
     row = _table("chips")[name]
     lengths = {field: _length(row, field) for field in ("pad_along", "pad_across", "pitch")}
     return Chip(name, **lengths, source=cited(row), model=row["model"])
@@ -136,7 +140,7 @@ BUS_ADDRESSES = range(0x08, 0x78)
 
 @cache
 def converter(name: str) -> Converter:
-    """A converter. Raises `DataError` where its row, its family's figures and modules do not go together."""
+    """Return a converter. Raises `DataError` if its row, its family's figures and the modules contradict each other."""
     row = _table("converters")[name]
     try:
         channels, addresses = int(row["channels"]), tuple(int(each, 16) for each in row["bus_addresses"].split())
@@ -159,7 +163,7 @@ def converter(name: str) -> Converter:
 
 @cache
 def jaw(name: str) -> Jaw:
-    """A grasper's jaw."""
+    """Return a grasper's jaw."""
     fields = _fields("jaw", name)
     figures: dict[str, Any] = dict(LEVEL)
     for field, row in fields.items():
@@ -176,16 +180,16 @@ def jaw(name: str) -> Jaw:
 
 
 def jaw_source(name: str, written: tuple[str, ...]) -> str:
-    """Where the figures of a jaw's preset come from that a spec does not write itself."""
+    """Return the sources of the figures of a jaw preset that a spec does not write."""
     return cited_by_field({field: row for field, row in _fields("jaw", name).items() if field not in written})
 
 
 @cache
 def hole_pattern(name: str) -> HolePattern:
-    """The holes of a bench plate."""
+    """Return the holes of a bench plate."""
     fields = _fields("hole pattern", name)
     grid = _length(fields["grid"]) if "grid" in fields else None
-    places: list[tuple[float, float]] = [(0.0, 0.0)]  # of a grid or the corners: one hole's sizes, placed later
+    places: list[tuple[float, float]] = [(0.0, 0.0)]  # for a grid or corners: one hole with its sizes, placed later
     if "circle" in fields:
         radius, count = _length(fields["circle"]) / 2, int(fields["count"]["value"])
         turns = [2.0 * math.pi * i / count for i in range(count)]
@@ -196,7 +200,7 @@ def hole_pattern(name: str) -> HolePattern:
 
 @cache
 def conductor(name: str) -> Conductor:
-    """A metal or magnetic sheet."""
+    """Return a metal or magnetic sheet."""
     row = _table("conductors")[name]
     conductivity, permeability = parse_quantity(row["conductivity"], "conductivity"), row["relative_permeability"]
     coefficient = parse_quantity(row["temperature_coefficient"], "temperature coefficient")
@@ -205,21 +209,25 @@ def conductor(name: str) -> Conductor:
 
 
 UNKNOWN_METAL = "#b4bac0"
-"""What a conductor is drawn in that is written out in a spec: grey."""
+"""Drawing colour of a conductor that a spec writes out: grey."""
 
 
 def metal_colour(name: str) -> str:
-    """The colour (``#rrggbb``) that a conductor is drawn in."""
+    """Return the drawing colour (``#rrggbb``) of a conductor."""
     row = _table("conductors").get(name)
     return UNKNOWN_METAL if row is None else row["colour"]
 
 
 @cache
 def elastomer(name: str) -> ElastomerMaterial:
-    """A silicone. Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean
-    and one sigma is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two. Both are told as if the
-    silicone were neo-Hookean: of one with an Ogden exponent they have stiffened, and the value is what they were at
-    rest.
+    """Return a silicone.
+
+    Notes
+    -----
+    If there is a modulus by the maker's data sheet and a measured modulus, the value is their geometric mean. The
+    relative standard deviation is half the logarithm of their ratio, so that mean * exp(+-sigma) gives the two moduli.
+    Both moduli were determined with a neo-Hookean law. If the silicone has an Ogden exponent, `stiffened` converts them
+    to small strain.
     """
     row = _table("elastomers")[name]
     exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
@@ -243,7 +251,7 @@ def elastomer(name: str) -> ElastomerMaterial:
 
 @cache
 def casting(name: str) -> Casting | None:
-    """Mixing ratio and times of a silicone. None if no source of its own is known."""
+    """Return mixing ratio and times of a silicone. None if no source for them is known."""
     row = _table("casting").get(name)
     if row is None:
         return None
@@ -254,7 +262,7 @@ def casting(name: str) -> Casting | None:
 
 @cache
 def finish(name: str) -> Finish:
-    """A finish of bare contacts."""
+    """Return a finish of bare contacts."""
     row = _table("finishes")[name]
     electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
     return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, cited(row))
@@ -262,7 +270,7 @@ def finish(name: str) -> Finish:
 
 @cache
 def adhesive(name: str) -> Adhesive:
-    """What pieces are glued with."""
+    """Return an adhesive for the pieces."""
     row = _table("adhesives")[name]
     viscosity, open_time, set_time = (
         float(row[field]) if row[field] else None for field in ("viscosity_pa_s", "open_s", "set_s"))
@@ -273,14 +281,14 @@ def adhesive(name: str) -> Adhesive:
 
 @cache
 def cures_by_platinum(name: str) -> bool:
-    """Whether a silicone of the table is cured by platinum, which amines, tin and sulphur stop; False for any other."""
+    """Whether a silicone of the table cures by platinum, which amines, tin and sulphur inhibit. False for any other."""
     row = _table(TABLES["elastomer"]).get(name)
     return row is not None and row["cure"] == "platinum"
 
 
 @cache
 def stock_stiffeners() -> tuple[tuple[float, float], ...]:
-    """Films of polyimide and adhesives (m) that stiffeners are made of: every film with every adhesive, thin first."""
+    """Return all pairs of polyimide film and adhesive (m) in stock for stiffeners, the thinnest first."""
     rows = read_rows("stiffeners")
     films, adhesives = (
         [_length(row, "thickness") for row in rows if row["part"] == part] for part in ("film", "adhesive")
@@ -289,21 +297,22 @@ def stock_stiffeners() -> tuple[tuple[float, float], ...]:
 
 
 def permittivity(material: str) -> float:
-    """Relative permittivity of a dielectric."""
+    """Return the relative permittivity of a dielectric."""
     return float(_table("dielectrics")[material]["relative_permittivity"])
 
 
 @cache
 def dielectric_roles(material: str) -> tuple[str, ...]:
-    """Uses of a dielectric: ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper;
-    ``rigid`` does not bend. A material that is not in the table serves for every flexible use.
+    """Return the uses of a dielectric. A material that is not in the table has all flexible uses.
+
+    ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper, and ``rigid`` does not bend.
     """
     row = _table("dielectrics").get(material)
     return ("base", "bond", "cover") if row is None else tuple(row["roles"].split())
 
 
 def is_rigid(stackup: Stackup) -> bool:
-    """Whether a dielectric of a stack-up does not bend, like FR4."""
+    """Whether the stack-up contains a dielectric that does not bend, like FR4."""
     films = (layer.material for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC)
     return any("rigid" in dielectric_roles(material) for material in films)
 
@@ -326,7 +335,7 @@ def cover_name(stackup: Stackup) -> str:
 
 
 def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
-    """The rows of a preset whose source was not seen: field, value, source; none for a name without a preset."""
+    """Return field, value and source of the unverified rows of a preset. Empty if there is no such preset."""
     if name not in names(kind):
         return ()
     rows = _rows(kind, name) if kind in FOLDERS else (_table(TABLES[kind])[name],)
@@ -355,12 +364,12 @@ def _table(stem: str) -> dict[str, Row]:
 
 
 _OF_A_FOIL = re.compile(r"_\d+um$")
-"""Rows for foils that the design may not have: the figure that holds stands without its foil."""
+"""Pattern of figures for single foils. They are skipped: the figure in use has no foil in its name."""
 
 
 @record
 class UnverifiedFigure:
-    """A figure in words: whose it is, its value as far as it is one, and what its source says."""
+    """An unverified figure as text: preset and field, value (empty if it has none), and source."""
 
     what: str
     value: str
@@ -368,12 +377,12 @@ class UnverifiedFigure:
 
 
 def is_unverified(rules: DesignRules, field: str) -> bool:
-    """Whether one figure of the fabricator's rules stands on a source that was not seen."""
+    """Whether the source of a figure of the fabricator's rules was not seen."""
     return is_unseen(rules.sources.get(field, ""))
 
 
 def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
-    """The unverified figures of the design rules, stack-up, connector, chip, jaw and materials that a spec uses."""
+    """Return the unverified figures of design rules, stack-up, connector, chip, jaw and materials of a spec."""
     rules, found = spec.fpc.rules, []
     for field, source in rules.sources.items():
         if is_unverified(rules, field) and not _OF_A_FOIL.search(field):
@@ -404,10 +413,10 @@ def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
         *(("dielectric", name) for name in dict.fromkeys(layer.material for layer in fpc.stackup.layers)),
     ]
     for kind, name in used:
-        for field, value, source in unverified_rows(kind, name):  # none of a name without a preset
+        for field, value, source in unverified_rows(kind, name):  # empty for a name without a preset
             if kind == "jaw" and jaw is not None and field in jaw.written:
                 continue
-            if kind == "conductor":  # both figures that every response and loss near it depend on
+            if kind == "conductor":  # the two figures that all responses and losses depend on
                 metal = conductor(name)
                 value = f"{metal.conductivity / 1e6:.4g} MS/m, relative permeability {metal.relative_permeability:g}"
             yield UnverifiedFigure(f"{kind} {name} {field}".strip(), value, source)

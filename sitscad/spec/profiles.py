@@ -1,8 +1,7 @@
-"""Fabricators' design rules as a spec names them: an installed profile, a file in the spec's folder or below and never
-elsewhere, or written out.
+"""Design rules of fabricators: an installed profile, a file in the spec's folder or below, or written out in the spec.
 
-All are read alike. Each is based on another one, down to one that stands alone; a figure that is written lies over that
-of what it is based on.
+All three are read in the same way. Each profile has a base, down to a complete profile. Its figures replace the figures
+of its base.
 """
 
 from __future__ import annotations
@@ -39,16 +38,16 @@ _FALLBACK = "generic-flex"
 _BEGINS = f"based_on: {_FALLBACK}"
 
 MOST_FILES = 8
-"""Profile files, each based on the next."""
+"""Maximum number of profile files in a chain, each based on the next."""
 
 
 @record
 class Origin:
-    """Where a profile is named or written out: in the spec, in a file beside it, or among the installed ones.
+    """The text that names or contains a profile: the spec, a file beside it, or an installed profile.
 
     ``source`` is the text, ``prefix`` the dotted key before its figures, ``folder`` the text's folder and ``root`` the
-    spec's; ``chain`` are the files that led here from the spec, the last one being this text. ``installed`` is the name
-    of a profile that sitscad brings along.
+    spec's folder. ``chain`` lists the files from the spec to this text, which is the last. ``installed`` is the name of
+    an installed profile, else empty.
     """
 
     source: SpecSource
@@ -60,14 +59,14 @@ class Origin:
 
     @property
     def label(self) -> str:
-        """The file's name below the spec's folder."""
+        """The file's path relative to the spec's folder."""
         return self._below_root(self.chain[-1])
 
     def _below_root(self, path: Path) -> str:
         return path.relative_to(self.root).as_posix() if self.root else path.name
 
     def complain(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
-        """Note something that is wrong at a key of this text."""
+        """Add a flaw or finding at a key of this text."""
         flaw = Flaw(rule, key, message, hint)
         if not self.chain:
             remarks.flaws.append(flaw)
@@ -76,7 +75,7 @@ class Origin:
             remarks.findings.append(replace(finding_from_flaw(flaw, self.source), file=self.source.path))
 
     def names_of(self, name: str, path: Path) -> set[str]:
-        """A file's path from the spec's folder: as it is written, and where a link leads, if that is elsewhere."""
+        """Return a file's path from the spec's folder, as written and after links, if these differ."""
         assert self.folder is not None and self.root is not None
         written = Path(os.path.normpath(self.folder.resolve() / name))
         below = [each for each in (written, path) if each.is_relative_to(self.root)]
@@ -85,8 +84,11 @@ class Origin:
     def located(
         self, name: str, key: str, remarks: Remarks, what: str = "profile", like: str = "ourshop.yaml"
     ) -> Path | None:
-        """Where a file is that this text names, links resolved; None with the reason noted where it must not or cannot
-        be read. `what` is its kind in words, `like` an example of its name.
+        """Return the path of a file that this text names, with links resolved.
+
+        None if it is not allowed or not readable.
+
+        The reason is then added to the remarks. `what` is the kind of file, and `like` an example of its name.
         """
         hint = f"put the {what} beside the spec and write its name alone, like {like}"
         if self.folder is None or self.root is None:
@@ -122,9 +124,10 @@ class Origin:
     def content(
         self, name: str, key: str, remarks: Remarks, what: str, like: str, most: int, smaller: str
     ) -> tuple[bytes, set[str]] | None:
-        """The bytes of a file that the spec names, and its paths from the spec's folder; None with the reason noted
-        where it must not or cannot be read, or has more than `most` bytes (`smaller` is what helps then). `what` and
-        `like` as of `located`.
+        """Read a file that the spec names. Return its bytes and its paths from the spec's folder.
+
+        None if it is not allowed, not readable or larger than `most` bytes; the reason is then added to the remarks.
+        `smaller` is the hint for a file that is too large. `what` and `like` are as for `located`.
         """
         path = self.located(name, key, remarks, what, like)
         if path is None:
@@ -143,8 +146,9 @@ class Origin:
     def opened(
         self, name: str, form: type[Form], begins: str, key: str, remarks: Remarks
     ) -> tuple[Form, Origin] | None:
-        """The profile in a file that is named at a key, or None with its faults noted; `begins` is how such a file may
-        begin.
+        """Read a profile from a file that is named at a key. None if it has errors, which are added to the remarks.
+
+        `begins` is the usual first line of such a file.
         """
         path = self.located(name, key, remarks)
         if path is None:
@@ -169,11 +173,11 @@ class Origin:
 
 
 FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",)}
-"""Files that a spec names, and how their names end."""
+"""Kinds of file that a spec can name, with their endings."""
 
 
 def _beside(folder: Path, like: str) -> str:
-    """A hint with the files of a folder that are of the kind of an example."""
+    """Return a hint that lists the files in a folder with the same kind as an example."""
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
@@ -181,8 +185,9 @@ def _beside(folder: Path, like: str) -> str:
 
 @cache
 def installed_rules(name: str) -> DesignRules:
-    """An installed fabricator's design rules, for its thinnest copper; raises KeyError where there is none so called.
-    What a house does not state comes from the profile that it is based on, and says so in its source.
+    """Return an installed profile, for its thinnest copper. Raises KeyError if the name is unknown.
+
+    Figures that a fabricator does not state come from the base profile, and their source states this.
     """
     if name not in names("rules"):
         raise KeyError(name)
@@ -192,14 +197,14 @@ def installed_rules(name: str) -> DesignRules:
 
 
 def resolve_rules(written: str | RulesDocument, foil: float, place: Origin, remarks: Remarks) -> DesignRules:
-    """The rules for a coil in foil of a thickness (m); faults of profile files are noted as findings."""
+    """Return the rules for a coil in foil of a thickness (m). Errors in profile files become findings."""
     if isinstance(written, RulesDocument):
         return _Profile(written, place, remarks).rules(foil)
     return _named(written, foil, place, place.prefix.rstrip("."), remarks)
 
 
 def _named(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
-    """The rules of a name that stands at a key of a text, for a foil (m; None: the thinnest listed)."""
+    """Return the rules with the name at a key of a text, for a foil (m; None: the thinnest listed)."""
     inner = None
     if is_profile_file(name):
         inner = place.opened(name, RulesDocument, _BEGINS, key, remarks)
@@ -211,7 +216,7 @@ def _named(name: str, foil: float | None, place: Origin, key: str, remarks: Rema
 
 
 def _whose(rules: DesignRules) -> DesignRules:
-    """The rules with their own figures' sources saying whose they are, for a profile that takes them over."""
+    """Return the rules with their name added to the sources of their own figures, for a profile based on them."""
 
     def said(source: str, holder: str) -> str:
         return f"{source} (from {holder})" if holder == rules.name else source
@@ -227,7 +232,7 @@ def _whose(rules: DesignRules) -> DesignRules:
 
 
 _PLAIN = {one.name for one in fields(DesignRules)} & RulesDocument.keys.keys() - {"coil_rule_binding", "checked_on"}
-"""Figures that the rules hold as they are written."""
+"""Figures that the rules store as they are written."""
 
 _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "static_bend_": ("static_bend_ratio", int),
@@ -236,17 +241,17 @@ _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "thickness_tolerance_": ("thickness_tolerance", int),
     "stiffened_tolerance_": ("stiffened_tolerance", str),
 }
-"""Beginnings of keys that are one entry of a table each, the table, and how its keys are read."""
+"""Prefixes of keys that are entries of a table, with the table and the type of its keys."""
 
 _TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
-"""Beginnings of keys of lines, the key of their rows by foil, and the table of the rules."""
+"""Prefixes of keys of lines, with the key of their rows by foil and the table in the rules."""
 
 _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web",
            "coverlay_opening_to_trace", "part_size")
 
 
 class _Profile:
-    """One profile that is written, where it stands, and what there is to say of it."""
+    """A profile that is written, its text, and the remarks about it."""
 
     def __init__(self, document: RulesDocument, place: Origin, remarks: Remarks) -> None:
         self.document, self.place, self.remarks = document, place, remarks
@@ -259,7 +264,7 @@ class _Profile:
         self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
 
     def rules(self, foil: float | None) -> DesignRules:
-        """What is written, over what it is based on, for a foil (m; None: the thinnest listed)."""
+        """Return the rules: the profile's figures over its base, for a foil (m; None: the thinnest listed)."""
         figures, base = self.figures, self._base(foil)
         if self.place.chain and "based_on" not in self.place.source.keys:
             self.remarks.default("fpc.rules", f"{self.place.label} based on {self.document.based_on}")
@@ -268,10 +273,10 @@ class _Profile:
         for beginning, (table, read) in _BY_COUNT.items():
             entries = {read(n.removeprefix(beginning)): f.value for n, f in figures.items() if n.startswith(beginning)}
             changed |= {table: {**getattr(base, table), **entries}} if entries else {}
-            if table == "annular_rings" and "annular_ring" in figures:  # a ring for every board goes before these
+            if table == "annular_rings" and "annular_ring" in figures:  # it replaces the base's rings
                 changed[table] = entries
         changed |= self._tables(base, changed, rows) | self._binding(base, changed, rows)
-        # the day on which the base was read says nothing of these
+        # the date of the base does not apply to these figures
         changed["checked_on"] = figures["checked_on"].value if "checked_on" in figures else ""
         changed["beyond"] = {name: most for name, most in base.beyond.items() if name not in figures}
         changed["sources"] = {**base.sources, **{name: self._source(name, each) for name, each in figures.items()}}
@@ -287,7 +292,7 @@ class _Profile:
         return rules.for_foil(foil) if foil is not None and any(rows.values()) else rules
 
     def _base(self, foil: float | None) -> DesignRules:
-        """What a profile is based on; of one that stands alone, rules of its own figures and no others."""
+        """Return the base of a profile. For a complete profile (based on none), rules with only its own figures."""
         document, figures = self.document, self.figures
         if document.based_on != "none":
             return _named(document.based_on, foil, self.place, f"{self.place.prefix}based_on", self.remarks)
@@ -307,7 +312,7 @@ class _Profile:
     def _binding(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
-        """Whether the minimums of coils are errors: where that is written, else those that are written here are."""
+        """Return the fields of the rules that state whether minimums of coils are errors."""
         if "coil_rule_binding" in self.figures:
             return {"coil_rule_binding": self.figures["coil_rule_binding"].value}
         own = {*self.figures, *self.document.by_foil, *(kind for kind in rows if rows[kind])}
@@ -320,8 +325,8 @@ class _Profile:
     def _tables(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
-        # Lines by foil: a table that is written is the whole one, rows in keys of their own lie over the base's; the
-        # table goes where a figure for every foil is written.
+        # Lines by foil: a written table replaces the base's table, and rows in separate keys replace single rows. A
+        # figure for all foils removes the table.
         found: dict[str, Any] = {}
         for kind, (key, table) in _TABLES.items():
             is_plain = f"{kind}_width" in changed or f"{kind}_spacing" in changed
@@ -334,7 +339,7 @@ class _Profile:
         return found
 
     def _lines(self, kind: str) -> tuple[FoilLines, ...]:
-        """Widths and spacings by foil, from the thinnest; what contradicts itself is a flaw."""
+        """Return widths and spacings by foil, from the thinnest. Contradictions are flaws."""
         key, both = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
         is_table = getattr(self.document, key) is not None
         older = [each for each in self.document.by_foil if each.rpartition("_")[0] in both]
@@ -362,7 +367,7 @@ class _Profile:
             yield self._row(row.copper, {f"{key}.{number}.{what}": getattr(row, what) for what in ("width", "spacing")})
 
     def _older_rows(self, kind: str, keys: list[str]) -> Iterator[FoilLines]:
-        """Rows that are written as two keys each, with the foil in their names."""
+        """Yield the rows that are written as two keys with the foil in their names."""
         for foil in dict.fromkeys(key.rpartition("_")[2] for key in keys):
             pair = (f"{kind}_width_{foil}", f"{kind}_spacing_{foil}")
             lone = [each for each in pair if each not in self.document.by_foil]
@@ -373,13 +378,13 @@ class _Profile:
             yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
 
     def _row(self, copper: float, pair: Mapping[str, Figure]) -> FoilLines:
-        """A row of width and spacing, each by the key that it stands at."""
+        """Return a row of width and spacing, given their figures by key."""
         width, spacing = (figure.value for figure in pair.values())
         sources = (self._source(key, figure) for key, figure in pair.items())
         return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))
 
     def _holder(self, field: str) -> str:
-        """The profile that a figure stands in, and its line there if it is a user's."""
+        """Return the profile that contains a figure, with the line for a user's profile."""
         place = self.place
         if place.installed:
             return self.name
@@ -389,7 +394,7 @@ class _Profile:
         return f"{self.document.name or 'the spec'} (line {line})"
 
     def _source(self, key: str, figure: Figure) -> str:
-        """Where a figure comes from: what is said of it, after the file and line it stands in; marked if not seen."""
+        """Return the source of a figure, after file and line for a profile file. Marked if it was not seen."""
         said, place = figure.source or self.document.source, self.place
         if place.chain:
             line = place.source.locate(key)[0]

@@ -1,7 +1,6 @@
-"""One YAML file to a validated section: text, plain values, the declared keys, and every complaint as a finding with
-its place and a hint.
+"""Reader of a YAML file into a validated section. All errors become findings with position and hint.
 
-Reads at most `MAX_BYTES`, and constructs nothing from the text but plain values.
+It reads at most `MAX_BYTES` and constructs only plain values from the text.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ if TYPE_CHECKING:
 Form = TypeVar("Form", bound=Section)
 
 RULE_TEXTS = {row["id"]: row for row in rows("rules")}
-"""What every rule asks for, why, and how to mend a breach, by its number; those of the spec itself are SIT0xx."""
+"""Texts of each rule (requirement, reason and remedy) by its number. Rules of the spec itself are SIT0xx."""
 
 RULE_NAMES = {number: row["name"] for number, row in RULE_TEXTS.items() if number.startswith("SIT0")}
-"""The rules of the spec itself: what can be wrong with it while it is read."""
+"""Names of the rules of the spec itself, which can fail while it is read."""
 
 ROOM_RULES = ("SIT014", "SIT016")
-"""The rules of the spec that say that coils or their turns have no room."""
+"""Rules of the spec that fail if coils or their turns lack room."""
 
 
 class SpecError(ValueError):
-    """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
+    """The spec cannot be used. `findings` lists all errors in the order of the file.
 
     The text of the error has the message and the hint of each finding.
 
-    ``texts`` are the texts of other files that findings point into, by path. ``lacking_room`` is the spec as it was
-    read where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
-    ``source`` is the text that was read, None where none could be.
+    ``texts`` are the texts of other files with findings, by path. ``lacking_room`` is the spec as read if its only
+    errors are a lack of room for turns or coils (`ROOM_RULES`). It cannot be made, but it can be repaired. ``source``
+    is the text that was read, None if no text could be read.
     """
 
     @checked_arguments
@@ -59,13 +58,14 @@ class SpecError(ValueError):
 
 KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base` this spec can be"),
          "sitscad_study": ("study", "`sitscad design` takes it")}
-"""What a file is by the key that says so, and what is done with it where another is wanted."""
+"""Kind of a file by the key that identifies it, with a hint for use if another kind is expected."""
 
 
 @record
 class Flaw:
-    """Something that does not fit, under a dotted key, with the facts of the finding to be, and the edits that mend it
-    where somebody can tell.
+    """An error at a dotted key, with the facts of its future finding.
+
+    ``edits`` are changes that correct it, empty if unknown.
     """
 
     rule: str
@@ -80,10 +80,10 @@ class Flaw:
 
 @dataclass
 class Remarks:
-    """What resolving has to say besides its values: flaws of the spec, and the defaults it filled in.
+    """Remarks of the resolver: flaws of the spec, and defaults that were filled in.
 
-    ``findings`` are those about other files that the spec names, ``texts`` what those files hold, by path; ``files``
-    are the bytes of those that were used, by their paths from the spec's folder.
+    ``findings`` are findings in other files that the spec names, and ``texts`` the texts of these files by path.
+    ``files`` holds the bytes of all files in use, by path relative to the spec's folder.
     """
 
     flaws: list[Flaw] = field(default_factory=list)
@@ -93,17 +93,18 @@ class Remarks:
     files: dict[str, bytes] = field(default_factory=dict)
 
     def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
-        """Note something that does not fit."""
+        """Add a flaw."""
         self.flaws.append(Flaw(rule, key, message, hint, **facts))
 
     def default(self, key: str, value: str, why: str = "the default") -> None:
-        """Note a value that was filled in."""
+        """Add a value that was filled in, with the reason."""
         self.defaults.append(f"{key}: {value}, {why}")
 
 
 def read_file(path: Path, called: str | None = None) -> bytes:
-    """The bytes of a file; raises `TextError` where it is none, cannot be read, or is too large. The message calls it
-    by its path, or as it is `called`.
+    """Return the bytes of a file. Raises `TextError` if it is missing, unreadable or too large.
+
+    Messages name the file by `called`, or by its path if that is None.
     """
     name = called or str(path)
     try:
@@ -120,7 +121,7 @@ def read_file(path: Path, called: str | None = None) -> bytes:
 
 
 def decoded(content: bytes) -> str:
-    """The text of a file's bytes, lines ended by a line feed; raises `TextError` where it is not UTF-8."""
+    """Return the text of a file's bytes with line feeds as line ends. Raises `TextError` if it is not UTF-8."""
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -132,12 +133,14 @@ def decoded(content: bytes) -> str:
 
 
 def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[Form, SpecSource]:
-    """What a text says in the form of a section, and where each key of it stands; `begins` is how such a text begins.
+    """Read a text as a section. Return the section and the source with the positions of its keys.
+
+    `begins` is the usual first line of such a text, for messages.
 
     Raises
     ------
     SpecError
-        with everything that is wrong with its keys and values.
+        with all errors in its keys and values.
     """
     try:
         found = read_yaml(text)
@@ -155,8 +158,9 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
 
 
 def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
-    """What plain values say in the form of a section; `source` is where they stand, `flaws` what is known of it. Raises
-    `SpecError` as `read_section`.
+    """Read plain values as a section. `source` has their positions, and `flaws` are errors found before.
+
+    Raises `SpecError` as `read_section` does.
     """
     findings = [finding_from_text(flaw) for flaw in flaws]
     data, empty = _without_nulls(data, "")
@@ -168,7 +172,7 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
     misfits: list[Misfit] = []
     document = Part(form).read_at("", data, misfits)
     if misfits:
-        # of lists with entries that are empty, too, it was said already that something is missing
+        # lists with empty entries have a finding already
         lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
         findings += [_misfit_finding(one, source, form) for one in misfits if one.key not in {*empty, *lists}]
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
@@ -198,8 +202,8 @@ def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[
 
 
 def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
-    # The values without the keys that hold nothing, and the dotted keys of those; entries of lists keep their places,
-    # and so those that hold nothing stay.
+    # Return the values without keys that have no value, and the dotted keys of these. Entries of lists stay, so that
+    # indices do not change.
     if not isinstance(data, (dict, list)):
         return data, []
     empty: list[str] = []
@@ -214,17 +218,17 @@ def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
 
 
 def in_order(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Findings in the order of the text."""
+    """Return the findings in the order of the text."""
     return tuple(sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0, finding.rule)))
 
 
 def finding_from_text(error: TextError) -> Finding:
-    """A complaint about the text itself."""
+    """Return the finding for an error of the text itself."""
     return _finding(error.rule, error.message, error.hint, error.key, error.place)
 
 
 def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
-    """A complaint about values that do not fit each other."""
+    """Return the finding for a flaw."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
     message = f"{undotted(flaw.key)}: {flaw.message}"
@@ -239,11 +243,11 @@ def _finding(
 
 
 MOST_LISTED = 16
-"""Keys of a section that a hint lists."""
+"""Maximum number of keys of a section that a hint lists."""
 
 
 def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> Finding:
-    """The finding about a key that cannot be read; `form` is the section that the whole text is."""
+    """Return the finding for a key that cannot be read. `form` is the section of the whole text."""
     key, refusal = misfit.key, misfit.refusal
     parent, _, name = key.rpartition(".")
     if misfit.section is not None:
@@ -253,7 +257,7 @@ def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> 
         return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, place)
     facts = {name: refusal.facts.get(name) for name in ("measured", "limit", "unit")}
     meant, is_sure = refusal.facts.get("meant"), refusal.facts.get("is_sure", True)
-    if meant and not isinstance(misfit.value, (list, dict)):  # else it was one value of several
+    if meant and not isinstance(misfit.value, (list, dict)):  # a suggestion replaces a single value only
         facts["fixes"] = (Remedy((Edit(key, meant),), is_sure=is_sure),)
     message = f"{undotted(key)}: {refusal.message}"
     return _finding(refusal.rule, message, refusal.hint, key, source.locate(key), **facts)
@@ -277,7 +281,7 @@ def _unknown_key(misfit: Misfit, parent: str, source: SpecSource, form: type[Sec
 
 @cache
 def _sections_of_keys(form: Hashable) -> dict[str, str]:
-    """The place of every key that lives in one section only: what a key written in the wrong section is meant for."""
+    """Return the full key of each name that occurs in a single section, for hints on misplaced keys."""
     homes: dict[str, str] = {}
     doubled: set[str] = set()
     for top, key in cast(type[Section], form).keys.items():

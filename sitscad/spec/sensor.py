@@ -1,7 +1,7 @@
-"""The sensor: the spec as it is written, and as frozen values in SI units, presets resolved and defaults filled in.
+"""The sensor: the spec as written, and as frozen values in SI units with presets resolved and defaults filled in.
 
-Lengths are metres, angles radians; x runs along the jaw to the handle, y across it, z up from the board's top face.
-Defaults are written as a person would write them: a bare number is millimetres.
+Lengths are metres, angles radians. The axis x runs along the jaw to the handle, y across it, z up from the board's top
+face. Defaults in the declarations are in the form of a spec: a bare number is millimetres.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ from sitscad.spec.yaml.source import Issue, SpecSource
 
 @record
 class Cable(Section):
-    """The wires between tail and converter, per conductor pair and for the whole length.
+    """The wires between tail and converter. Electrical figures are per conductor pair, for the whole length.
 
-    What is left out is None only until it is worked out by the length.
+    Omitted figures are None only until the resolver computes them from the length.
     """
 
     length: float = key(Run, "of the cable", 300)
     inductance: float = key(
         UnitValue("inductance", "0 nH", "1 mH"),
-        "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours", None,
+        "of one pair, whole length, like 180 nH; default 600 nH a metre: measure yours", None,
     )
     capacitance: float = key(
         UnitValue("capacitance", "0 pF", "1 uF"),
-        "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours", None,
+        "of one pair, whole length, like 30 pF; default 100 pF a metre: measure yours", None,
     )
     resistance: float = key(
         UnitValue("resistance", "0 ohm", "1 kohm"),
-        "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours", None,
+        "of one pair, both conductors, like 0.3 ohm; default 1 ohm a metre: measure yours", None,
     )
 
 
@@ -61,28 +61,31 @@ class Cable(Section):
 class ReadoutSpec(Section):
     """The converter that reads the coils.
 
-    ``capacitance`` and ``drive_code`` are None where they are chosen, ``chip`` where the tank capacitors are elsewhere
-    than on the tail's stiffener, ``capacitor_at`` only until it is worked out.
+    ``capacitance`` and ``drive_code`` are None if sitscad chooses them. ``chip`` is None unless the tank capacitors are
+    on the tail's stiffener. ``capacitor_at`` is None only until the resolver sets it.
     """
 
     device: Converter = key(Preset("converter", up=True), "the converter", "ldc1614")
     capacitance: float | None = key(
         Either("auto", UnitValue("capacitance", "1 pF", "1 uF")),
-        "of the tank, like 330 pF; auto: chosen, with reasons", "auto",
+        "of the tank, like 330 pF; auto: sitscad chooses it and gives the reasons", "auto",
     )
     capacitor_at: str = key(
-        Choice(("coil", "converter")), "where it is soldered: converter, unless capacitors_on_board", None
+        Choice(("coil", "converter")), "where the tank capacitors are soldered; default converter, or coil with "
+        "capacitors_on_board", None
     )
     chip: Chip | None = key(
-        Preset("chip", up=True), "places for the capacitors on the tail's stiffener, and of what size", None,
+        Preset("chip", up=True), "chip size of the capacitors on the tail's stiffener; none if left out", None,
         written="capacitors_on_board",
     )
-    cable: Cable | None = key(Part(Cable), "none: the tail plugs into the converter's board", None)
+    cable: Cable | None = key(
+        Part(Cable), "cable between tail and converter; if left out, the tail plugs into the converter's board", None,
+    )
     clock: float = key(UnitValue("frequency", "100 kHz", "1 GHz"), "reference clock", "40 MHz")
     scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")
     drive_code: int | None = key(
         Either("auto", Number(0, 31, whole=True)),
-        "of all channels; auto: the strongest that keeps one sigma below the largest amplitude", "auto",
+        "of all channels; auto: the strongest with an amplitude one standard deviation below the maximum", "auto",
     )
     buses: int = key(Number(1, 2, whole=True), "I2C buses of the controller, each for two converters", 1)
 
@@ -90,7 +93,7 @@ class ReadoutSpec(Section):
 Force = UnitValue("force", "0 N", "10 kN")
 Shear = UnitValue("force", "-10 kN", "10 kN")
 LeverArm = UnitValue("length", "0.1 mm", "100 mm")
-NORMAL = "towards the board; requirements.normal_force if left out"
+NORMAL = "towards the board; default requirements.normal_force"
 
 
 class PressDocument(Section):
@@ -106,18 +109,18 @@ class ShearDocument(Section):
     shear_x: float = key(Shear, "along the jaw, towards the tail", "0 N")
     shear_y: float = key(Shear, "across", "0 N")
     rotation: str = key(
-        Choice(("free", "held")), "free: the target tilts as it likes; held: a flat face keeps it level", "held"
+        Choice(("free", "held")), "free: the target can tilt; held: a flat face keeps it level", "held"
     )
 
 
 class ScissorDocument(Section):
-    """The face of the other jaw comes down inclined and turns the target until it lies flush."""
+    """The face of the other jaw closes at an angle and turns the target until it is flush."""
 
     opening: float = key(UnitValue("angle", "0 deg", "15 deg"), "between the faces, nearest at the tail, like 10 deg")
     normal: float | None = key(Force, NORMAL, None)
     face: str = key(
         Choice(("sticks", "slides")),
-        "sticks: the target stays under it; slides: it pushes along its own normal alone", "sticks",
+        "sticks: the face holds the target in x and y; slides: it pushes only along its own normal", "sticks",
     )
 
 
@@ -134,7 +137,7 @@ class EdgeDocument(Section):
 class Mechanism(Section):
     """A grasper's jaws, closed by a pull on its shaft (Jones thesis 3.3.1.1); see docs/mechanism.md.
 
-    Newtons, radians and metres; ``reach`` is None only until the jaw says it.
+    Newtons, radians and metres. ``reach`` is None only until the resolver takes it from the jaw.
     """
 
     shaft_tension: float = key(Force, "the pull on the shaft that closes the jaws, like 20 N")
@@ -146,33 +149,34 @@ class Mechanism(Section):
     link: float = key(LeverArm, "link B, from lever A's pin to the shaft's, like 3.200", written="LB")
     reach: float = key(
         UnitValue("length", "1 mm", "200 mm"),
-        "from the pivot to where the jaw presses; the tip of mount.jaw if left out", None, written="LJ",
+        "from the pivot to the point where the jaw presses; default the tip of mount.jaw", None, written="LJ",
     )
     theta: float = key(
-        UnitValue("angle", "-5 deg", "7.5 deg"), "of a jaw's face from the axis; the faces are open by twice that",
+        UnitValue("angle", "-5 deg", "7.5 deg"), "between a jaw's face and the axis; the angle between the faces is "
+        "twice this",
         "0 deg",
     )
 
 
 class LoadsDocument(Section):
-    """Ways in which the sensor is pushed in use, for `sitscad response --case`."""
+    """Load cases of the sensor in use, for `sitscad response --case`."""
 
     press: PressDocument | None = key(Part(PressDocument), "a flat press", None)
     shear: ShearDocument | None = key(Part(ShearDocument), "a press with shear", None)
-    scissor: ScissorDocument | None = key(Part(ScissorDocument), "the other jaw's face comes down inclined", None)
+    scissor: ScissorDocument | None = key(Part(ScissorDocument), "the other jaw's face closes at an angle", None)
     edge: EdgeDocument | None = key(Part(EdgeDocument), "a force off centre", None)
-    mechanism: Mechanism | None = key(Part(Mechanism), "a grasper's shaft is pulled", None)
+    mechanism: Mechanism | None = key(Part(Mechanism), "a pull on a grasper's shaft", None)
 
 
 @record
 class LoadCase:
-    """A way in which the target is pushed: forces (N) towards the board and along x and y, at `offset` (m) from the
-    middle of the outermost face.
+    """A load on the target: forces (N) towards the board and along x and y.
 
-    With `opening` (rad) a face, inclined by so much about y and nearest to the board at +x, lies flush on the target.
-    It keeps it where it is along x and y (`is_stuck`), or slides and pushes along its own normal, `normal` being the
-    part towards the board. `is_held`: a face keeps the target's turn. `mechanism` says where the normal force comes
-    from, which is then None here.
+    The force acts at `offset` (m) from the middle of the outermost face. With `opening` (rad), a face inclined about y
+    by this angle lies flush on the target, nearest to the board at +x. If `is_stuck` is True, the face holds the target
+    in x and y. Otherwise it slides and pushes along its own normal, and `normal` is the component towards the board. If
+    `is_held` is True, the face keeps the target level. `mechanism` is the source of the normal force, which is then
+    None here.
     """
 
     name: str
@@ -190,7 +194,7 @@ Temperature = UnitValue("temperature", "-60 degC", "200 degC")
 Resolution = UnitValue("force", "1 uN", "10 kN")
 Moment = UnitValue("moment", "0.001 mN mm", "1000 N m")
 LONGEST_NAME = 64
-"""Characters of a sensor's name."""
+"""Maximum number of characters of a sensor's name."""
 
 
 def _version(value: Any) -> int:
@@ -201,7 +205,7 @@ def _version(value: Any) -> int:
 
 
 def _temperature_range(value: Any) -> tuple[float, float]:
-    """The lowest and the highest temperature (degC), bare numbers or texts with their unit."""
+    """Return the lowest and highest temperature (degC), from bare numbers or texts with units."""
     if not isinstance(value, list) or len(value) != 2:
         message = f"{described(value)}, where [lowest, highest] is wanted"
         refuse("SIT004", message, "write degrees Celsius, like [15, 45]")
@@ -223,75 +227,77 @@ TemperatureRange = Special(
 
 @record
 class TiltErrors(Section):
-    """What a tilt of the contact may cost, axis by axis."""
+    """Largest allowed error due to a tilt of the contact, axis by axis."""
 
     normal: float | None = key(Resolution, "of the normal force, like 100 mN", None)
     shear_x: float | None = key(Resolution, "of shear along x", None)
     shear_y: float | None = key(Resolution, "of shear along y", None)
-    moment_x: float | None = key(Moment, "of the moment about x beside the tilt's own, like 0.5 N mm", None)
-    moment_y: float | None = key(Moment, "of the moment about y beside the tilt's own", None)
+    moment_x: float | None = key(
+        Moment, "of the moment about x, without the moment of the tilt itself, like 0.5 N mm", None,
+    )
+    moment_y: float | None = key(Moment, "of the moment about y, without the moment of the tilt itself", None)
 
     def written(self) -> dict[str, float]:
-        """The errors (N, N m) that are written, by axis."""
+        """Return the errors (N, N m) in the spec, by axis."""
         return {name: value for name, value in self.values().items() if value is not None}
 
 
 @record
 class Requirements(Section):
-    """What the sensor must bear and follow.
+    """Loads that the sensor must bear and measure, with the required accuracy.
 
-    Forces in newtons, moments in newton metres, sizes in metres, resolutions one sigma, bandwidth in hertz,
-    temperatures in degrees Celsius, tilt in radians, shares of full scale.
+    Forces in newtons, moments in newton metres, sizes in metres, resolutions as one standard deviation, bandwidth in
+    hertz, temperatures in degrees Celsius, tilt in radians, ratios as fractions of full scale.
     """
 
-    normal_force: float | None = key(Force, "to be borne, like 4.8 N", None)
-    shear_force: float | None = key(Force, "to be borne, like 1 N", None)
+    normal_force: float | None = key(Force, "that the sensor must bear, like 4.8 N", None)
+    shear_force: float | None = key(Force, "that the sensor must bear, like 1 N", None)
     moment_x: float | None = key(
-        Moment, "about x, to be borne and told, like 5 N mm: of a target that is free to tilt, on the middle of its "
-        "outermost face. The array then tells it in place of shear along y", None,
+        Moment, "about x, that the sensor must bear and measure, like 5 N mm. The target is free to tilt; the moment "
+        "is about the middle of its outermost face. The array then measures it in place of shear along y", None,
     )
-    moment_y: float | None = key(Moment, "the same about y, in place of shear along x", None)
+    moment_y: float | None = key(Moment, "as moment_x, but about y and in place of shear along x", None)
     contact: tuple[float, float] | None = key(
         Pair(Size, single=True),
-        "of what presses the target's middle: a diameter, or [x, y], like 8; if left out a jaw's face presses all of "
-        "it, and else a fingertip of 10 mm", None,
+        "of the body that presses the target's middle: a diameter, or [x, y], like 8; default: all of the target under "
+        "a jaw's face, else a fingertip of 10 mm", None,
     )
     bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
     temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there, pads at "
                              "20 degC", "20 degC")
     normal_resolution: float | None = key(
-        Resolution, "one sigma of noise at the scan rate, at every working point, like 20 mN", None
+        Resolution, "standard deviation of noise at the scan rate, at every working point, like 20 mN", None
     )
-    shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
-    moment_resolution: float | None = key(Moment, "the same of every moment, like 0.1 N mm", None)
+    shear_resolution: float | None = key(Resolution, "as normal_resolution, for each shear axis", None)
+    moment_resolution: float | None = key(Moment, "as normal_resolution, for each moment, like 0.1 N mm", None)
     normal_error: float | None = key(
-        Resolution, "one sigma of all errors together at full load, of a calibrated unit that is tared before each "
-        "grasp, as in the data sheet, like 0.5 N; if left out normal_resolution is compared with that", None
+        Resolution, "standard deviation of all errors together at full load, like 0.5 N. The unit is calibrated and "
+        "tared before each grasp, as in the data sheet. If left out, normal_resolution is the limit", None
     )
-    shear_error: float | None = key(Resolution, "the same of every shear axis", None)
-    moment_error: float | None = key(Moment, "the same of every moment, like 1 N mm", None)
+    shear_error: float | None = key(Resolution, "as normal_error, for each shear axis", None)
+    moment_error: float | None = key(Moment, "as normal_error, for each moment, like 1 N mm", None)
     crosstalk: float | None = key(
-        Number(0, 10), "error of an axis per full scale of another, over its own full scale, by the best polynomial in "
-        "the readings", None
+        Number(0, 10), "error of an axis by the full scale of another axis, as a fraction of its own full scale, with "
+        "the best polynomial in the readings", None
     )
-    tilt: float | None = key(UnitValue("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
+    tilt: float | None = key(UnitValue("angle", "0 deg", "15 deg"), "largest tilt of the contact, like 2 deg", None)
     tilt_error: float | TiltErrors | None = key(
         NameOr(Resolution, Part(TiltErrors)),
-        "what that may cost on the axes of force that are asked for, like 100 mN; or axis by axis", None,
+        "largest error by this tilt on the required axes of force, like 100 mN; or axis by axis", None,
     )
     friction_error: float | None = key(
-        Number(0, 10), "of shear over normal at full load: 0.05 shows slip on tissue", None
+        Number(0, 10), "of the ratio of shear to normal force at full load: 0.05 shows slip on tissue", None
     )
     temperature_range: tuple[float, float] | None = key(
-        TemperatureRange, "between which the sensor is used after a tare, degrees Celsius, like [15, 45]", None
+        TemperatureRange, "lowest and highest temperature of use after a tare, degrees Celsius, like [15, 45]", None
     )
     temperature_error: float | None = key(
-        Resolution, "what it may drift by on any axis of force within that, like 0.5 N", None
+        Resolution, "largest drift on any axis of force within temperature_range, like 0.5 N", None
     )
 
     @property
     def moments(self) -> tuple[float, float]:
-        """Moments (N m) about x and y that are asked for; 0 of those that are not."""
+        """Required moments (N m) about x and y, 0 if not required."""
         return self.moment_x or 0.0, self.moment_y or 0.0
 
     @property
@@ -300,7 +306,10 @@ class Requirements(Section):
         return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
 
     def tilt_limits(self) -> dict[str, float]:
-        """What a tilt may cost on each axis that is asked for (N, N m). One value stands for all axes of force."""
+        """Return the largest error due to tilt (N, N m) by required axis.
+
+        A single value stands for all axes of force.
+        """
         if isinstance(self.tilt_error, TiltErrors):
             return self.tilt_error.written()
         if self.tilt_error is None:
@@ -313,7 +322,7 @@ class Requirements(Section):
 
 @record
 class SensorSpec(Readable):
-    """The whole design; parts that are None are not in the sensor, are not made and not checked."""
+    """The whole design. Parts that are None are not in the sensor, and are neither made nor checked."""
 
     read_instead: ClassVar[dict[str, str]] = {
         "revision": "spec.issue.revision",
@@ -340,23 +349,23 @@ class SensorSpec(Readable):
     cells: Cells | None = None
 
     def __repr__(self) -> str:
-        """A line: all fields are tens of thousands of characters, too many for a notebook or a debugger."""
+        """Return a single line. All fields would be tens of thousands of characters."""
         return f"<SensorSpec {self.name}: {len(self.array.placements)} x {self.coil.shape}>"
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:
-        """The copper layers that the coil is wound on, in winding order, with their heights."""
+        """Copper layers of the coil, in winding order, with their heights."""
         copper = self.fpc.stackup.copper
         return tuple(copper[number - 1] for number in self.coil.layers)
 
     @property
     def jaw(self) -> Jaw | None:
-        """The jaw of the mount; None without one."""
+        """The jaw of the mount. None if there is no jaw."""
         return None if self.mount is None else self.mount.jaw
 
     @property
     def web(self) -> float | None:
-        """Width (m) of the webs that join the pads of neighbouring cells; None without webs."""
+        """Width (m) of the webs that join the pads of neighbouring cells. None without webs."""
         return None if self.cells is None else self.cells.web
 
     @property
@@ -366,16 +375,29 @@ class SensorSpec(Readable):
 
     @classmethod
     def from_mapping(cls, sections: Mapping[str, Any] | None = None, /, **named: Any) -> SensorSpec:
-        """The sensor that sections say in dictionaries, or as keywords: keys and values as in YAML.
+        """Return the sensor that mappings of keys to values describe, with keys and values as in YAML.
 
-        Bare numbers for lengths are millimetres, other quantities are texts with their unit; what is left out takes its
-        default, ``sitscad`` (the version of the format) too. Numbers of numpy serve as well. The spec's text is the
-        same in YAML.
+        Parameters
+        ----------
+        sections
+            The sections of a spec by name.
+        **named
+            Sections by keyword. They take precedence over `sections`.
+
+        Returns
+        -------
+        SensorSpec
+            The spec read from the same text in YAML. Omitted keys take their defaults. ``sitscad`` (the version of
+            the format) may be omitted as well.
 
         Raises
         ------
         SpecError
-            with a finding for each value that is not right, as of a file; it names the key.
+            With a finding for each invalid value, which names its key.
+
+        Notes
+        -----
+        Bare numbers for lengths are millimetres. Other quantities are texts with units. Numbers of numpy are accepted.
 
         Examples
         --------
@@ -385,7 +407,7 @@ class SensorSpec(Readable):
         >>> SensorSpec.from_mapping(name="bench", coil=coil).coil.outer_diameter
         0.007
         """
-        load = import_module("sitscad.spec.load")  # which knows this module already
+        load = import_module("sitscad.spec.load")  # imported here because it imports this module
         return cast(SensorSpec, load.from_mapping({} if sections is None else sections, named))
 
     @overload
@@ -434,21 +456,22 @@ class SensorSpec(Readable):
 
     @property
     def is_known(self) -> bool:
-        """Whether it is just as it was read and resolved, and so is known to be right."""
+        """Whether the spec is unchanged since it was read and resolved, and is therefore valid."""
         return "_known" in self.__dict__
 
     def known(self, source: SpecSource) -> SensorSpec:
-        """The spec, read from a source, and known to be right: for what resolves specs alone."""
+        """Return the spec marked as valid, with its source. Only code that resolves specs may call this."""
         rules = with_frozen_mappings(self.fpc.rules)
         fpc = self.fpc if rules is self.fpc.rules else replace(self.fpc, rules=rules)
         found = replace(self, source=with_frozen_mappings(source), fpc=fpc)
-        found.__dict__["_known"] = True  # no field: what `dataclasses.replace` makes of it has to be looked at anew
+        found.__dict__["_known"] = True  # not a field, so that copies by `dataclasses.replace` are checked again
         return found
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:
-    """The spec's values alone, and the solids that it names: comments and file name gone, so that what is drawn cannot
-    depend on them.
+    """Return the spec's values with the STEP files that it names, but without comments and file name.
+
+    Drawings of it cannot depend on these.
     """
     files = spec.source.files.items()
     solids = {name: content for name, content in files if name.lower().endswith((".step", ".stp"))}
@@ -460,7 +483,7 @@ _PRINTED_WORDS = "letters, digits, spaces and . _ / + # : ( ) -, a letter or dig
 
 
 class SpecDocument(Section):
-    """A sensor: one spec a file."""
+    """A sensor. Each file contains one spec."""
 
     is_whole: ClassVar[bool] = True
 
@@ -474,12 +497,14 @@ class SpecDocument(Section):
         "names the outputs",
     )
     revision: str = key(
-        Text(16, _PRINTED, _PRINTED_WORDS), "of the design, like B or 1.2 in quotes: printed on every paper", ""
+        Text(16, _PRINTED, _PRINTED_WORDS), "of the design, like B or 1.2 in quotes: printed on every document", ""
     )
-    part_number: str = key(Text(32, _PRINTED, _PRINTED_WORDS), "your number for the sensor: printed on every paper", "")
+    part_number: str = key(
+        Text(32, _PRINTED, _PRINTED_WORDS), "your number for the sensor: printed on every document", "",
+    )
     date: str = key(
         Text(20, _PRINTED, _PRINTED_WORDS),
-        "of the revision, like 2026-11-22: printed on every paper; SOURCE_DATE_EPOCH if left out", "",
+        "of the revision, like 2026-11-22: printed on every document; default SOURCE_DATE_EPOCH", "",
     )
     coil: CoilSpec = key(Part(CoilSpec), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
@@ -488,15 +513,15 @@ class SpecDocument(Section):
     target: Target | None = key(Part(Target), "the conducting plate over the coils", None)
     elastomer: ElastomerPad | None = key(Part(ElastomerPad), "the soft pad between board and target", None)
     encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)
-    mount: Mount | None = key(Part(Mount), "what carries the sensor", None)
+    mount: Mount | None = key(Part(Mount), "the part that carries the sensor", None)
     shield: Shield | None = key(Part(Shield), "a sheet between coil and jaw", None)
     assembly: Assembly = key(Part(Assembly), "how the pieces are put together", {})
     cutting: Cutting = key(Part(Cutting), "the sheets that elastomer and target are cut from", {})
     readout: ReadoutSpec = key(Part(ReadoutSpec), "the converter that reads the coils", {})
-    requirements: Requirements = key(Part(Requirements), "what the sensor must bear and follow", {})
-    loads: LoadsDocument = key(Part(LoadsDocument), "ways in which the sensor is pushed in use", {})
+    requirements: Requirements = key(Part(Requirements), "loads and accuracy that the sensor must reach", {})
+    loads: LoadsDocument = key(Part(LoadsDocument), "load cases in use", {})
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of the spec, for editors: made of the declarations that read it."""
+    """Return the JSON Schema of the spec, made from its declarations, for editors."""
     return schema_of(SpecDocument, "sitscad spec")

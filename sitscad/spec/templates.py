@@ -1,4 +1,4 @@
-"""The commented specs that `sitscad new` hands out: inside the package once installed, beside it in a source tree."""
+"""Specs with comments that `sitscad new` copies. They are in the installed package, or beside it in a source tree."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 
 
 def directory() -> Traversable:
-    """Where the templates are. An installed sitscad carries them as ``sitscad/templates``; a source tree (or an
-    editable installation of one) keeps them in ``templates/`` beside the package. Raises FileNotFoundError when neither
-    is there.
+    """Return the folder of the templates. Raises FileNotFoundError if there is none.
+
+    An installed sitscad has them in ``sitscad/templates``. A source tree or an editable installation has them in
+    ``templates/`` beside the package.
     """
     inside = importlib.resources.files("sitscad") / "templates"
     if inside.is_dir():
@@ -22,12 +23,12 @@ def directory() -> Traversable:
 
 
 def names() -> tuple[str, ...]:
-    """The templates' names, sorted: the file names without ``.yaml``."""
+    """Return the names of the templates, sorted: the file names without ``.yaml``."""
     return tuple(sorted(entry.name[:-5] for entry in directory().iterdir() if entry.name.endswith(".yaml")))
 
 
 def read(name: str) -> str:
-    """The text of one template. Raises KeyError for a name that `names` does not list."""
+    """Return the text of a template. Raises KeyError if `names` does not list it."""
     if name not in names():
         raise KeyError(name)
     return (directory() / f"{name}.yaml").read_text(encoding="utf-8")
