@@ -1,1 +1,1 @@
-"""What lies where, its CAD solids, and how it fits."""
+"""Places of the sensor's pieces, their CAD solids, and their fit."""

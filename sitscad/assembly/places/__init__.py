@@ -1,1 +1,1 @@
-"""What lies where: the pieces of the sensor in their places, from above and in height. Worked out once, here."""
+"""Places of the sensor's pieces, seen from above and in height. No other package computes them."""

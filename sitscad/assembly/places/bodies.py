@@ -1,7 +1,7 @@
-"""The pieces of the sensor in their places: what each is, where it lies from above, and how high.
+"""The pieces of the sensor in their places: role, plan from above, and heights.
 
-Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face. They are those
-of the pieces alone; every glue line between the board and a piece of metal takes that farther away from the coils
+Heights follow from the spec alone and are computed only here. z = 0 is the board's top face. Heights are those of the
+pieces without glue. Each glue line between the board and a piece of metal moves this piece farther from the coils
 (`target_gap`, `shield_span`, `carrier_face`, `metal_face`).
 """
 
@@ -26,7 +26,7 @@ Heights = tuple[float, float]
 
 
 class BodyRole(StrEnum):
-    """What a piece is in the sensor."""
+    """Role of a piece in the sensor."""
 
     JAW = "jaw"
     MOUNT = "mount"
@@ -48,11 +48,11 @@ class BodyRole(StrEnum):
 
 @record
 class Body:
-    """A piece in its place: its plan (what it covers, from above), the heights (m) of its lower and its upper face, and
-    what it is made of; `metal` where that conducts or is magnetic; ``cell`` is the number of the cell that it is of,
-    from 1, or 0, and ``web`` that of a strip that joins the pads of two.
+    """A piece in its place: its plan from above, the heights (m) of its lower and upper face, and its material.
 
-    A jaw's plan is that of its face, and its heights are those of the face and of the lowest point of its back.
+    `metal` is set if the material conducts or is magnetic. `cell` is the number of the piece's cell, from 1, or 0
+    without cells. `web` is the number of a strip that joins the pads of two cells. The plan of a jaw is its face. Its
+    heights are those of the face and of the lowest point of its back.
     """
 
     role: BodyRole
@@ -66,42 +66,45 @@ class Body:
 
     @property
     def name(self) -> str:
-        """What papers and files call it."""
+        """Name in documents and files."""
         if self.web:
             return f"{self.role.value}-web-{self.web}"
         return f"{self.role.value}-{self.cell}" if self.cell else self.role.value
 
     @property
     def heights(self) -> Heights:
-        """The heights (m) of the lower and the upper face."""
+        """Heights (m) of the lower and the upper face."""
         return self.lower, self.upper
 
     @property
     def thickness(self) -> float:
-        """The distance (m) from face to face."""
+        """Distance (m) between the faces."""
         return self.upper - self.lower
 
     @property
     def footprint(self) -> Footprint:
-        """The plan of a disc or a rectangle; raises TypeError for any other."""
+        """Plan of a disc or a rectangle. Raises TypeError for any other shape."""
         if not isinstance(self.plan, Footprint):
             raise TypeError(f"the {self.name} is neither a disc nor a rectangle")
         return self.plan
 
     def outline(self, margin: float = 0.0) -> Path:
-        """The closed outline from above; that of a disc or a rectangle grown by `margin` (m) with round corners."""
+        """Return the closed outline from above.
+
+        The outline of a disc or a rectangle is grown by `margin` (m) with round corners.
+        """
         if isinstance(self.plan, Region) and not margin:
             return self.plan.outline
         return self.footprint.outline(margin)
 
     @property
     def region(self) -> Region:
-        """What it covers, from above, with the holes in it."""
+        """Covered area from above, with its holes."""
         return self.plan if isinstance(self.plan, Region) else Region(self.plan.outline())
 
 
 def elastomer(spec: SensorSpec) -> Body | None:
-    """The soft pad on the board's top face, at its nominal size; the first of all `elastomers`."""
+    """Return the soft pad on the board's top face, at its nominal size. The first of all `elastomers`."""
     pad = spec.elastomer
     if pad is None:
         return None
@@ -110,7 +113,7 @@ def elastomer(spec: SensorSpec) -> Body | None:
 
 
 def target(spec: SensorSpec) -> Body | None:
-    """The conducting plate on the elastomer at rest, or on the board's top face; the first of all `targets`."""
+    """Return the conducting plate on the elastomer at rest, or on the board's top face. The first of all `targets`."""
     plate = spec.target
     if plate is None:
         return None
@@ -120,29 +123,29 @@ def target(spec: SensorSpec) -> Body | None:
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:
-    """All elastomers, the webs between them, then all targets."""
+    """Return all elastomers, the webs between them, and all targets, in this order."""
     return (*elastomers(spec), *joints(spec), *targets(spec))
 
 
 def joints(spec: SensorSpec) -> tuple[Body, ...]:
-    """The webs that make one piece of all pads."""
+    """Return the webs that join all pads to one piece."""
     pad = elastomer(spec)
     return () if pad is None else tuple(replace(pad, plan=one, web=k) for k, one in enumerate(webs(spec), 1))
 
 
 def joined(spec: SensorSpec) -> Body | None:
-    """Box round the pads that webs make one piece; None without webs."""
+    """Return the box round the pads that webs join. None without webs."""
     pad, piece = elastomer(spec), joined_part(spec)
     return None if pad is None or piece is None else replace(pad, plan=piece.place)
 
 
 def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
-    """All soft pads; empty without an elastomer."""
+    """Return all soft pads. Empty without an elastomer."""
     return _each(spec, elastomer)
 
 
 def targets(spec: SensorSpec) -> tuple[Body, ...]:
-    """All conducting plates; empty without a target."""
+    """Return all conducting plates. Empty without a target."""
     return _each(spec, target)
 
 
@@ -152,23 +155,26 @@ def _each(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[B
 
 
 def plates(spec: SensorSpec, part: str) -> tuple[Body, ...]:
-    """All pads (`part` is ``elastomer``), or all targets."""
+    """Return all pads if `part` is ``elastomer``, otherwise all targets."""
     return elastomers(spec) if part == "elastomer" else targets(spec)
 
 
 def glued_pieces(spec: SensorSpec, part: str) -> tuple[Body, ...]:
-    """The pads or targets that are glued one by one; pads that webs join are one piece, their common box."""
+    """Return the pads or targets that are glued separately. Pads joined by webs are one piece, their common box."""
     whole = joined(spec) if part == "elastomer" else None
     return plates(spec, part) if whole is None else (whole,)
 
 
 def board_heights(stackup: Stackup) -> Heights:
-    """The board, without stiffener."""
+    """Return the heights of the board without stiffener."""
     return -stackup.thickness, 0.0
 
 
 def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
-    """The sheet behind the board, whether or not it fits above the metal of the jaw; None without one."""
+    """Return the heights of the shield behind the board.
+
+    None without a shield. Its fit above the jaw's metal is not checked.
+    """
     if shield is None:
         return None
     upper = board_heights(stackup)[0] - shield.gap
@@ -176,14 +182,18 @@ def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
 
 
 def seat_heights(stackup: Stackup, mount: Mount | None) -> Heights | None:
-    """The standoff: from the face that carries the mount up to the board's bottom face; None without a mount."""
+    """Return the heights of the standoff: from the face under the mount to the board's bottom face.
+
+    None without a mount.
+    """
     lower = board_heights(stackup)[0]
     return None if mount is None else (lower - mount.standoff, lower)
 
 
 def seat_spans(spec: SensorSpec) -> list[Heights]:
-    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom;
-    none without a mount. Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
+    """Return the heights (m) that the seat on a jaw fills: from metal to shield, and from shield to the board's bottom.
+
+    Empty without a mount. Its pieces are printed. Their names are those of `MOUNT_PIECES` in this order.
     """
     seat, shield = seat_heights(spec.fpc.stackup, spec.mount), shield_heights(spec.fpc.stackup, spec.shield)
     if seat is None:
@@ -193,38 +203,44 @@ def seat_spans(spec: SensorSpec) -> list[Heights]:
 
 
 MOUNT_PIECES = ("mount", "mount-spacer")
-"""The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
+"""Printed pieces from the bottom up. Drawing, bill of materials and files use these names."""
 
 
 def top_height(spec: SensorSpec) -> float:
-    """The uppermost face of the sensor, film included."""
+    """Return the height of the sensor's uppermost face, with its film."""
     above = above_board(spec)
     return (above[-1].upper if above else 0.0) + film_thickness(spec.encapsulation)
 
 
 def film_thickness(encapsulation: Encapsulation | None) -> float:
-    """The encapsulation's thickness (m), which stands round the pieces too; 0 without one."""
+    """Return the thickness (m) of the encapsulation, which also surrounds the pieces. 0 without encapsulation."""
     return encapsulation.thickness if encapsulation is not None else 0.0
 
 
 def target_lines(spec: SensorSpec) -> float:
-    """Thickness (m) of the glue between the board's top face and the target's near face; 0 without a target."""
+    """Return the thickness (m) of the glue between the board's top face and the target's near face.
+
+    0 without a target.
+    """
     return spec.assembly.glue_line * lines_below_target(spec) + spec.assembly.offsets.target
 
 
 def lines_below_target(spec: SensorSpec) -> int:
-    """How many glue lines there are in that: under the elastomer and under the target."""
+    """Return the number of glue lines below the target: under the elastomer and under the target."""
     return 0 if spec.target is None else 1 + (spec.elastomer is not None)
 
 
 def target_gap(spec: SensorSpec) -> float | None:
-    """The gap (m) from the board's top face to the target's near face at rest, glue counted; None without a target."""
+    """Return the gap (m) from the board's top face to the target's near face at rest, with glue.
+
+    None without a target.
+    """
     plate = target(spec)
     return None if plate is None else plate.lower + target_lines(spec)
 
 
 def shield_span(spec: SensorSpec) -> Heights | None:
-    """The sheet's faces (m), glue between it and the board counted; None without one."""
+    """Return the heights (m) of the shield's faces, with the glue between shield and board. None without a shield."""
     sheet = shield_heights(spec.fpc.stackup, spec.shield)
     if sheet is None:
         return None
@@ -234,7 +250,7 @@ def shield_span(spec: SensorSpec) -> Heights | None:
 
 
 def lines_over_shield(stackup: Stackup, mount: Mount | None, shield: Shield | None) -> int:
-    """How many glue lines there are between board and shield; none without a mount."""
+    """Return the number of glue lines between board and shield. 0 without a mount."""
     sheet = shield_heights(stackup, shield)
     if sheet is None or mount is None:
         return 0
@@ -242,7 +258,7 @@ def lines_over_shield(stackup: Stackup, mount: Mount | None, shield: Shield | No
 
 
 def shield_gap_text(spec: SensorSpec) -> str:
-    """How far the shield lies below the board, as drawn and with the glue lines between; empty without a shield."""
+    """Return the distance from board to shield as text, as drawn and with glue lines. Empty without a shield."""
     if spec.shield is None:
         return ""
     glue = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
@@ -251,14 +267,17 @@ def shield_gap_text(spec: SensorSpec) -> str:
 
 
 def lines_over_carrier(spec: SensorSpec) -> int:
-    """How many glue lines there are between the board and the face below the mount; none without a mount."""
+    """Return the number of glue lines between the board and the face below the mount. 0 without a mount."""
     if spec.mount is None:
         return 0
     return len(seat_spans(spec)) + (spec.shield is not None) + (spec.mount.jaw is not None)
 
 
 def carrier_face(spec: SensorSpec) -> float | None:
-    """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
+    """Return the height (m) of the face below the mount, with glue lines (those in a jaw included).
+
+    None without a mount.
+    """
     seat = seat_heights(spec.fpc.stackup, spec.mount)
     if seat is None:
         return None
@@ -266,8 +285,9 @@ def carrier_face(spec: SensorSpec) -> float | None:
 
 
 def metal_face(spec: SensorSpec) -> float | None:
-    """The height (m) of the metal's face behind the board, glue lines counted, or of the face below a mount without
-    metal; None without a mount.
+    """Return the height (m) of the metal's face behind the board, with glue lines. None without a mount.
+
+    For a mount without metal, it is the height of the face below the mount.
     """
     face, mount = carrier_face(spec), spec.mount
     if face is None or mount is None or mount.metal_behind is None:
@@ -276,7 +296,10 @@ def metal_face(spec: SensorSpec) -> float | None:
 
 
 def room_behind(spec: SensorSpec) -> float:
-    """The room (m) from the board's bottom face to the shield, or else to `metal_face`; endless without either."""
+    """Return the distance (m) from the board's bottom face to the shield, or to `metal_face`.
+
+    Infinite without either.
+    """
     sheet, metal = shield_span(spec), metal_face(spec)
     bottom = board_heights(spec.fpc.stackup)[0]
     if sheet is not None:

@@ -1,8 +1,7 @@
-"""The closed pair from back to back: every layer with its tolerance, and every glue line between.
+"""Layers of the closed pair of jaws from back to back, with tolerances and glue lines.
 
-The spec's heights (`sitscad.assembly.places.bodies`) are those of the pieces alone, as they are cut, printed and
-bought; what glue adds and how far each piece may be off is here, with what a process keeps and can make at least.
-Whether the pair passes its port is decided with these.
+The heights of `sitscad.assembly.places.bodies` are those of the pieces as cut, printed and bought. This module adds
+glue, the tolerance of each piece, and the limits of each process. They decide whether the pair passes its port.
 """
 
 from __future__ import annotations
@@ -26,8 +25,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Toleranced:
-    """A length (m) that several independent causes change: the nominal one, and by how much each cause may add to it
-    or take away (m, signed, so that one cause in two lengths is not counted twice where they are subtracted).
+    """A length (m) with several independent causes of deviation.
+
+    It has the nominal length and the deviation of each cause (m). Deviations are signed, so that a cause common to two
+    lengths is not counted twice in their difference.
     """
 
     nominal: float
@@ -35,38 +36,38 @@ class Toleranced:
 
     @classmethod
     def of(cls, nominal: float, tolerance: float, cause: str) -> Toleranced:
-        """A length with one cause, plus or minus `tolerance` (m)."""
+        """Return a length with one cause, plus or minus `tolerance` (m)."""
         return cls(nominal, ((cause, tolerance),) if tolerance else ())
 
     def __add__(self, other: Toleranced) -> Toleranced:
-        """The sum of two lengths, cause by cause."""
+        """Return the sum of two lengths, cause by cause."""
         found = dict(self.terms)
         for cause, change in other.terms:
             found[cause] = found.get(cause, 0.0) + change
         return Toleranced(self.nominal + other.nominal, tuple(found.items()))
 
     def __mul__(self, factor: float) -> Toleranced:
-        """The length times a factor."""
+        """Return the length times a factor."""
         return Toleranced(factor * self.nominal, tuple([(cause, factor * change) for cause, change in self.terms]))
 
     def __sub__(self, other: Toleranced) -> Toleranced:
-        """The difference of two lengths, cause by cause."""
+        """Return the difference of two lengths, cause by cause."""
         return self + other * -1.0
 
     @property
     def spread(self) -> float:
-        """The farthest (m) that all causes together take it from nominal."""
+        """Largest deviation (m) from nominal by all causes together."""
         return math.fsum([abs(change) for _, change in self.terms])
 
     @property
     def root_sum_square(self) -> float:
-        """How far (m) independent causes take it from nominal by the square root of the sum of squares."""
+        """Deviation (m) from nominal by independent causes: the root of the sum of squares."""
         return math.hypot(*[change for _, change in self.terms])
 
 
 @record
 class PrintLimit:
-    """The least that a process makes of something (m), and where the figure comes from."""
+    """The smallest size (m) that a process makes, and the source of the value."""
 
     value: float
     source: str
@@ -74,7 +75,10 @@ class PrintLimit:
 
 @cache
 def print_limit(process: str, figure: str) -> PrintLimit:
-    """A process's wall, free_wall, hole, clearance, pin, groove or escape; raises KeyError without such a row."""
+    """Return a process's limit: wall, free_wall, hole, clearance, pin, groove or escape.
+
+    Raises KeyError if the table has no such row.
+    """
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
             return PrintLimit(parse_quantity(row["value"], "length"), cited(row))
@@ -87,20 +91,20 @@ GLUE = "glue under the "
 
 @record
 class SizeTolerance:
-    """Half the band of a size (m; of some figures relative or an angle), and where the figure comes from."""
+    """Half the tolerance band of a size (m; relative or an angle for some sizes), and the source of the value."""
 
     band: float
     source: str
 
     @property
     def sigma(self) -> float:
-        """The standard deviation of a band that is evenly filled (GUM 4.3.7)."""
+        """Standard deviation of a uniform distribution over the band (GUM 4.3.7)."""
         return self.band / math.sqrt(3.0)
 
 
 @record
 class Layer:
-    """A layer of the closed pair: what it is, its thickness (m), and where its tolerance comes from."""
+    """A layer of the closed pair: name, thickness (m), and source of its tolerance."""
 
     part: str
     thickness: Toleranced
@@ -108,7 +112,7 @@ class Layer:
 
     @property
     def is_glue(self) -> bool:
-        """Whether it is a glue line."""
+        """Whether the layer is a glue line."""
         return self.part.startswith(GLUE)
 
 
@@ -118,8 +122,11 @@ Levels = dict[str, tuple[Toleranced, Toleranced]]
 
 
 def column(layout: Layout) -> tuple[Layer, ...]:
-    """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw. Kept by
-    the layout: each piece that is made to measure asks for them.
+    """Return the layers between the backs of the closed jaws, from the jaw's lowest point upwards.
+
+    Empty without a jaw.
+
+    The layout caches them, because each piece made to measure uses them.
     """
     return kept(layout, "_column", lambda: _layers(layout))
 
@@ -141,7 +148,7 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
 
 
 def on_board(layout: Layout) -> tuple[Layer, ...]:
-    """The board and the layers that are glued on it one after the other, in a jaw or not, from the board upwards."""
+    """Return the board and the layers glued on it, from the board upwards, with or without a jaw."""
     glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec.assembly,
                                                                                     layout.spec.elastomer,
                                                                                     layout.spec.target)]
@@ -149,7 +156,7 @@ def on_board(layout: Layout) -> tuple[Layer, ...]:
 
 
 def on_seat(layout: Layout) -> tuple[Layer, ...]:
-    """The printed pieces and the board that is glued on them, from the face that carries them upwards."""
+    """Return the printed pieces and the board glued on them, from their carrier's face upwards."""
     return (*_behind(layout.spec), *_glue_under(_board(layout), layout.spec.assembly), _board(layout))
 
 
@@ -161,14 +168,14 @@ def _board(layout: Layout) -> Layer:
 
 
 def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
-    """The glue line under a layer; none where the spec has none."""
+    """Yield the glue line under a layer. Empty if the spec has none."""
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
     if assembly.glue_line:
         yield _layer(f"{GLUE}{layer.part}", assembly.glue_line, SizeTolerance(assembly.glue_tolerance, source))
 
 
 def levels(layers: tuple[Layer, ...]) -> Levels:
-    """The heights (m) of every layer's faces above the jaw's lowest point."""
+    """Return the heights (m) of each layer's faces above the jaw's lowest point."""
     found: Levels = {}
     here = Toleranced(0.0)
     for layer in layers:
@@ -178,8 +185,9 @@ def levels(layers: tuple[Layer, ...]) -> Levels:
 
 
 def slack(layout: Layout) -> tuple[float, float]:
-    """How far (m) a piece made to measure may stand aside, and above or below where the pieces alone would put it.
-    About the closed pair's middle each layer counts half, whichever side of the piece it lies on.
+    """Return the deviation (m) of a piece made to measure: sideways, and in height from its place without glue.
+
+    Relative to the closed pair's middle each layer counts half, on both sides of the piece.
     """
     return kept(layout, "_slack", lambda: _slack(layout))
 
@@ -193,12 +201,12 @@ def _slack(layout: Layout) -> tuple[float, float]:
 
 
 def placement(assembly: Assembly) -> SizeTolerance:
-    """How far a piece may be glued beside its place."""
+    """Return the placement tolerance of a glued piece."""
     return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
 
 def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
-    """Tolerance of the board's length and width."""
+    """Return the tolerance of the board's length and width."""
     written = assembly.tolerance("outline")
     if written is not None:
         return SizeTolerance(written, WRITTEN)
@@ -206,19 +214,20 @@ def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
 
 
 def process_of(mount: Mount | None) -> str:
-    """How mount, jig and moulds are made; jig and moulds in resin where there is no mount."""
+    """Return the process of mount, jig and moulds. Jig and moulds are resin if there is no mount."""
     return mount.process if mount is not None else "resin"
 
 
 def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
-    """Tolerance of each printed or milled piece."""
+    """Return the tolerance of each printed or milled piece."""
     size = mount.standoff if mount is not None else 0.0
     return _tolerance(assembly, "mount", "mount", process_of(mount), size)
 
 
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
-    """Tolerances of the distance and the thickness of `mount.metal_behind`, those of a piece of the mount and of a
-    rolled sheet if the spec has none; None without it.
+    """Return the tolerances of the distance and the thickness of `mount.metal_behind`. None without it.
+
+    If the spec has none, they are those of a piece of the mount and of a rolled sheet.
     """
     if mount is None or mount.metal_behind is None:
         return None
@@ -229,36 +238,39 @@ def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeToler
 
 
 def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
-    """Tolerance of a jaw's size (m)."""
+    """Return the tolerance of a jaw's size (m)."""
     return _tolerance(assembly, "jaw", "jaw", "machined", size)
 
 
 def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
-    """Tolerance of the thickness (m) of a rolled sheet: the target or the shield."""
+    """Return the tolerance of the thickness (m) of a rolled sheet: target or shield."""
     found = _tolerance(assembly, part, "sheet", "rolled", thickness)
     return SizeTolerance(min(found.band, thickness), found.source)
 
 
 def film_tolerance(assembly: Assembly, thickness: float) -> SizeTolerance:
-    """Tolerance of the thickness (m) of the encapsulation."""
+    """Return the tolerance of the encapsulation's thickness (m)."""
     found = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
     return SizeTolerance(min(found.band, thickness), found.source)
 
 
 def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
-    """Tolerance of the sides of the elastomer or the target, of a size (m)."""
+    """Return the tolerance of a side (m) of the elastomer or the target."""
     if name == "target":
         return _tolerance(assembly, "target_size", "edge", "cut", size)
     return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
 
 
 def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None, name: str) -> Toleranced:
-    """The thickness (m) of the elastomer or the target, in a jaw or not; raises StopIteration where there is none."""
+    """Return the thickness (m) of the elastomer or the target, with or without a jaw.
+
+    Raises StopIteration if there is no such piece.
+    """
     return next(layer.thickness for layer in _above(assembly, elastomer, target) if layer.part == name)
 
 
 def _behind(spec: SensorSpec) -> list[Layer]:
-    """Printed pieces and shield between metal and board, from the metal upwards."""
+    """Return printed pieces and shield between metal and board, from the metal upwards."""
     sheet, printed = shield_heights(spec.fpc.stackup, spec.shield), mount_tolerance(spec.assembly, spec.mount)
     spans = zip(MOUNT_PIECES, seat_spans(spec), strict=False)
     found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
@@ -282,26 +294,29 @@ def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
 
 
 def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
-    """The tolerance of a size (m) of the pad: what the spec has `written`, else the table's row."""
+    """Return the tolerance of a pad's size (m): `written` in the spec, otherwise from the table's row."""
     own = assembly.tolerance(written)
     return usual_tolerances()[row] if own is None else SizeTolerance(own, WRITTEN)
 
 
 @cache
 def usual_tolerances() -> dict[str, SizeTolerance]:
-    """What fabricators keep to, by name (``trace width``, ...): relative, or in metres as the table's units say."""
+    """Return the usual tolerances of fabricators by name (``trace width``, ...).
+
+    They are relative or in metres, as the table's units state.
+    """
     return {row["name"]: SizeTolerance(float(row["half_width"]), cited(row)) for row in rows("tolerances")}
 
 
 def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
-    """What the spec writes, else what the process keeps at a size (m)."""
+    """Return the tolerance in the spec, otherwise that of the process at a size (m)."""
     own = assembly.tolerance(written)
     return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
 
 
 @lru_cache(maxsize=256)
 def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
-    """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
+    """Return the tolerance of a process for a part of a size (m). Raises KeyError if the table has no such row."""
     fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
     for row in fitting:
         if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:

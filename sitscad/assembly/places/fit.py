@@ -1,9 +1,10 @@
-"""Does the sensor fit, from the figures alone: the closed pair in its port, the board on the jaw's face and along it.
+"""Fit of the sensor from its figures: the closed pair in its port, the board across and along the jaw's face.
 
-Every measure is taken nominally, by root-sum-square and at worst, with every glue line and each part's tolerance. Exact
-in the plane across the jaw's axis, and without a CAD kernel; `sitscad.assembly.solids.solid` measures the built solids.
+Each dimension is computed nominally, by root-sum-square and at worst, with all glue lines and each part's tolerance.
+The result is exact in the plane across the jaw's axis and needs no CAD kernel. `sitscad.assembly.solids.solid` measures
+the built solids.
 
-The jaws' hinge: the pin that they turn about, how near the tail comes to it, the tube behind, how the jaws close.
+The module also covers the jaws' hinge: its pin, the gap between tail and pin, the tube behind, and the closing jaws.
 """
 
 from __future__ import annotations
@@ -55,7 +56,11 @@ CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "b
 
 @record
 class Corner:
-    """A corner of a part across the jaw: beside its middle, above the closed pair's, rounded about that point (m)."""
+    """A corner of a part in the section across the jaw.
+
+    Fields are its distance from the jaw's middle, its height above the closed pair's middle, and its rounding radius
+    about this point (m).
+    """
 
     part: str
     y: Toleranced
@@ -64,9 +69,10 @@ class Corner:
 
     @property
     def reach(self) -> tuple[float, float, float]:
-        """How far it reaches from the closed pair's axis (m): nominal, by root-sum-square, and at worst. At worst it is
-        the farthest corner of the box of all tolerances, which is exact where no cause moves it both ways; by
-        root-sum-square, the distance's derivatives by every cause are taken at nominal (first order).
+        """Distance (m) of the corner from the closed pair's axis: nominal, by root-sum-square, and at worst.
+
+        The worst case is the farthest corner of the box of all tolerances. It is exact if no cause moves the corner
+        both ways. The root-sum-square uses the first derivatives of the distance by each cause at nominal.
         """
         y, z, rounding = self.y, self.z, self.rounding
         distance = math.hypot(y.nominal, z.nominal)
@@ -81,9 +87,11 @@ class Corner:
 
 @record
 class ClosedSection:
-    """The closed pair across its axis, as it is put together: height back to back (m), the axis' height above the
-    board's top face (m), the radius (m) of the smallest circle about the axis that holds everything, and which part
-    decides it: nominally, by root-sum-square (``likely``) and at worst.
+    """Cross-section of the assembled closed pair.
+
+    Fields are the height back to back (m), the height (m) of the axis above the board's top face, the radius (m) of the
+    smallest enclosing circle about the axis, and the part that determines the radius. The radius is given nominally, by
+    root-sum-square (`likely`) and at worst.
     """
 
     height: float
@@ -96,12 +104,15 @@ class ClosedSection:
 
     @property
     def fits(self) -> bool:
-        """Whether the pair passes its port nominally, touching allowed."""
+        """Whether the pair passes its port nominally. Contact is permitted."""
         return self.radius <= self.port_radius + 1e-9
 
 
 def fit(layout: Layout) -> tuple[Measure, ...]:
-    """What is measured of a sensor in a jaw; nothing without one. Raises `PartsError` where the shield does not fit."""
+    """Return the fit measurements of a sensor in a jaw.
+
+    Empty without a jaw. Raises `PartsError` if the shield does not fit.
+    """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
         return ()
@@ -122,7 +133,10 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
-    """What `fit` measures; nothing where shield and standoff contradict each other (which is a finding of its own)."""
+    """Return the measurements of `fit`.
+
+    Empty if shield and standoff contradict each other, which is a separate finding.
+    """
     try:
         return fit(layout)
     except PartsError:
@@ -130,8 +144,9 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
 
 
 def closed_section(layout: Layout) -> ClosedSection | None:
-    """The closed pair from the spec's figures, with every glue line; None without a jaw. Corners and the ends of
-    rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not
+    """Return the closed pair from the spec's figures, with all glue lines. None without a jaw.
+
+    Only corners and the ends of rounded edges can be farthest from the axis. Raises `PartsError` if the shield does not
     fit.
     """
     jaw, span = layout.spec.jaw, closed_span(layout.spec)
@@ -149,8 +164,10 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 
 
 def square_back(layout: Layout) -> float | None:
-    """Radius (m) at worst of a closed pair whose backs are as square as the written width and height allow; None if no
-    STEP file describes the back. Raises `PartsError` where the shield does not fit.
+    """Return the worst-case radius (m) of a closed pair with backs as square as the written figures permit.
+
+    The figures are width and height. None if no STEP file describes the back. Raises `PartsError` if the shield does
+    not fit.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or jaw.step is None or pair is None:
@@ -161,14 +178,17 @@ def square_back(layout: Layout) -> float | None:
 
 
 def back_reach(layout: Layout, jaw: Jaw) -> float:
-    """How far (m) the assumed section of the jaw reaches from the closed pair's axis, nominally."""
+    """Return the nominal largest distance (m) of the assumed jaw section from the closed pair's axis."""
     at = levels(column(layout))
     corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
 
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
-    """How far the board stands over the sides of the jaw's face; the seat carries as much as it is thick (45 deg)."""
+    """Measure the overhang of the board beyond the sides of the jaw's face.
+
+    The seat carries an overhang up to its thickness (45 degrees).
+    """
     spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
     outline, metal = outline_tolerance(spec.assembly, spec.fpc.rules), jaw_tolerance(spec.assembly, face)
     placed = placement(spec.assembly)
@@ -184,7 +204,7 @@ def _overhang(layout: Layout, jaw: Jaw) -> Measure:
 
 
 def _length(body_size: tuple[float, float], assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
-    """The body's length against the jaw's."""
+    """Compare the body's length with the jaw's."""
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, jaw.length)
     length = body_size[0]
     parts = (
@@ -225,7 +245,7 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """The lower edge of the seat on the metal, and both edges of the shield; both are made to measure."""
+    """Yield the lower edge of the seat on the metal, and both edges of the shield. Both are made to measure."""
     spec = layout.spec
     metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
     sheet = shield_heights(spec.fpc.stackup, spec.shield)
@@ -248,7 +268,7 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
 
 
 def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """Every outer corner of board, pad, target and film."""
+    """Yield all outer corners of board, pad, target and film."""
     spec = layout.spec
     outline = outline_tolerance(spec.assembly, spec.fpc.rules)
     half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(spec.assembly, "board")
@@ -272,13 +292,13 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
 
 
 def _placed(assembly: Assembly, part: str) -> Toleranced:
-    """Where a piece is glued beside its place, each by itself: all are pushed against the same ledges."""
+    """Return the sideways deviation of a glued piece. All pieces are pushed against the same ledges."""
     return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
 
 
 @record
 class Shaft:
-    """The bore of the tube and the diameter of the hinge's pin (m), and where the figures come from."""
+    """Bore of the tube and diameter of the hinge's pin (m), and the sources of the values."""
 
     bore: float
     pin: float
@@ -286,7 +306,7 @@ class Shaft:
 
 
 def shaft(own: Assembly, jaw: Jaw | None) -> Shaft | None:
-    """What is behind the spec's jaw: as the spec writes it, else what is usual for its port; None without a jaw."""
+    """Return the shaft behind the spec's jaw: as in the spec, otherwise as usual for its port. None without a jaw."""
     if jaw is None:
         return None
     table, port = rows("shafts"), jaw.port_diameter
@@ -299,7 +319,9 @@ def shaft(own: Assembly, jaw: Jaw | None) -> Shaft | None:
 
 
 def end_section(layout: Layout) -> tuple[float, float]:
-    """Width and largest thickness (m) of the tail behind the jaw; zeros without a tail there, or without a jaw.
+    """Return the width and largest thickness (m) of the tail behind the jaw.
+
+    Zeros without such a tail, or without a jaw.
 
     The tail is thickest between its contacts and the stiffener's edge, where coverlay, copper and stiffener meet.
     """
@@ -313,8 +335,9 @@ def end_section(layout: Layout) -> tuple[float, float]:
 
 
 def hinge_pivot(layout: Layout) -> Point | None:
-    """The pivot of the jaws' hinge seen across the jaw: its place along that and its height (x, z; m); None where the
-    hinge is not known. Raises `PartsError` where the shield does not fit into the standoff.
+    """Return the pivot of the jaws' hinge in the plane along the jaw (x, z; m). None if the hinge is not known.
+
+    Raises `PartsError` if the shield does not fit into the standoff.
     """
     jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout.body, layout.spec.jaw)
     return None if jaw is None or pair is None or along is None else Point(along, pair.axis - jaw.pivot_offset)
@@ -322,8 +345,10 @@ def hinge_pivot(layout: Layout) -> Point | None:
 
 @record
 class PinGap:
-    """How far the tail's nearest face runs from the pivot and the radius of the pin there (m), when, at which angle
-    (rad) of the jaw, and where the pin's figure comes from.
+    """Gap of the tail at the hinge's pin.
+
+    Fields are the distance (m) of the tail's nearest face from the pivot, the pin's radius (m), the state, the jaw's
+    angle (rad) in it, and the source of the pin's size.
     """
 
     when: str
@@ -339,8 +364,10 @@ class PinGap:
 
 
 def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
-    """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
-    `PartsError` where the shield does not fit into the standoff.
+    """Return the gaps at the pin, with the jaws closed and wide open.
+
+    Empty without a hinge, or if the tail is led along the jaw. Raises `PartsError` if the shield does not fit into the
+    standoff.
     """
     jaw, behind, pivot = layout.spec.jaw, shaft(layout.spec.assembly, layout.spec.jaw), hinge_pivot(layout)
     closed = tail_path(layout)
@@ -356,9 +383,12 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
 
 
 def closing(layout: Layout) -> Closing | None:
-    """How the sensor's jaws close; None without a jaw. Raises `PartsError` where the shield does not fit. Backs that
-    lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the sensor
-    leaves of that is the tissue's.
+    """Return the closing motion of the sensor's jaws.
+
+    None without a jaw. Raises `PartsError` if the shield does not fit.
+
+    Backs on the port's circle are parallel when the pair is as high as the port. The port's height less that of the
+    closed pair with the sensor is left for tissue.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
@@ -369,9 +399,9 @@ def closing(layout: Layout) -> Closing | None:
 
 
 def heads_above(layout: Layout) -> float | None:
-    """Height (m) of the heads of a bench plate's screws over the sensor's top face, negative if they are lower.
+    """Return the height (m) of a bench plate's screw heads over the sensor's top face, negative if they are lower.
 
-    Heads are those of ISO 4762, as high as their thread is wide. None without a plate, or with inch threads.
+    Heads follow ISO 4762: their height equals the thread diameter. None without a plate, or with inch threads.
     """
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate" or mount.holes is None:

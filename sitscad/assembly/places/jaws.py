@@ -1,4 +1,4 @@
-"""The jaws: their section, where they stand, and the room that the port leaves between them. No CAD kernel."""
+"""The jaws: their section, their position, and the room inside the port. No CAD kernel is used."""
 
 from __future__ import annotations
 
@@ -14,17 +14,21 @@ from sitscad.spec.mount import Jaw, half_chord
 from sitscad.spec.sensor import SensorSpec
 
 FILM_ROUNDING = 0.8
-"""Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin."""
+"""Rounding of the film's outer edges as a fraction of its thickness.
+
+Below 1, the film keeps its thickness everywhere.
+"""
 
 
 class PartsError(ValueError):
-    """A part that the spec asks for cannot exist; the text says why and what to change."""
+    """An error for a part in the spec that cannot exist. The text gives the reason and the change that helps."""
 
 
 @record
 class JawSection:
-    """A jaw across its axis, face up at height 0: width of its face, height, radius of its back (m). ``side`` is how
-    far straight sides reach down from the face before the round back begins.
+    """Cross-section of a jaw, face up at height 0: width of its face, height, and radius of its back (m).
+
+    `side` is the length of the straight sides between the face and the round back.
     """
 
     face: float
@@ -34,7 +38,7 @@ class JawSection:
 
     @property
     def outline(self) -> Path:
-        """The closed section, counter-clockwise, y as the path's x and z as its y."""
+        """Closed section, counter-clockwise. The path's x is y of the jaw, and its y is z."""
         half, centre = self.face / 2, Point(0.0, self.radius - self.height)
         back = Arc(Point(-half, -self.side), Point(half, -self.side), centre)
         if self.side <= 0.0:
@@ -44,11 +48,11 @@ class JawSection:
 
 
 def section(jaw: Jaw) -> JawSection:
-    """The section of a jaw that passes its port on its own: a bar of its width, rounded behind to the port's radius.
+    """Return the section of a jaw that passes its port alone: a bar of its width with a back of the port's radius.
 
-    The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (one milled down to
-    carry a sensor) has no straight sides left, and its face is the chord there, narrower than the jaw's width. A face
-    that is measured wider than that chord has a flatter back.
+    The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (milled down to carry a
+    sensor) has no straight sides. Its face is then the chord of the arc, narrower than the jaw's width. A face measured
+    wider than that chord has a flatter back.
     """
     half, radius, height = (jaw.face or jaw.width) / 2, jaw.port_diameter / 2, jaw.height
     if jaw.face is not None and height < half:  # a flatter back, if the face is wider than the port's chord
@@ -61,25 +65,28 @@ def section(jaw: Jaw) -> JawSection:
 
 
 def axis(body: tuple[float, float, float, float]) -> Point:
-    """The middle of the board's body, over which the jaw is centred."""
+    """Return the middle of the board's body, over which the jaw is centred."""
     x0, y0, x1, y1 = body
     return Point((x0 + x1) / 2, (y0 + y1) / 2)
 
 
 def jaw_range(body: tuple[float, float, float, float], fitted: Jaw) -> tuple[float, float]:
-    """Where the jaw begins (its tip) and ends along x (m): its length, centred under the board's body."""
+    """Return the x range (m) of the jaw from its tip to its end: its length, centred under the board's body."""
     middle = axis(body).x
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
 def pivot_along(body: tuple[float, float, float, float], jaw: Jaw | None) -> float | None:
-    """Where the pivot of the jaws' hinge is along the jaw (x, m); None where the hinge is not known."""
+    """Return x (m) of the hinge's pivot along the jaw. None if the hinge is not known."""
     return None if jaw is None or jaw.hinge is None else jaw_range(body, jaw)[1] + jaw.hinge
 
 
 def closed_span(spec: SensorSpec) -> Heights | None:
-    """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw. The
-    hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
+    """Return the heights (m) of the backs of the jaw and of the opposing jaw, closed without force.
+
+    None without a jaw.
+
+    The hinge keeps both jaws level. The closed pair's axis therefore lies half way between these heights.
     """
     jaw, seat = spec.jaw, seat_heights(spec.fpc.stackup, spec.mount)
     if jaw is None or seat is None:
@@ -88,15 +95,19 @@ def closed_span(spec: SensorSpec) -> Heights | None:
 
 
 def half_width(layout: Layout, z: float) -> float:
-    """Half the width (m) of what lies below the board at height z: the body's, or what the closed pair's port leaves.
-    Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle,
-    with glue and tolerances at their worst.
+    """Return half the width (m) of the pieces below the board at height z: the body's, or less in a narrow port.
+
+    Seat and shield are made to measure. They are narrower if a body's width would leave the port's circle with glue and
+    tolerances at their worst.
     """
     return min(layout.body_size[1] / 2, room_across(layout, z))
 
 
 def room_across(layout: Layout, z: float) -> float:
-    """Half the width (m) that port and pad pocket leave at height z, at worst; endless without, or above the rims."""
+    """Return half the width (m) inside port and pad pocket at height z, at worst.
+
+    Infinite without them, or above the rims.
+    """
     jaw, span = layout.spec.jaw, closed_span(layout.spec)
     if jaw is None or span is None:
         return math.inf
@@ -108,7 +119,7 @@ def room_across(layout: Layout, z: float) -> float:
 
 
 def made_to_measure(layout: Layout, jaw: Jaw) -> float:
-    """The radius (m) within which seat and shield are kept: the port's, less what glue and tolerances may move them."""
+    """Return the radius (m) that bounds seat and shield: the port's, less the worst shift by glue and tolerances."""
     return jaw.port_diameter / 2 - math.hypot(*slack(layout))
 
 
@@ -116,12 +127,12 @@ POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into
 
 
 def rim(jaw: Jaw) -> Jaw:
-    """The jaw up to the rims of its pad pocket: itself without one."""
+    """Return the jaw extended up to the rims of its pad pocket. The jaw itself without a pocket."""
     return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw
 
 
 def shield_that_fits(spec: SensorSpec) -> Heights | None:
-    """The heights (m) of the shield; raises `PartsError` where it does not fit above the metal of the jaw."""
+    """Return the heights (m) of the shield. Raises `PartsError` if it does not fit above the metal of the jaw."""
     sheet, mount = spec.shield, spec.mount
     if sheet is not None and mount and mount.jaw and sheet.gap + sheet.thickness > mount.standoff + 1e-9:
         gap, thickness = sheet.gap * 1e3, sheet.thickness * 1e3

@@ -1,4 +1,4 @@
-"""Poses, loads and scans of a target as a user writes them, in words or as tables of numbers, and frequencies."""
+"""Poses, loads and scans of a target as text or tables of numbers, and frequencies."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from sitscad.basics.units import UnitError, parse_quantity
 
 
 class TableError(ValueError):
-    """A file that holds no table; the text says why, without its name."""
+    """An error for a file without a readable table. The text gives the reason, without the file's name."""
 
 
 def table_text(path: str, most: int) -> str:
-    """A file's text of at most so many bytes. Raises TableError for more, and no UTF-8; OSError where unopened."""
+    """Return the text of a file of at most `most` bytes.
+
+    Raises TableError for a larger file or text that is not UTF-8, and OSError if the file cannot be opened.
+    """
     with Path(path).open("rb") as file:  # a device has no size and no end
         content = file.read(most + 1)
     if len(content) > most:
@@ -40,13 +43,13 @@ MOMENT: Names = ("moment_x", "moment_y")
 LOAD: Names = (*FORCE, *MOMENT)
 
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
-"""Whether a flat face keeps a loaded target level, or it tilts as it likes, in words."""
+"""Rotation of a loaded target, with text: a flat face keeps it level, or it tilts freely."""
 
 USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
 
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
         **dict.fromkeys(MOMENT, 1e-3)}
-"""What a bare number counts in: millimetres, degrees, newtons, newton millimetres."""
+"""Units of numbers without a unit: millimetres, degrees, newtons, newton millimetres."""
 
 IN_HEADERS = {
     "m": ("length", 1.0),
@@ -59,29 +62,33 @@ IN_HEADERS = {
     "Nm": ("moment", 1.0),
     "Nmm": ("moment", 1e-3),
 }
-"""Units that a CSV file's column may name after an underscore."""
+"""Units after an underscore in a column name of a CSV file."""
 
 READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
-"""What a column of measured readings ends in, as in the plan of `calibrate`: ``C1_counts``. It is passed over."""
+"""Endings of columns with measured readings, as in the plan of `calibrate` (``C1_counts``).
+
+These columns are skipped.
+"""
 
 MOST = 2_000_000  # Points at most in one scan
 
 MOST_FORCE = 1e4
 TOO_MUCH = f"forces up to {MOST_FORCE / 1e3:g} kN can be asked for, as in a spec"
-"""Newtons at most, and what is said of more."""
+"""Message for forces above the largest permitted force."""
 
 LARGEST = 64_000_000  # Bytes at most of a CSV file
 
 
 class MotionError(ValueError):
-    """A pose, a load or a scan that cannot be read; the text says what was read and what is allowed."""
+    """An error for an unreadable pose, load or scan. The text gives the input and the permitted forms."""
 
 
 @record(eq=False)
 class Motions:
-    """What is asked for: poses (n, 6; m, rad), loads (k, 3; N; or k, 5 with moments, N m) with, for each load, whether
-    rotation is held, and load cases of the spec by name. ``passed_over`` says of each file which columns of readings it
-    has, in words.
+    """The requested motions.
+
+    Fields are poses (n, 6; m, rad), loads (k, 3; N; or k, 5 with moments, N m) with a flag per load if rotation is
+    held, and names of load cases in the spec. `passed_over` describes the skipped reading columns of each file.
     """
 
     poses: Array
@@ -95,19 +102,19 @@ class Motions:
 
 
 def is_held(rotation: str) -> bool:
-    """Whether a target that is loaded so is kept level; raises MotionError for what is none of `ROTATIONS`."""
+    """Whether a target with this rotation setting is kept level. Raises MotionError if it is not in `ROTATIONS`."""
     if rotation not in ROTATIONS:
         raise MotionError(f"rotation={rotation!r}: it is {' or '.join(ROTATIONS)}")
     return rotation == "held"
 
 
 def dimension(name: str) -> str:
-    """What a number of that name is: length, angle, force or moment."""
+    """Return the dimension of a number with this name: length, angle, force or moment."""
     return "moment" if name in MOMENT else "force" if name in FORCE else "length" if name in POSE[:3] else "angle"
 
 
 def frequency_of(text: str) -> float:
-    """A frequency (Hz) as it is written, ``5MHz``; raises MotionError for what is none, or not positive."""
+    """Return a frequency (Hz) from text like ``5MHz``. Raises MotionError if it is no positive frequency."""
     try:
         value = parse_quantity(text, "frequency")
     except UnitError as error:
@@ -124,8 +131,9 @@ def read_motions(
     poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
     load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
 ) -> Motions:
-    """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
-    Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
+    """Read texts and files: poses first, scans and load cases last. The pose at rest if there are none.
+
+    Raises MotionError for unreadable input, OSError for a file that cannot be opened.
     """
     placed, pushed = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
     held, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
@@ -159,7 +167,7 @@ def read_motions(
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
-    """The values of "name=value, ..." by name, and of loads whether rotation is held."""
+    """Return the values of "name=value, ..." by name, and for loads whether rotation is held."""
     found: dict[str, float] = {}
     rotation = USUAL_ROTATION
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -176,7 +184,7 @@ def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[
 
 
 def motion_number(name: str, text: str) -> float:
-    """A value in SI, bare or with its unit; MotionError where it is none."""
+    """Return a value in SI from text with or without a unit. Raises MotionError if it is no number."""
     try:
         value = float(text) * BARE[name]
     except ValueError:
@@ -192,7 +200,7 @@ def motion_number(name: str, text: str) -> float:
 
 
 def _scanned(text: str) -> tuple[Array, Names, bool]:
-    """The points of a scan (n, names), what they are of, and whether rotation is held."""
+    """Return the points of a scan (n, names), their names, and whether rotation is held."""
     first = text.split(",")[0].partition("=")[0].strip()
     names = LOAD if first in LOAD or first == "rotation" else POSE
     ranges: dict[str, Array] = {}
@@ -214,7 +222,7 @@ def _scanned(text: str) -> tuple[Array, Names, bool]:
 
 
 def _range(name: str, text: str) -> Array:
-    """The values of FIRST:LAST:COUNT, or the one value."""
+    """Return the values of FIRST:LAST:COUNT, or a single value."""
     parts = text.split(":")
     if len(parts) == 1:
         return np.array([motion_number(name, text)])
@@ -227,7 +235,7 @@ def _range(name: str, text: str) -> Array:
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
-    """A CSV file's rows (n, names), whether each is held, and what is passed over; MotionError with the row."""
+    """Return a CSV file's rows (n, names), whether each is held, and the skipped columns. MotionError gives the row."""
     try:
         lines = table_text(name, LARGEST)
     except TableError as error:
@@ -264,7 +272,7 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
 def _cells(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
-    """One row of a file: its values, and whether rotation is held."""
+    """Return one row of a file: its values, and whether rotation is held."""
     values, held = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():
         text = cells[k].strip()

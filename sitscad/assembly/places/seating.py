@@ -1,6 +1,8 @@
-"""What places and holds the board: on a grasper's pad ledges beside it, a tongue under its tail, dovetail or pins; a
-bench plate from above, and where its screws stand, clear of board and tail, in it or in an adapter below it. Worked out
-once for both tiers of the fit: `sitscad.assembly.places.fit` takes the corners, `sitscad.assembly.solids` builds.
+"""Features that place and hold the board, and the positions of screws.
+
+On a grasper's pad these are ledges beside the board, a tongue under its tail, and a dovetail or pins. A bench plate has
+its outline from above and screws clear of board and tail, in the plate or in an adapter below it. Both kinds of fit use
+this module: `sitscad.assembly.places.fit` uses the corners, `sitscad.assembly.solids` builds the solids.
 """
 
 from __future__ import annotations
@@ -22,20 +24,22 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention
 
 TIGHT = 0.15e-3
-"""Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""
+"""Gap (m), on each side, between printed parts that are joined by hand. Coarser processes leave more."""
 
 STOP = 0.5e-3  # Thickness of a ledge (m) where the process makes it so thin
 
 LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
-"""How far the tongue under the tail may reach behind the body, and the least that is worth the plastic (m)."""
+"""Largest length (m) of the tongue under the tail behind the body, and the smallest useful length (m)."""
 
 SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs are taken as chords
 
 
 @record
 class Relief:
-    """The tongue under the tail that takes a pull off the body: from where to where along the jaw, its sides, the
-    tail's (all m), the height of the tail's lower face, and where cheeks beside the tail begin (None: no room for any).
+    """The tongue under the tail that keeps a pull away from the body (all in m).
+
+    Fields are its range along the jaw, its sides, the tail's sides, the height of the tail's lower face, and the start
+    of cheeks beside the tail. The last is None if there is no room for cheeks.
     """
 
     along: tuple[float, float]
@@ -46,31 +50,34 @@ class Relief:
 
 
 def process_clearance(mount: Mount | None) -> float:
-    """The least gap (m) between two pieces, on each side, that the mount's process can make."""
+    """Return the smallest gap (m) between two pieces, on each side, that the mount's process can make."""
     return print_limit(process_of(mount), "clearance").value
 
 
 def clearance(mount: Mount | None) -> float:
-    """The gap (m) between a printed piece and what goes into it by hand, on each side."""
+    """Return the gap (m), on each side, between a printed piece and a part put into it by hand."""
     return max(TIGHT, process_clearance(mount))
 
 
 def ledge(mount: Mount | None) -> float:
-    """The thickness (m) of a ledge that stands free on one side."""
+    """Return the thickness (m) of a ledge that is free on one side."""
     return max(STOP, print_limit(process_of(mount), "free_wall").value)
 
 
 def stop_place(
     body: tuple[float, float, float, float], fitted: Jaw | None, mount: Mount | None
 ) -> tuple[float, float] | None:
-    """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
+    """Return the range along the jaw (m) of the ledge before the board's end at the tip. None without room for it."""
     inner = body[0] - clearance(mount)
     outer = inner - ledge(mount)
     return None if fitted and jaw_range(body, fitted)[0] > outer + 1e-9 else (outer, inner)
 
 
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
-    """Inner and outer half width (m) of the ledges beside the board; None where jaw or port leave no room for them."""
+    """Return inner and outer half width (m) of the ledges beside the board.
+
+    None if jaw or port leave no room for them.
+    """
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad":
         return None
@@ -85,7 +92,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
 
 
 def relief(layout: Layout) -> Relief | None:
-    """The tongue under the tail; None without a tail, or where jaw and stiffener leave it no room."""
+    """Return the tongue under the tail. None without a tail, or if jaw and stiffener leave it no room."""
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
@@ -107,7 +114,7 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
-    """The x (m) from which on no edge of the board, its taper included, stands beyond the tail's sides at the end."""
+    """Return x (m) beyond which no edge of the board, its taper included, is outside the tail's sides at the end."""
     points = outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):
@@ -121,19 +128,19 @@ def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: 
 
 
 def cap_end(body: tuple[float, float, float, float], mount: Mount | None, stiffener: Stiffener | None) -> float | None:
-    """Where a fingertip's cap ends along the tail (m): before the tail's stiffener; None for any other mount."""
+    """Return the end (m) of a fingertip's cap along the tail, before the tail's stiffener. None for any other mount."""
     if mount is None or mount.finger is None:
         return None
     return min(body[2] + mount.finger.grip, _before_stiffener(stiffener) - 0.7e-3)
 
 
 def _before_stiffener(stiffener: Stiffener | None) -> float:
-    """Where a stiffener under the tail begins, less a little (m); endless without one."""
+    """Return the start (m) of a stiffener under the tail, less a small margin. Infinite without a stiffener."""
     return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
 
 
 def retention(body: tuple[float, float, float, float], mount: Mount | None) -> Retention | None:
-    """What holds the mount besides glue, its sizes settled; None for glue alone."""
+    """Return the retention of the mount besides glue, with all sizes. None for glue alone."""
     found = mount.retention if mount is not None else None
     if found is None:
         return None
@@ -142,24 +149,24 @@ def retention(body: tuple[float, float, float, float], mount: Mount | None) -> R
 
 
 def joint_clearance(glue_line: float, mount: Mount | None) -> float:
-    """The gap (m) between tongue or pin and the jaw cut for it, on each side: the process's, and the glue line."""
+    """Return the gap (m), on each side, of a tongue or pin in the jaw: the process's clearance plus the glue line."""
     return process_clearance(mount) + glue_line
 
 
 def neck(found: Retention) -> float:
-    """The width (m) of a dovetail's tongue where it is narrowest, at the mount."""
+    """Return the smallest width (m) of a dovetail's tongue, at the mount."""
     return found.width - 2.0 * found.depth / math.tan(found.angle)
 
 
 def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
-    """Half widths (m) of a dovetail at bottom and mount, and its depth, larger on every face by a clearance (m)."""
+    """Return half widths (m) of a dovetail at bottom and mount, and its depth, all grown by a clearance (m)."""
     flank = room / math.sin(found.angle)
     bottom = found.width / 2 + room / math.tan(found.angle) + flank
     return bottom, neck(found) / 2 + flank, found.depth + room
 
 
 def metal_below(layout: Layout) -> float | None:
-    """The least metal (m) that a dovetail's groove leaves of the jaw; None without one."""
+    """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None without a dovetail."""
     found, jaw = retention(layout.body, layout.spec.mount), layout.spec.jaw
     if found is None or jaw is None or found.kind != "dovetail":
         return None
@@ -172,7 +179,7 @@ def metal_below(layout: Layout) -> float | None:
 
 
 def pin_places(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[tuple[float, float], ...]:
-    """Where pins stand (m): two in the jaw's middle; none without them."""
+    """Return the positions of pins (m): two in the jaw's middle. Empty without pins."""
     found = retention(body, mount)
     if found is None or found.kind != "pins" or found.spacing is None:
         return ()
@@ -191,7 +198,7 @@ ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)
 
 @record
 class Screw:
-    """A screw with its nut: clearance hole, head, the nut's pocket across flats and its height (m)."""
+    """A screw with its nut (m): clearance hole, head, and the width across flats and height of the nut's pocket."""
 
     hole: float
     head: float
@@ -204,7 +211,7 @@ CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
 
 
 def plate_plan(layout: Layout, film: float) -> Box:
-    """The plate's rectangle (m): all that it carries with the tail beside the screws, a border, and its own holes."""
+    """Return the plate's rectangle (m): its load with the tail beside the screws, a border, and its own holes."""
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
     y0, y1 = min(y0, *near), max(y1, *near)
@@ -226,11 +233,11 @@ def plate_plan(layout: Layout, film: float) -> Box:
 
 
 FLOOR = 2.0e-3
-"""Least thickness (m) of plastic that carries something."""
+"""Smallest thickness (m) of plastic under load."""
 
 
 def plate_floor(layout: Layout) -> tuple[float, float]:
-    """Thickness of a plate's plastic below board or shield, and height of the plate's lower face (m).
+    """Return the thickness of a plate's plastic below board or shield, and the height of the plate's lower face (m).
 
     Plastic thinner than half the diameter of its screws would bend. Raises `PartsError` if the shield does not fit.
     """
@@ -244,7 +251,7 @@ def plate_floor(layout: Layout) -> tuple[float, float]:
 
 
 def adapter_depth(layout: Layout) -> float:
-    """Thickness (m) of the adapter under a plate; 0 without one. The heads of its screws are sunk in it."""
+    """Return the thickness (m) of the adapter under a plate. 0 without an adapter. Its screw heads are sunk."""
     holes = adapter_needed(layout)
     return max(hole.diameter for hole in holes) + FLOOR if holes else 0.0
 
@@ -253,7 +260,7 @@ ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
 
 
 def cap_size(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[float, float]:
-    """Outer width of a fingertip's cap, and thickness of the side through which its screws go (m)."""
+    """Return the outer width of a fingertip's cap, and the thickness of the side with its screws (m)."""
     (_, y0, _, y1) = body
     assert mount is not None and mount.finger is not None
     room, finger = clearance(mount), mount.finger
@@ -263,11 +270,11 @@ def cap_size(body: tuple[float, float, float, float], mount: Mount | None) -> tu
 
 
 FRONT = 2.0e-3
-"""Plastic before the finger's end (m)."""
+"""Thickness (m) of plastic before the finger's end."""
 
 
 def mount_size(layout: Layout) -> tuple[float, float] | None:
-    """Length along the board and width (m) of a bench plate or of a fingertip's cap; None for any other mount."""
+    """Return length along the board and width (m) of a bench plate or a fingertip's cap. None for any other mount."""
     mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if end is not None:
         return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout.body, layout.spec.mount)[0]
@@ -278,27 +285,28 @@ def mount_size(layout: Layout) -> tuple[float, float] | None:
 
 
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
-    """The holes of an adapter: a pattern's that lie under board or tail; none where the plate has them itself."""
+    """Return the adapter's holes: a pattern that lies under board or tail. Empty if the plate itself has the holes."""
     pattern = _pattern(layout.spec.mount)
     return () if pattern is None or clear_pattern(layout) else _placed(layout, pattern)
 
 
 def corner_holes(plan: Box) -> tuple[Hole, ...]:
-    """Four holes in the corners of a plate; its border keeps them clear of board and tail."""
+    """Return four holes in the corners of a plate. Its border keeps them clear of board and tail."""
     x0, y0, x1, y1 = plan[0] + INSET, plan[1] + INSET, plan[2] - INSET, plan[3] - INSET
     centres = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
     return tuple(Hole(centre, CORNER_SCREW.hole, CORNER_SCREW.head) for centre in centres)
 
 
 def _pattern(mount: Mount | None) -> HolePattern | None:
-    """The plate's pattern; None for screws in its own corners."""
+    """Return the plate's hole pattern. None for screws in its own corners."""
     found = mount.holes if mount is not None else None
     return None if found is None or (found.grid is None and found.name == "corners-m2") else found
 
 
 def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
-    """The holes of a plate's pattern where all are clear of board, tail and what stands over it; else none: then four
-    stand in its corners.
+    """Return the holes of a plate's pattern if all are clear of board, tail and the pieces above it.
+
+    Empty otherwise. Four holes are then in the plate's corners.
     """
     pattern = _pattern(layout.spec.mount)
     if pattern is None:
@@ -308,45 +316,50 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
 
 
 def plate_holes(layout: Layout) -> tuple[Hole, ...]:
-    """The holes that a bench plate is screwed down by."""
+    """Return the holes of a bench plate's screws."""
     return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
 
 
 def screw_spacing(layout: Layout) -> tuple[float, float] | None:
-    """How far apart (m) the plate's four screws stand, along and across; None unless they are a rectangle's corners."""
+    """Return the spacing (m) of the plate's four screws, along and across. None if they form no rectangle."""
     holes = plate_holes(layout)
     xs, ys = (sorted({round(hole.at[axis], 9) for hole in holes}) for axis in (0, 1))
     return (xs[1] - xs[0], ys[1] - ys[0]) if len(holes) == 4 and len(xs) == len(ys) == 2 else None
 
 
 FAR = 2.0
-"""Distance of metal from a coil, in its diameters, that changes its inductance by less than 0.2 %: a loop before its
-own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
+"""Distance (in coil diameters) at which metal changes a coil's inductance by less than 0.2 %.
+
+It is the value of a loop before its own image at twice the distance: mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2),
+with z = 8 a and a / w = 10.
+"""
 
 
 def metal_free_distance(coil: CoilSpec) -> float:
-    """From which distance (m) on metal that no figure counts hardly changes a coil: `FAR` diameters of the circle that
-    has the area of its outline. What such metal changes goes with the square of that area.
+    """Return the distance (m) at which metal that the estimates ignore hardly changes a coil.
+
+    It is `FAR` diameters of the circle with the area of the coil's outline. The change by such metal is proportional to
+    the square of that area.
     """
     return FAR * math.sqrt(4.0 / math.pi * coil.outline.area * coil.size[0] * coil.size[1])
 
 
 def is_near_metal(layout: Layout) -> bool:
-    """Whether a plate's screw stands nearer to a coil's centre than metal may be that no figure counts."""
+    """Whether a plate's screw is nearer to a coil's centre than `metal_free_distance`."""
     reach = metal_free_distance(layout.spec.coil)
     screw = [(*hole.at, hole.head / 2) for hole in plate_holes(layout)]
     return any(math.dist((x, y), coil.centre) - half < reach for x, y, half in screw for coil in layout.coils)
 
 
 def beside_board(layout: Layout, hole: Hole) -> float:
-    """Distance (m) of a hole's middle from the board, its tail and the plates on it, as seen from above."""
+    """Return the distance (m) of a hole's middle from the board, its tail and the plates on it, from above."""
     x, y = hole.at
     boxes = (box for box in _boxes(layout) if box[2] > box[0])
     return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
 
 
 def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
-    """A pattern's holes in their places about the middle of the board's body."""
+    """Return a pattern's holes in their positions about the middle of the board's body."""
     middle = axis(layout.body)
     if pattern.grid is None:
         return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
@@ -362,7 +375,7 @@ def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
 
 
 def _boxes(layout: Layout) -> Iterator[Box]:
-    """The body, the tail beside it and what stands on the board, from above."""
+    """Yield the boxes of the body, the tail beside it, and the pieces on the board, from above."""
     yield layout.body
     near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
     yield layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)

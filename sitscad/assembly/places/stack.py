@@ -1,7 +1,8 @@
-"""All pieces of a sensor in their places, from the jaw upwards. How much of the board lies on something: on the mount,
-on a shield, or on the metal itself. No CAD kernel is used. A seat is cut back to the port and to the pad pocket, and
-what is left of it may carry neither board nor elastomer. `sitscad.assembly.solids.clash` measures the same on the
-solids.
+"""All pieces of a sensor in their places from the jaw upwards, and the supported part of the board.
+
+The support is the mount, a shield, or the metal itself. No CAD kernel is used. A seat is cut back to the port and to
+the pad pocket. The rest of the seat may carry neither board nor elastomer. `sitscad.assembly.solids.clash` measures the
+same support on the solids.
 """
 
 from __future__ import annotations
@@ -42,8 +43,9 @@ from sitscad.spec.presets import is_rigid
 
 
 def stack(layout: Layout) -> tuple[Body, ...]:
-    """What the spec contains but for the mount's printed pieces, by height of the lower face; both jaws are closed
-    without force. Raises `PartsError` where shield and standoff contradict each other.
+    """Return the pieces of the spec without the mount's printed pieces, by height of the lower face.
+
+    Both jaws are closed without force. Raises `PartsError` if shield and standoff contradict each other.
     """
     found = [*_jaws(layout),
              *(body for body in (shield(layout), board(layout.outline, layout.spec.fpc.stackup),
@@ -55,13 +57,13 @@ def stack(layout: Layout) -> tuple[Body, ...]:
 
 
 def board(outline: Path, stackup: Stackup) -> Body:
-    """The circuit with its tail held straight, without stiffener."""
+    """Return the board with its tail straight, without stiffener."""
     material = "FR4" if is_rigid(stackup) else "polyimide"
     return Body(BodyRole.BOARD, Region(outline), *board_heights(stackup), material)
 
 
 def stiffener(layout: Layout) -> Body | None:
-    """The plate under the contacts, bonded to the tail's bottom face."""
+    """Return the plate under the contacts, bonded to the tail's bottom face."""
     plate = layout.stiffener
     if plate is None:
         return None
@@ -70,13 +72,15 @@ def stiffener(layout: Layout) -> Body | None:
 
 
 def tail_heights(layout: Layout) -> Heights:
-    """The tail: from the bottom of the layers that run down it up to the board's top face."""
+    """Return the heights of the tail: from the bottom of its lowest layer up to the board's top face."""
     return -math.fsum(layer.thickness for layer in tail_layers(layout)), 0.0
 
 
 def shield(layout: Layout) -> Body | None:
-    """The sheet between coil and jaw. The spec gives it no size: it is made as large as the board's body, a disc under
-    a round one, and narrower where the port asks for it. Raises `PartsError` where it does not fit into the standoff.
+    """Return the sheet between coil and jaw.
+
+    The spec gives it no size. It is as large as the board's body, a disc under a round body, and narrower in a narrow
+    port. Raises `PartsError` if it does not fit into the standoff.
     """
     sheet, levels = layout.spec.shield, shield_that_fits(layout.spec)
     if sheet is None or levels is None:
@@ -93,12 +97,12 @@ def has_round_body(body: BodySpec | None) -> bool:
 
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
-    """The laser's sheets of elastomer, target and shield. Raises `PartsError` where the shield does not fit."""
+    """Return the laser sheets of elastomer, target and shield. Raises `PartsError` if the shield does not fit."""
     return laser_sheets(layout, shield_part(layout), stop)
 
 
 def shield_part(layout: Layout) -> tuple[CutPart, ...]:
-    """The shield as a part to be cut; nothing without one. Raises `PartsError` where it does not fit."""
+    """Return the shield as a part to be cut. Empty without a shield. Raises `PartsError` if it does not fit."""
     sheet, body = layout.spec.shield, shield(layout)
     if sheet is None or body is None:
         return ()
@@ -111,7 +115,7 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
 
 
 def encapsulation(layout: Layout) -> Body | None:
-    """The film over the board's body and what stands on it; it goes round them, so it is thinner than it is high."""
+    """Return the film over and around the board's body and the pieces on it. Its height exceeds its thickness."""
     film = layout.spec.encapsulation
     if film is None:
         return None
@@ -119,7 +123,10 @@ def encapsulation(layout: Layout) -> Body | None:
 
 
 def ground(layout: Layout) -> Path:
-    """What plates can lie on: the board's body with its corners, or the spec's outline; convex, counter-clockwise."""
+    """Return the support area for plates: the board's body with its corners, or the spec's outline.
+
+    The path is convex and counter-clockwise.
+    """
     if (edge := edge_of_body(layout.spec)) is not None:
         return edge
     found = within_box(layout.outline, layout.body)
@@ -137,7 +144,7 @@ def largest_outline(layout: Layout) -> Path | None:
 
 
 def _jaws(layout: Layout) -> Iterator[Body]:
-    """The jaws as bodies, and the other one's pad."""
+    """Yield the jaws as bodies, and the pad of the opposing jaw."""
     jaw, seat = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)
     if jaw is None or seat is None:
         return
@@ -154,15 +161,19 @@ def _jaws(layout: Layout) -> Iterator[Body]:
 BODY = "board's body"  # What is pressed on where nothing lies on the board
 
 MOST_OF_IT, HALF_OF_IT = 0.9, 0.5
-"""Shares of what is pressed on that have to be carried. What is missing to the first is a strip at the edges that
-hardly bends; below the second the board cannot even be glued flat.
+"""Fractions of the pressed area that need support.
+
+Above the first, only a strip at the edges lacks support, and it hardly bends. Below the second the board cannot even be
+glued flat.
 """
 
 
 @record
 class Support:
-    """What is pressed on (its name; elastomer, target or the board's body), its area above the board's body, and how
-    much of that has something under the board; the same of the whole body (all m2).
+    """Support of the pressed piece (elastomer, target or the board's body).
+
+    Fields are its name, its area above the board's body, the supported part of this area, and the same two areas for
+    the whole body (all m2).
     """
 
     name: str
@@ -173,13 +184,14 @@ class Support:
 
     @property
     def share(self) -> float:
-        """How much of what is pressed on is carried, 0 to 1."""
+        """Supported fraction of the pressed area, 0 to 1."""
         return self.carried / self.pressed if self.pressed else 1.0
 
 
 def pressed_on(layout: Layout) -> tuple[str, Path]:
-    """The lowest piece on the board, whose force goes through the board into what lies below, and what of it lies above
-    the body: a closed path. The body itself where nothing lies on it.
+    """Return the lowest piece on the board and its closed outline above the body.
+
+    Its force goes through the board into the support. It is the body itself if nothing lies on the board.
     """
     for body in above_board(layout.spec):
         above = within_box(body.outline(), layout.body)
@@ -189,8 +201,9 @@ def pressed_on(layout: Layout) -> tuple[str, Path]:
 
 
 def support(layout: Layout) -> Support | None:
-    """How much of the board is carried; None where figures cannot say it: a mount or a jaw that is a STEP file. Grooves
-    and other hollows that glue fills count as support. Raises `PartsError` where the shield does not fit.
+    """Return the support of the board. None for a mount or a jaw from a STEP file, whose figures are not known.
+
+    Grooves and other hollows filled with glue count as support. Raises `PartsError` if the shield does not fit.
     """
     found = _carriers(layout)
     if found is None:
@@ -200,13 +213,13 @@ def support(layout: Layout) -> Support | None:
 
 
 def width_under(layout: Layout) -> float | None:
-    """How wide (m) what the board lies on is at the board's lower face; None as `support`, or where it is nothing."""
+    """Return the width (m) of the support at the board's lower face. None as for `support`, or without any support."""
     found = _carriers(layout)
     return None if found is None or found[0] is None else found[0][3] - found[0][1]
 
 
 def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
-    """The area (m2) of a convex closed path over a carrier's box, less that over a window in it."""
+    """Return the area (m2) of a convex closed path over a carrier's box, less the area over a window in the box."""
 
     def within(box: Box | None) -> float:
         found = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
@@ -221,7 +234,7 @@ def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
 
 
 def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
-    """The box that the board's body can lie on and a window in it, from above; None where no figures say it."""
+    """Return the box of the support from above and a window in it. None if its figures are not known."""
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
@@ -246,7 +259,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
 
 
 def _on_metal(body: tuple[float, float, float, float], jaw: Jaw) -> tuple[Box, Box | None]:
-    """The face of a jaw that the board lies on without a seat, and the window through it."""
+    """Return the face of a jaw that carries the board without a seat, and the window through it."""
     (x0, x1), middle = jaw_range(body, jaw), axis(body)
     half = section(jaw).face / 2
     if jaw.pocket is not None and jaw.recess:

@@ -1,4 +1,4 @@
-"""The states that a sensor is looked at in (alone, assembled, pressed), and where the target has gone from rest."""
+"""States of a sensor (alone, assembled, pressed), and poses of the target relative to rest."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Vector = tuple[float, float, float]
 
 @record
 class Pose:
-    """A rigid motion of the target from rest, in board axes: the displacement (m) of the centre of its near face, and
-    a turn R = Rx(rx) Ry(ry) Rz(rz) (rad, right-handed) about that centre.
+    """A rigid motion of the target from rest, in board axes.
 
-    Board axes: x along the jaw towards the tail, y across, z away from the board. So a positive `ry` brings the
-    target's +x side nearer to the board, and a negative `z` is a press.
+    It has the displacement (m) of the centre of the target's near face, and a rotation R = Rx(rx) Ry(ry) Rz(rz) (rad,
+    right-handed) about that centre. Board axes: x along the jaw towards the tail, y across, z away from the board. A
+    positive `ry` brings the target's +x side nearer to the board, and a negative `z` is a press.
     """
 
     x: float = 0.0
@@ -28,7 +28,7 @@ class Pose:
 
     @property
     def rotation(self) -> tuple[Vector, Vector, Vector]:
-        """R as rows: it takes the target's own coordinates to board axes."""
+        """Rows of R, which transforms the target's own coordinates to board axes."""
         (a, b, c), (p, q, r) = (
             (math.cos(angle) for angle in (self.rx, self.ry, self.rz)),
             (math.sin(angle) for angle in (self.rx, self.ry, self.rz)),
@@ -40,7 +40,7 @@ class Pose:
         )
 
     def moved(self, point: Vector, centre: Vector) -> Vector:
-        """Where a point (m) of the target goes; `centre` is that of its near face at rest."""
+        """Return the new position of a point (m) of the target. `centre` is the centre of its near face at rest."""
         away = tuple(point[k] - centre[k] for k in range(3))
         gone = (self.x, self.y, self.z)
         x, y, z = (
@@ -52,20 +52,20 @@ class Pose:
 REST_POSE = Pose()
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
-"""States that the physics refers to: the coil alone, the assembled sensor without a load, and the required force."""
+"""States of the physics: the coil alone, the assembled sensor without load, and the required force."""
 
 TANK, SIGNAL = "tank", "signal"
 
 
 @record
 class StateKind:
-    """A row of `STATES`: a state's names, its load and what judges it.
+    """A row of `STATES`: names, load and criteria of a state.
 
-    `text` names the state in a sentence, `title` at the head of a row. `load` are the parts of the required normal
-    force and of the required shear along x and y that act on the target; the pad's law turns them into a pose and the
-    scatter of the pose. It is None for a coil without target, jaw and neighbours. `judged_by` holds `TANK` if the
-    rules of frequency, parallel resistance and amplitude count the state, and `SIGNAL` if each coil has to read the
-    change from rest to the state.
+    `text` names the state in a sentence, `title` at the head of a row. `load` holds the fractions of the required
+    normal force and of the required shear along x and y that act on the target. The pad's law turns them into a pose
+    and its scatter. It is None for a coil without target, jaw and neighbours. `judged_by` holds `TANK` if the rules of
+    frequency, parallel resistance and amplitude include the state. It holds `SIGNAL` if each coil must read the change
+    from rest to the state.
     """
 
     name: str
@@ -81,14 +81,17 @@ class StateKind:
 
     @property
     def is_straight(self) -> bool:
-        """Whether the target stays straight over its place: no shear acts on it."""
+        """Whether the target stays over its place, because no shear acts on it."""
         return self.load is None or not any(self.load[1:])
 
 
 
 
 def within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
-    """Return states. Raise ValueError if a load exceeds what strain, range, calibration and driver are judged for."""
+    """Return the states.
+
+    Raises ValueError if a load exceeds the load that strain, range, calibration and driver rules cover.
+    """
     for kind in kinds:
         if kind.load is not None and not (0.0 <= kind.load[0] <= 1.0 and math.hypot(*kind.load[1:]) <= 1.0):
             raise ValueError(f"state {kind.name}: its load {kind.load} exceeds the required forces, which are 1")
@@ -100,20 +103,20 @@ STATES = within_requirements((
     StateKind(REST, "at rest", "at rest (assembled)", (0.0, 0.0, 0.0), (TANK,)),
     StateKind(PRESSED, "pressed", "pressed (required force)", (1.0, 0.0, 0.0), (TANK, SIGNAL)),
 ))
-"""The states of every sensor that has their parts, in the order in which they are shown."""
+"""The states of each sensor with the necessary parts, in display order."""
 
 _KINDS = {kind.name: kind for kind in STATES}
 
 BEHIND_THE_BOARD = "behind_the_board"
-"""Name of the gap that is not a state's: between the board and the metal behind it."""
+"""Name of the gap between the board and the metal behind it, which belongs to no state."""
 
 MOVED_SIDEWAYS = "no numbers for this state: shear moves its target sideways; `response` computes such loads"
-"""Why a state with shear is refused: scatter and shares of an endless plate's effect are known for straight presses."""
+"""Message for a state with shear. Scatter and plate ratios are known only for straight presses."""
 
 
 @record
 class WorkingPoint:
-    """A normal load, as a part of the full one, at which a sensor's performance is stated."""
+    """A normal load, as a fraction of the full load, at which a sensor's performance is stated."""
 
     name: str
     text: str
@@ -127,13 +130,14 @@ WORKING_POINTS = tuple(sorted((
     *(WorkingPoint(kind.name, kind.text, kind.load[0])
       for kind in STATES if kind.load is not None and kind.is_straight and kind.name not in (REST, PRESSED)),
 ), key=lambda point: (point.share, point.name == "full")))
-"""Rest is the first of them, full load the last; the loads of further states stand between."""
+"""Working points: rest first, full load last, and the loads of further states between."""
 
 
 @record
 class State:
-    """One state by its name: where the target is, the force (N) that presses it there, and the temperature (degrees
-    Celsius) of all metal. Without a pose there is nothing round the coil: neither target nor jaw nor neighbours.
+    """A named state: pose of the target, force (N) on it, and temperature (degrees Celsius) of all metal.
+
+    Without a pose the coil is alone: without target, jaw and neighbours.
     """
 
     name: str
@@ -148,16 +152,16 @@ class State:
 
 
 def working_states(names: Iterable[str]) -> list[str]:
-    """Names of the states in which the sensor works. They are all names if none of the states is assembled."""
+    """Return the names of the states in which the sensor works. All names if no state is assembled."""
     every = list(names)
     return [name for name in every if name not in _KINDS or TANK in _KINDS[name].judged_by] or every
 
 
 def in_words(state: str) -> str:
-    """A state as a sentence names it: at rest."""
+    """Return the name of a state in a sentence, like ``at rest``."""
     return _KINDS[state].text if state in _KINDS else state
 
 
 def titled(state: str) -> str:
-    """A state as the head of a row names it: at rest (assembled)."""
+    """Return the name of a state at the head of a row, like ``at rest (assembled)``."""
     return _KINDS[state].title if state in _KINDS else state.replace("_", " ")

@@ -1,4 +1,5 @@
-"""How the tail runs once the sensor is mounted: over the mount's edge, down to the jaw or the finger, past a hinge.
+"""Path of the tail in the mounted sensor: over the mount's edge, down to the jaw or the finger, past a hinge.
+
 Lengths count along the middle of the tail's thickness, which a bend neither stretches nor shortens.
 """
 
@@ -24,7 +25,7 @@ LEFT = 0.4  # Share of the plastic under the tail that is left upright below a r
 
 @record
 class Lip:
-    """An edge over which the tail leaves what carries it: from place to place (m), its radius (m) and turn (rad)."""
+    """An edge over which the tail leaves its support: its range (m), radius (m) and angle (rad)."""
 
     start: float
     end: float
@@ -34,7 +35,7 @@ class Lip:
 
 @record
 class BentStretch:
-    """A part of the tail's middle line: its length (m), and the angle (rad) that it turns upwards by over that."""
+    """A part of the tail's middle line: its length (m) and its upward turn (rad) over this length."""
 
     length: float
     turn: float = 0.0
@@ -42,14 +43,14 @@ class BentStretch:
 
 @record
 class Station:
-    """A place on the tail's middle line: along the jaw and upwards (m), and its direction above the jaw's (rad)."""
+    """A point on the tail's middle line: position along the jaw and height (m), and direction above the jaw's (rad)."""
 
     x: float
     z: float
     angle: float
 
     def after(self, stretch: BentStretch, length: float | None = None) -> Station:
-        """The place at the end of a stretch that begins here, or after so much (m) of it."""
+        """Return the station at the end of a stretch that begins here, or after a `length` (m) of it."""
         run = stretch.length if length is None else length
         if not stretch.turn:
             return Station(self.x + run * math.cos(self.angle), self.z + run * math.sin(self.angle), self.angle)
@@ -59,7 +60,7 @@ class Station:
         return Station(self.x + radius * dx, self.z + radius * dz, end)
 
     def distance(self, stretch: BentStretch, x: float, z: float) -> float:
-        """The least distance (m) of a point from a stretch that begins here."""
+        """Return the smallest distance (m) of a point from a stretch that begins here."""
         ahead, across = x - self.x, z - self.z
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         ahead, across = ahead * cosine + across * sine, across * cosine - ahead * sine
@@ -76,9 +77,10 @@ class Station:
 
 @record
 class TailPath:
-    """The tail's way: where its middle line begins, at the end of the board's body, and its stretches from there.
-    ``radius`` is the inside radius (m) of its bends, None where it has none; ``reason`` says why it is drawn straight
-    where it ought not to be.
+    """Path of the tail: the start of its middle line, at the end of the board's body, and its stretches from there.
+
+    `radius` is the inside radius (m) of its bends, None without bends. `reason` explains a tail that is drawn straight
+    although it should bend.
     """
 
     start: Station
@@ -88,11 +90,11 @@ class TailPath:
 
     @property
     def length(self) -> float:
-        """The length (m) of all stretches."""
+        """Length (m) of all stretches."""
         return math.fsum(stretch.length for stretch in self.stretches)
 
     def at(self, length: float) -> Station:
-        """The place after so much (m) of the tail."""
+        """Return the station after a length (m) of the tail."""
         here = self.start
         for stretch in self.stretches:
             if length <= stretch.length:
@@ -102,14 +104,14 @@ class TailPath:
 
     @property
     def last(self) -> Station:
-        """Where its last stretch begins."""
+        """Station at the start of the last stretch."""
         here = self.start
         for stretch in self.stretches[:-1]:
             here = here.after(stretch)
         return here
 
     def distance(self, x: float, z: float) -> float:
-        """The least distance (m) of a point from the tail's middle line."""
+        """Return the smallest distance (m) of a point from the tail's middle line."""
         here, found = self.start, math.hypot(x - self.start.x, z - self.start.z)
         for stretch in self.stretches:
             found = min(found, here.distance(stretch, x, z))
@@ -118,12 +120,13 @@ class TailPath:
 
 
 def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
-    """The way of the tail; None for a board without one. `turned` (rad) is the angle that the jaw stands open by
-    against the shaft.
+    """Return the path of the tail.
 
-    It leaves the body level, over the seat's tongue or the cap, and goes down to the face of jaw or finger by two bends
-    of the radius that is asked for, or of the least that the fabricator allows; it follows that face, and turns into a
-    shaft under the pivot.
+    None for a board without a tail. `turned` (rad) is the opening angle of the jaw against the shaft.
+
+    The tail leaves the body level, over the seat's tongue or the cap. It goes down to the face of jaw or finger by two
+    bends of the spec's radius, or of the fabricator's minimum. It follows this face, and turns into a shaft under the
+    pivot.
     """
     tail = layout.spec.fpc.tail
     if tail is None or layout.tail_length <= 0.0:
@@ -162,7 +165,7 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 
 def _drop(layout: Layout) -> float | None:
-    """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
+    """Return the descent (m) of the tail to the face of the jaw or the finger. None without either."""
     mount, jaw, face = layout.spec.mount, layout.spec.jaw, carrier_face(layout.spec)
     if mount is None or face is None or (jaw is None and mount.finger is None):
         return None
@@ -171,7 +174,7 @@ def _drop(layout: Layout) -> float | None:
 
 
 def lip(layout: Layout) -> Lip | None:
-    """The round edge over which the tail leaves tongue or cap; None without one, a known radius or room for it."""
+    """Return the round edge at which the tail leaves tongue or cap. None without an edge, a known radius or room."""
     mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec.fpc)
     if mount is None or not drop or radius is None:
         return None
@@ -188,8 +191,9 @@ def lip(layout: Layout) -> Lip | None:
 
 
 def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
-    """An edge at a place along the tail (m) that is round by the tail's bend radius through an angle (rad), or as far
-    as so much depth (m) has room; by a small radius where none is known.
+    """Return an edge at a place along the tail (m), rounded by the tail's bend radius through an angle (rad).
+
+    A small depth (m) limits the rounding. The radius is small if no bend radius is known.
     """
     radius = bend_radius(fpc)
     if radius is None:
@@ -199,7 +203,7 @@ def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
 
 
 def free_from(layout: Layout) -> float:
-    """The x (m) from which on the tail may be bent away from the coils: a bench plate's edge, or the body's end."""
+    """Return x (m) from which the tail may bend away from the coils: a bench plate's edge, or the body's end."""
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
         return end
@@ -208,10 +212,10 @@ def free_from(layout: Layout) -> float:
 
 
 def rod_clear(layout: Layout) -> float:
-    """Return the x (m) from which on a bend down may begin so that the rod for it is clear of a bench plate.
+    """Return x (m) from which a bend down may begin so that its rod is clear of a bench plate.
 
-    The rod touches the tail's lower face, and above all the plate's lower edge must lie outside of its circle. Minus
-    infinity for any other mount.
+    The rod touches the tail's lower face. The plate's lower edge must lie outside of its circle. Minus infinity for any
+    other mount.
     """
     mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
     if mount is None or mount.kind != "bench-plate" or radius is None:
@@ -222,11 +226,11 @@ def rod_clear(layout: Layout) -> float:
 
 
 ROD = 0.05e-3
-"""How much thicker (m) than the bend a rod may be at its radius: rods come in steps of 0.1 mm."""
+"""Largest excess (m) of a rod's radius over the bend radius: rods come in steps of 0.1 mm."""
 
 
 def _why_straight(layout: Layout) -> str:
-    """Why a tail is drawn straight; empty where it is bent."""
+    """Return the reason for a tail that is drawn straight. Empty if it is bent."""
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     assert tail is not None
     if tail.bend == "none":
@@ -244,7 +248,7 @@ def _why_straight(layout: Layout) -> str:
 
 
 def _let_down(drop: float, radius: float) -> list[BentStretch]:
-    """Two bends of a radius (m) of the middle line, one down and one level again, over a drop (m)."""
+    """Return two bends of a radius (m) of the middle line, one down and one back to level, over a drop (m)."""
     if drop < LEAST:
         return []
     turn = math.acos(max(0.0, 1.0 - drop / (2.0 * radius)))
@@ -257,13 +261,13 @@ SAME = 1e-9
 
 
 def bends(layout: Layout) -> tuple[Bend, ...]:
-    """The bends from the body on; none where the tail has none, or nothing straight to bend."""
+    """Return the bends from the body on. Empty if the tail has no bend or no straight part."""
     own = own_bend(layout)
     return (*bends_of_mount(layout), *(() if own is None else (own,)))
 
 
 def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
-    """The bends that let the tail down to the jaw or the finger; none where it stays level."""
+    """Return the bends that lower the tail to the jaw or the finger. Empty if it stays level."""
     path = tail_path(layout)
     if path is None or path.radius is None:
         return ()
@@ -280,13 +284,13 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
 
 
 def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
-    """Whether the tail has a bend of its own at a jaw's hinge, which then moves with the jaw."""
+    """Whether the tail has a bend of its own at a jaw's hinge, which moves with the jaw."""
     return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
             and jaw is not None and jaw.hinge is not None)
 
 
 def own_bend(layout: Layout) -> Bend | None:
-    """The bend that the spec asks for, beyond those of the mount; None without one, or with no straight tracks."""
+    """Return the spec's bend, beyond those of the mount. None without such a bend, or without straight tracks."""
     tail, room = layout.spec.fpc.tail, room_for_own(layout)
     if tail is None or room is None or not tail.bend_angle:
         return None
@@ -303,7 +307,10 @@ def own_bend(layout: Layout) -> Bend | None:
 
 
 def room_for_own(layout: Layout) -> tuple[float, float] | None:
-    """The range of x (m) of straight tracks, beyond the mount and its bends, for the spec's own bend, or None."""
+    """Return the range of x (m) of straight tracks for the spec's own bend, beyond the mount and its bends.
+
+    None without room.
+    """
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
         return None
@@ -314,7 +321,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 
 def pivot_line(layout: Layout) -> float | None:
-    """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
+    """Return x (m) on the flat tail that lies under the hinge's pivot in the mounted sensor. None without a hinge."""
     pivot, path = pivot_along(layout.body, layout.spec.jaw), tail_path(layout)
     if pivot is None or path is None:
         return pivot
