@@ -85,8 +85,8 @@ class _AnnotatedType:
     """One type of an annotation, such as ``tuple[Solid, ...]``: its name, and the types of its elements."""
 
     def __init__(self, annotation: str) -> None:
-        found = re.fullmatch(r"([\w.]+)(?:\[(.*)\])?", annotation.strip())
-        self.name, self.inner = (found[1], found[2] or "") if found else ("Any", "")
+        match = re.fullmatch(r"([\w.]+)(?:\[(.*)\])?", annotation.strip())
+        self.name, self.inner = (match[1], match[2] or "") if match else ("Any", "")
         names = [part for part in re.split(r"\s*\|\s*", self.inner.removesuffix(", ...")) if part not in ("", "Any")]
         is_opaque = self.name in ("Mapping", "os.PathLike", "Callable")
         self.parts = [] if is_opaque else [_AnnotatedType(name) for name in names]
@@ -96,8 +96,8 @@ class _AnnotatedType:
     def holds(self, value: Any) -> bool:
         """Whether a value is of this type. For lists and tuples, their elements are tested, too."""
         if self.is_ours:
-            own = (base for base in type(value).__mro__ if base.__name__ == self.name)
-            return any(base.__module__.startswith("sitscad.") for base in own)
+            bases = (base for base in type(value).__mro__ if base.__name__ == self.name)
+            return any(base.__module__.startswith("sitscad.") for base in bases)
         if not self.test(value):
             return False
         inside = value if isinstance(value, (list, tuple)) and self.parts else ()
@@ -106,8 +106,8 @@ class _AnnotatedType:
     @property
     def text(self) -> str:
         """Description of the type, such as "a list of a number"."""
-        words = TYPES[self.name][0] if self.name in TYPES else self.name
-        return f"{words} of {' or '.join(part.text for part in self.parts)}" if self.parts else words
+        name = TYPES[self.name][0] if self.name in TYPES else self.name
+        return f"{name} of {' or '.join(part.text for part in self.parts)}" if self.parts else name
 
 
 def _parameters_of(function: Callable[..., Any]) -> Iterable[tuple[str, str, tuple[_AnnotatedType, ...]]]:
@@ -124,9 +124,9 @@ def _require(
 ) -> None:
     if any(kind.holds(value) for kind in kinds):
         return
-    words = list(dict.fromkeys(kind.text for kind in kinds))
+    types = list(dict.fromkeys(kind.text for kind in kinds))
     sources = [SOURCES[each.name] for kind in kinds for each in (kind, *kind.parts) if each.is_ours]
     shown = repr(value) if isinstance(value, (str, bytes, int, float, type(None))) else f"a {type(value).__name__}"
     called = function.__qualname__.removesuffix(".__init__").removesuffix(".__new__")
     source = f" ({sources[0]})" if sources else ""
-    raise TypeError(f"{called}: {name} is {shown[:60]}, and {' or '.join(words)} is wanted{source}")
+    raise TypeError(f"{called}: {name} is {shown[:60]}, and {' or '.join(types)} is wanted{source}")

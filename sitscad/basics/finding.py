@@ -68,9 +68,9 @@ class Shortfall:
     def message(self) -> str:
         """Text that names the part without room, with its figures."""
         facts = dict(self.facts)
-        words = _WORDS_OF_ONE.get(self.what, "") if facts.get("count") == 1 else ""
-        asked = _WORDS_OF_NEED.get(self.what, "") if self.need is not None else ""
-        return ((words or _WORDS[self.what]) + asked).format(**facts)
+        singular = _WORDS_OF_ONE.get(self.what, "") if facts.get("count") == 1 else ""
+        need_text = _WORDS_OF_NEED.get(self.what, "") if self.need is not None else ""
+        return ((singular or _WORDS[self.what]) + need_text).format(**facts)
 
 
 _WORDS = {

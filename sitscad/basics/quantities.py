@@ -36,8 +36,8 @@ class Quantity:
     @property
     def unit(self) -> str:
         """SI unit, like ``H/N``. Empty for fractions, counts and texts."""
-        found = UNIT.search(self.key)
-        return found[1].replace("_per_", "/") if found else ""
+        match = UNIT.search(self.key)
+        return match[1].replace("_per_", "/") if match else ""
 
     @property
     def field(self) -> str:
@@ -55,8 +55,8 @@ class Quantity:
 
     def deviation(self, result: object) -> float | None:
         """Return one standard deviation in the quantity's unit. None if it is unknown."""
-        found = _read(result, self.sigma) if self.sigma else None
-        return None if found is None else float(found)
+        sigma = _read(result, self.sigma) if self.sigma else None
+        return None if sigma is None else float(sigma)
 
     def plain(self, result: object) -> str:
         """Return the value for people, with its unit. A dash if it is absent or not finite."""
@@ -120,7 +120,7 @@ def by_quantity(results: Sequence[object | None], quantities: Iterable[Quantity]
 def by_result(results: Iterable[object], quantities: Iterable[Quantity], title: str = "") -> Table:
     """Return a table with a row for each result and a column for each labelled quantity."""
     columns = [each for each in quantities if each.label]
-    return Table([each.label for each in columns], [[each.text(one) for each in columns] for one in results], title)
+    return Table([each.label for each in columns], [[each.text(row) for each in columns] for row in results], title)
 
 
 def finite(value: float | None) -> float | None:

@@ -72,8 +72,8 @@ class _FieldsOnFirstUse:
         with _LOCK:
             if self._cls.__dict__[_FIELDS] is self:
                 self._complete(self._cls)
-        found: dict[str, Field[Any]] = self._cls.__dict__[_FIELDS]
-        return found
+        completed: dict[str, Field[Any]] = self._cls.__dict__[_FIELDS]
+        return completed
 
     @staticmethod
     def _complete(cls: type) -> None:
@@ -82,8 +82,8 @@ class _FieldsOnFirstUse:
         cls.__annotations__ = {n: kind if "ClassVar" in str(kind) else object for n, kind in stated.items()}
         dataclass(init=False, repr=False, eq=False)(cls)
         cls.__annotations__ = stated
-        for one in fields(cls):
-            one.type = stated.get(one.name, one.type)
+        for each in fields(cls):
+            each.type = stated.get(each.name, each.type)
 
 
 _WITHOUT_DEFAULT: Field[Any] = field()
@@ -96,17 +96,17 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
     Only defaults and flags are set. Constructors, equality and copies need no more, and complete fields take ten times
     as long.
     """
-    found: dict[str, Field[Any]] = {}
+    by_name: dict[str, Field[Any]] = {}
     for base in reversed(cls.__mro__):
         stated = base.__dict__.get(_FIELDS)
         if isinstance(stated, dict):
-            found |= {one.name: one for one in fields(base)}
+            by_name |= {each.name: each for each in fields(base)}
         elif stated is not None:
             for name, kind in get_annotations(base).items():
                 if "ClassVar" not in str(kind):
-                    given = base.__dict__.get(name, _WITHOUT_DEFAULT)
-                    found[name] = given if isinstance(given, Field) else field(default=given)
-    return found
+                    default = base.__dict__.get(name, _WITHOUT_DEFAULT)
+                    by_name[name] = default if isinstance(default, Field) else field(default=default)
+    return by_name
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
@@ -122,12 +122,12 @@ def _init_on_first_use(cls: type) -> Callable[..., None]:
 
 def _compiled_init(cls: type) -> Callable[..., None]:
     """Return the constructor of a record, equal to the constructor of a dataclass."""
-    names, own = _own_fields(cls).keys(), _own_fields(cls).values()
+    names, own_fields = _own_fields(cls).keys(), _own_fields(cls).values()
     if "__match_args__" not in cls.__dict__:
         setattr(cls, "__match_args__", tuple(names))  # noqa: B010 - a type checker would refuse an assignment
-    factories = {k: one.default_factory for k, one in enumerate(own) if one.default_factory is not MISSING}
-    pattern = _init_pattern(len(own), tuple(factories))
-    called = dict(zip(_numbered(len(own)), names, strict=True))
+    factories = {k: each.default_factory for k, each in enumerate(own_fields) if each.default_factory is not MISSING}
+    pattern = _init_pattern(len(own_fields), tuple(factories))
+    called = dict(zip(_numbered(len(own_fields)), names, strict=True))
     code = pattern.replace(
         co_varnames=tuple(called.get(name, name) for name in pattern.co_varnames),
         co_consts=tuple(called.get(value, value) if isinstance(value, str) else value for value in pattern.co_consts),
@@ -135,9 +135,9 @@ def _compiled_init(cls: type) -> Callable[..., None]:
     )
     scope = {"missing": MISSING} | {f"new_{k}": make for k, make in factories.items()}
     defaults: tuple[Any, ...] = ()
-    for one in own:  # a default before a field without one cannot be used
-        has_none = one.default is MISSING and one.default_factory is MISSING
-        defaults = () if has_none else (*defaults, one.default)
+    for each in own_fields:  # a default before a field without one cannot be used
+        has_none = each.default is MISSING and each.default_factory is MISSING
+        defaults = () if has_none else (*defaults, each.default)
     return FunctionType(code, scope, "__init__", defaults)
 
 
@@ -176,8 +176,8 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
 
 def _comparing(own: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
     """Return equality and hash of a record by its fields."""
-    compared = _values_of([name for name, one in own.items() if one.compare])
-    hashed = _values_of([name for name, one in own.items() if (one.compare if one.hash is None else one.hash)])
+    compared = _values_of([name for name, each in own.items() if each.compare])
+    hashed = _values_of([name for name, each in own.items() if (each.compare if each.hash is None else each.hash)])
 
     def __eq__(self: Any, other: Any) -> bool:
         if other.__class__ is not self.__class__:
@@ -205,14 +205,14 @@ def _without_hash(self: Any) -> dict[str, Any]:
 def replace(one: Made, /, **changes: Any) -> Made:
     """Return the record with other values of some fields. `dataclasses.replace` takes four times as long."""
     inside, names = cast(Any, one).__dict__, _own_fields(cast(type, type(one)))
-    found = object.__new__(type(one))
-    own = found.__dict__
+    changed = object.__new__(type(one))
+    values = changed.__dict__
     for name in names:
-        own[name] = inside[name]
-    if not changes.keys() <= own.keys():
-        raise TypeError(f"{type(one).__name__} has no field {', '.join(changes.keys() - own.keys())}")
-    own.update(changes)
-    return found
+        values[name] = inside[name]
+    if not changes.keys() <= values.keys():
+        raise TypeError(f"{type(one).__name__} has no field {', '.join(changes.keys() - values.keys())}")
+    values.update(changes)
+    return changed
 
 
 class FrozenDict(dict[Any, Any]):
@@ -254,7 +254,7 @@ def _values_of(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def _repr(self: Any) -> str:
-    shown = ", ".join(f"{one.name}={getattr(self, one.name)!r}" for one in fields(self) if one.repr)
+    shown = ", ".join(f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.repr)
     return f"{self.__class__.__qualname__}({shown})"
 
 

@@ -124,10 +124,10 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
     else:
         needs = f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension} needs one"
         raise UnitError(f"{number} has no unit, and {needs}", "unit", f"write it like {EXAMPLES[dimension]}")
-    found = float(number * factor)
-    if not math.isfinite(found):
+    result = float(number * factor)
+    if not math.isfinite(result):
         raise UnitError(f"{_shortened(value)} is not a usable number", "range", "it is too large for any sensor")
-    return found
+    return result
 
 
 def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:

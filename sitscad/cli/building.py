@@ -72,16 +72,16 @@ def build(
             code = 2
     require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()
-    asked: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
+    options: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
     # Several specs have a process each. The solids of a single spec have one on request, at a third more CPU time
-    asked["jobs"] = jobs or 1 if len(loaded) == 1 else 1
+    options["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
-        asked |= {"force": force, "strict": strict, "progress": _progress if alone else _stage_told}
-    given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
-    again = "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
+        options |= {"force": force, "strict": strict, "progress": _progress if alone else _stage_told}
+    named = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
+    again = "".join(f" {name} {shlex.quote(value)}" for name, value in named.items() if value)
     fails = Severity.WARNING if strict else Severity.ERROR
-    for result in each_of(functools.partial(_made, check, **asked), loaded, jobs):
-        warn_of_unknown_specs(asked["baseline"], [result.checked])
+    for result in each_of(functools.partial(_made, check, **options), loaded, jobs):
+        warn_of_unknown_specs(options["baseline"], [result.checked])
         code = max(code, _told(result, only or (), again, len(loaded) > 1, fails))
     return code
 
@@ -127,9 +127,9 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
     if result.checked.findings or result.checked.ignored:
         show_findings([result.checked], named)
     if result.stale:
-        is_there = not all(words.endswith(" is missing") for words in result.stale)
-        for words in result.stale if is_there else [f"there is no package, {len(result.stale)} files are missing"]:
-            print_result(f"{result.directory}: {words}")
+        is_there = not all(text.endswith(" is missing") for text in result.stale)
+        for text in result.stale if is_there else [f"there is no package, {len(result.stale)} files are missing"]:
+            print_result(f"{result.directory}: {text}")
         say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
     is_stopped = not result.written and not result.stages  # a comparison is not a stopped build
@@ -146,9 +146,9 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
         say(f"{result.directory} has no {stage}: {why}")
     files = sum(stage.files for stage in result.stages) + 1
     done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
-    words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
+    text = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
     is_new = result.written and not result.is_unchanged
-    print_result(f"{result.directory}: {files} files ({words if is_new else 'unchanged'})")
+    print_result(f"{result.directory}: {files} files ({text if is_new else 'unchanged'})")
     return result.checked.exit_code if is_stopped else 0
 
 
@@ -167,8 +167,8 @@ def verify(directory: str, rebuild: bool) -> int:
     value, because their last digits depend on the processor. It cannot check that the spec in the package is yours.
     Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
     """
-    found = sitscad.verify(directory, rebuild)
-    for difference in found.differences:
+    result = sitscad.verify(directory, rebuild)
+    for difference in result.differences:
         print_result(difference)
-    print_result(f"{'ok' if found.ok else 'differs'}: {', '.join(found.looked_at)}")
-    return 0 if found.ok else 1
+    print_result(f"{'ok' if result.ok else 'differs'}: {', '.join(result.looked_at)}")
+    return 0 if result.ok else 1

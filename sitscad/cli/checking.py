@@ -127,9 +127,9 @@ def check(
     else:
         # Paths start at the repository's root if a CI server sets it
         root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
-        asked = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose,
+        choices = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose,
                  "hints": tells_hints}
-        print_result(show(checked, layout_of(sys.stdout, **asked)))
+        print_result(show(checked, layout_of(sys.stdout, **choices)))
     warn_of_unknown_specs(options.baseline, checked)
     if page:
         _append_job_summary(page, inspected)
@@ -179,8 +179,8 @@ def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> i
         return 0
     milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
     counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
-    words = " and ".join(counted(count, name) for name, count in counts if count)
-    say(f"{option}: {words} and no error; {weight.value}s fail (--ignore leaves rules out)")
+    text = " and ".join(counted(count, name) for name, count in counts if count)
+    say(f"{option}: {text} and no error; {weight.value}s fail (--ignore leaves rules out)")
     return 1
 
 

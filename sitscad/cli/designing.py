@@ -84,11 +84,11 @@ def sweep(
     if loaded is None:
         return 2
     try:
-        asked = dict(map(range_of, ranges))
-        if len(asked) < len(ranges):
+        values = dict(map(range_of, ranges))
+        if len(values) < len(ranges):
             raise click.UsageError("a key is swept once")
         progress = progress_of("designs")
-        table = sweep_as_written(loaded, asked, names or None, level=level, jobs=jobs, progress=progress)
+        table = sweep_as_written(loaded, values, names or None, level=level, jobs=jobs, progress=progress)
         content = write(table) if write is not None else b""
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error
@@ -144,12 +144,12 @@ def design(
 
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:
-        asked = sitscad.Study.load(study)
+        loaded = sitscad.Study.load(study)
     except sitscad.SpecError as error:
         said = unreadable(study, error, "none")  # no command applies fixes to a study
-        show_findings([replace(said, findings=tuple(replace(one, fixes=()) for one in said.findings))])
+        show_findings([replace(said, findings=tuple(replace(finding, fixes=()) for finding in said.findings))])
         return 2
-    folder = output or os.path.join("outputs", asked.name if asked.name.endswith("study") else f"{asked.name}-study")
+    folder = output or os.path.join("outputs", loaded.name if loaded.name.endswith("study") else f"{loaded.name}-study")
     executor = None
     told: list[StudyAnswer] = []
     if scheduler is not None:
@@ -169,14 +169,14 @@ def design(
             "leaves it out)")
 
     try:
-        answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
+        answer = loaded.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
                            draws=0 if no_yield else DRAWS, before_yields=before_yields,
-                           interrupted=lambda found: _write_so_far(asked, found, folder))
+                           interrupted=lambda found: _write_so_far(loaded, found, folder))
     except KeyboardInterrupt:
         options = {"-o": output, "--scheduler": scheduler, "--jobs": jobs if scheduler is None else None,
                    "--format": format_name if format_name != "text" else None}
-        given = [str(word) for option, value in options.items() if value is not None for word in (option, value)]
-        command = shlex.join(["sitscad", "design", study, *given, *(["--no-yield"] if no_yield else [])])
+        arguments = [str(word) for option, value in options.items() if value is not None for word in (option, value)]
+        command = shlex.join(["sitscad", "design", study, *arguments, *(["--no-yield"] if no_yield else [])])
         say(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
         return 130
     _write(answer, folder)
@@ -246,13 +246,13 @@ def _study_progress() -> StudyProgress:
             return
         told, rate = now, state.made / max(spent[state.stage], 1e-3)
         best = "".join(f", best {name} {shown(name, value)}" for name, value in state.best.items())
-        left = (state.of - state.done) / rate
-        left_in_words = f"{left:.0f} s" if left < 100.0 else f"{left / 60.0:.0f} min"
+        remaining = (state.of - state.done) / rate
+        left_in_words = f"{remaining:.0f} s" if remaining < 100.0 else f"{remaining / 60.0:.0f} min"
         of = f" of {state.of}, {left_in_words} left" if state.of > state.done else ""
-        words = f"{state.stage}: {state.done}{of}, {rate:.3g} a second, {state.feasible} keep all{best}"
+        text = f"{state.stage}: {state.done}{of}, {rate:.3g} a second, {state.feasible} keep all{best}"
         if on_terminal:
-            click.echo(f"\r\033[K  {words}", err=True, nl=False)
+            click.echo(f"\r\033[K  {text}", err=True, nl=False)
         else:
-            say(words)
+            say(text)
 
     return show

@@ -45,15 +45,15 @@ def taken_points(
 
     path = Path(table)
     try:
-        given, _ = source_of(source, design)
-        given.creep = given.creep if creep is None else creep
-        board = given.board(design)
+        origin, _ = source_of(source, design)
+        origin.creep = origin.creep if creep is None else creep
+        board = origin.board(design)
         wrong = board.set_up()
         if wrong:
             raise NotTaken(f"{', '.join(wrong)} did not read back: the bus, or another part")
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         path.parent.mkdir(parents=True, exist_ok=True)
-        for text in Leading(board, given, found, _asked, say).table(before):
+        for text in Leading(board, origin, found, _asked, say).table(before):
             write_file(path, text.encode("utf-8"))
     except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
         say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
@@ -248,8 +248,8 @@ def response(
         at = frequency_of(frequency) if frequency else None
     except MotionError as error:
         raise click.UsageError(str(error)) from error
-    for words in motions.passed_over:
-        say(words)
+    for message in motions.passed_over:
+        say(message)
     loaded = spec_of(spec)
     if loaded is None:
         return 2
@@ -257,17 +257,17 @@ def response(
     design = _of_cell(whole, cell)
     progress = progress_of("poses solved") if len(motions) > MANY else None
     try:
-        found = respond_to(design, motions, at, tolerance, progress, jacobian)
+        readings = respond_to(design, motions, at, tolerance, progress, jacobian)
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     felt = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
     if output:
-        write_file(output, response_file(spec, found, ending, felt))
-        say(f"wrote {output}: {counted(len(found), 'point')}")
+        write_file(output, response_file(spec, readings, ending, felt))
+        say(f"wrote {output}: {counted(len(readings), 'point')}")
     else:
-        print_result(show(spec, found, coloured(sys.stdout), felt))
+        print_result(show(spec, readings, coloured(sys.stdout), felt))
     result = sitscad.check(loaded, whole.layout, whole.estimates, hints="none")
     return exit_code_of(as_configured(loaded, result), spec)
 
@@ -364,13 +364,13 @@ def calibrate(
             planned = replace(sitscad.calibrate(design, rotation=rotation, points=points), cell=cell)
             if not taken_points(whole, planned, source, data, creep):
                 return 2
-        found = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
+        calibration = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
     except sitscad.BenchError as error:
         say(str(error))
         return 2
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
-    for path in sitscad.write_calibration(found, folder):
+    for path in sitscad.write_calibration(calibration, folder):
         say(f"wrote {path}")
-    print_result(calibration_text(found))
+    print_result(calibration_text(calibration))
     return exit_code_of(as_configured(loaded, sitscad.check(loaded, whole.layout, whole.estimates, "none")), spec)

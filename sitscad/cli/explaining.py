@@ -60,8 +60,8 @@ def explain(rules: tuple[str, ...]) -> int:
     """
     from sitscad.checks import judging
 
-    found = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
-    print_result("\n\n\n".join(map(judging.explain, found)))
+    identifiers = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
+    print_result("\n\n\n".join(map(judging.explain, identifiers)))
     return 0
 
 
@@ -98,9 +98,9 @@ def schema(document: str) -> int:
 
         return study_schema()
 
-    made = {
+    schemas = {
         "spec": sitscad.json_schema, "check": functools.partial(json_file, "check.schema"),
         "calibration": functools.partial(json_file, "calibration.schema"), "study": study_schema,
     }
-    print_result(json.dumps(row_of(made, document, "--of")(), indent=1))
+    print_result(json.dumps(row_of(schemas, document, "--of")(), indent=1))
     return 0

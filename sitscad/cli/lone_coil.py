@@ -121,8 +121,8 @@ def coil(
 
     show = row_of(COIL_FORMATS, format_name, "--format")
     try:
-        found = spiral({"shape": "circle", "layers": 1, **dimensions}, stackup, frequencies, temperature)
-        wanted = (svg, found.picture), (kicad_mod, found.footprint)
+        result = spiral({"shape": "circle", "layers": 1, **dimensions}, stackup, frequencies, temperature)
+        wanted = (svg, result.picture), (kicad_mod, result.footprint)
         drawn = {path: draw() for path, draw in wanted if path is not None}
     except SpecError as error:
         for finding in error.findings:
@@ -132,7 +132,7 @@ def coil(
         raise click.BadParameter(str(error), param_hint="--at") from error
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--kicad-mod") from error
-    print_result(show(found, coloured(sys.stdout)))
+    print_result(show(result, coloured(sys.stdout)))
     _write(drawn)
     return 0
 
@@ -155,15 +155,15 @@ def _print_drawn(
         raise click.UsageError("--from and --to go together")
     show = row_of(DRAWN_COIL_FORMATS, format_name, "--format")
     try:
-        found = drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
+        result = drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
                            temperature=temperature)
     except DrawnCoilError as error:
         say(f"{file}: {error}" if not str(error).startswith(file) else str(error))
         return 2
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
-    print_result(show(found, coloured(sys.stdout)))
-    _write({} if svg is None else {svg: found.picture()})
+    print_result(show(result, coloured(sys.stdout)))
+    _write({} if svg is None else {svg: result.picture()})
     return 0
 
 

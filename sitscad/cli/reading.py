@@ -78,19 +78,19 @@ def read(
     from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
     from sitscad.apps.hardware.source import SERIAL, design_of, source_of
 
-    kept = diagnose or log is not None or not serve
+    keeps_scans = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
     try:
-        given, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
+        origin, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         maps = _maps(calibration)
         forces = Forces([sitscad.map_of(path) for path in maps], tare)
-        board = given.board(known)
-        given.paced = given.paced or serve
+        board = origin.board(known)
+        origin.paced = origin.paced or serve
         with live(board, forces, maps, port) if serve else nullcontext() as show:
             wrong = board.set_up()
             try:
-                for scan in scans(board, given, seconds or (math.inf if serve else given.seconds or USUAL)):
-                    rows += [scan] if kept else []
+                for scan in scans(board, origin, seconds or (math.inf if serve else origin.seconds or USUAL)):
+                    rows += [scan] if keeps_scans else []
                     forces.take(board, scan)
                     forces(board, scan)  # raises ValueError for a map of another sensor
                     if show is not None:
@@ -112,7 +112,7 @@ def read(
         _logged(Path(log), board, rows, source)
     if diagnose or not serve:
         print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
-    return int(diagnose and any(one.verdict == NOT_MET for one in verdicts))
+    return int(diagnose and any(each.verdict == NOT_MET for each in verdicts))
 
 
 def _maps(place: Path | None) -> list[Path]:
@@ -122,10 +122,10 @@ def _maps(place: Path | None) -> list[Path]:
     """
     if place is None or place.is_file():
         return [] if place is None else [place]
-    found = sorted(place.glob("**/calibration.json"), key=lambda path: (len(str(path)), str(path)))
-    if not found:
+    paths = sorted(place.glob("**/calibration.json"), key=lambda path: (len(str(path)), str(path)))
+    if not paths:
         raise ValueError(f"there is no calibration.json in {place}")
-    return found
+    return paths
 
 
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
@@ -165,7 +165,7 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
 
     def show(scan: Scan) -> None:
         nonlocal last
-        newest.update({k: (one.counts, STATUS.index(one.status)) for k, one in scan.items()})
+        newest.update({k: (reading.counts, STATUS.index(reading.status)) for k, reading in scan.items()})
         if len(newest) == len(board.bands) and time.monotonic() - last > INTERVAL:
             last = time.monotonic()
             counts, status = zip(*(newest[k] for k in range(len(board.bands))), strict=True)
@@ -202,10 +202,10 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     from sitscad.apps.watch.watching import OVERTAKEN, Watch, words
     from sitscad.apps.watch.work import Event
 
-    showing, made = Showing(), None
+    showing, page_server = Showing(), None
     serve = serve or opens
     if serve:
-        made, address = served(showing, host, port)
+        page_server, address = served(showing, host, port)
 
     def told(revision: int, event: Event, before: Event | None) -> None:
         if format_name == "json":
@@ -225,8 +225,8 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     except KeyboardInterrupt:
         return 0
     finally:
-        if made is not None:
-            made.shutdown()
+        if page_server is not None:
+            page_server.shutdown()
     return 0
 
 
@@ -235,13 +235,13 @@ def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
     from sitscad.apps.watch.server import LOOPBACK, server
 
     try:
-        made = server(showing, host, port)
+        page_server = server(showing, host, port)
     except (OSError, UnicodeError) as error:  # UnicodeError: the host is not a valid name
         reason = getattr(error, "strerror", None) or str(error)
         raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error
     if host.strip("[]").lower() not in LOOPBACK:
         say("whoever reaches this machine can read the page")
-    print_result(made.url)
+    print_result(page_server.url)
     sys.stdout.flush()
-    threading.Thread(target=made.serve_forever, daemon=True).start()
-    return made, made.url
+    threading.Thread(target=page_server.serve_forever, daemon=True).start()
+    return page_server, page_server.url

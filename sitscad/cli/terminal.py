@@ -38,8 +38,8 @@ class Example(click.Command):
     def __init__(self, name: str | None, *, example: str, words: str = "", **kwargs: Any) -> None:
         text = kwargs["help"] or HELP_IS_GONE
         says, codes, last = inspect.cleandoc(text).rpartition("\n\nExit code")
-        said = f"{says}\n\n{words.strip()}{codes}{last}" if words else text
-        super().__init__(name, **{**kwargs, "help": said, "epilog": f"\b\nExample:\n  {example}"})
+        whole_text = f"{says}\n\n{words.strip()}{codes}{last}" if words else text
+        super().__init__(name, **{**kwargs, "help": whole_text, "epilog": f"\b\nExample:\n  {example}"})
 
 
 class Names(click.ParamType):
@@ -57,10 +57,10 @@ class InRange(click.FloatRange):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """Return the number."""
-        found = float(super().convert(value, param, ctx))
-        if found != found:
+        number = float(super().convert(value, param, ctx))
+        if number != number:
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
-        return found
+        return number
 
 
 RELATIVE_ERROR = InRange(0, 1, min_open=True)
@@ -122,11 +122,11 @@ def rules_for(pattern: str) -> list[Any]:
     from sitscad.checks.policy import stands_for
 
     known = all_rules()
-    found = [rule for rule in known if stands_for(pattern, rule.id, rule.name)]
-    if not found:
+    matching = [rule for rule in known if stands_for(pattern, rule.id, rule.name)]
+    if not matching:
         meant = _meant(pattern, (r.name for r in known))
         raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
-    return found
+    return matching
 
 
 def row_of(table: Any, name: str, option: str) -> Any:

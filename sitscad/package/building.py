@@ -198,12 +198,12 @@ def _remove(old: Path, target: Path) -> Path | None:
         os.rmdir(old)
         return None
     number = 1
-    while os.path.lexists(kept := target.parent / f"{target.name}.kept-{number}"):
+    while os.path.lexists(rest := target.parent / f"{target.name}.kept-{number}"):
         number += 1
-    os.rename(old, kept)
+    os.rename(old, rest)
     if files:  # else the manifest is not sitscad's
-        os.unlink(kept / MANIFEST)
-    return kept
+        os.unlink(rest / MANIFEST)
+    return rest
 
 
 def _lock(parent: Path, name: str) -> int | None:
@@ -289,8 +289,8 @@ class BuildRequest:
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
         known = known_of(self.baseline, source.path, self.spec.name)
-        said = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), known)
-        return made_from(without_text(self.spec), *said, versions, *marks())
+        inputs = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), known)
+        return made_from(without_text(self.spec), *inputs, versions, *marks())
 
 
 @checked_arguments
@@ -380,21 +380,21 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
-        made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
-        contents = made.contents
+        built = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
+        contents = built.contents
         if asked.stops(contents.checked):  # findings on the solids
             return BuildResult(directory, contents.checked, written=False)
-        manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
+        manifest = stages.manifest_of(contents, built, old, key, asked.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
-            return BuildResult(directory, contents.checked, True, made.results)
-        write_package(staged, made.files, manifest)
+            return BuildResult(directory, contents.checked, True, built.results)
+        write_package(staged, built.files, manifest)
         kept_aside = put_in_place(staged, directory)
     # Stages without a file because the target's response cannot be solved
-    none = [stage.name for stage in made.results
+    none = [stage.name for stage in built.results
             if stage.outcome == "none" and stage.name in asked.wanted & {"datasheet", "calibration"}]
     reason = contents.design.sensing.no_performance if none and is_felt(contents.spec) else ""
-    return BuildResult(directory, contents.checked, True, made.results, kept_aside,
+    return BuildResult(directory, contents.checked, True, built.results, kept_aside,
                        left_out=dict.fromkeys(none, reason) if reason else {})
 
 
@@ -410,29 +410,29 @@ def stale(
     ``checked``. A package that was built in spite of errors is compared with a build with `force`. Raises the errors of
     `build`.
     """
-    asked, design = _request(spec, out, only, True, policy, baseline)
-    old = _require_ours(asked.directory)
+    request, design = _request(spec, out, only, True, policy, baseline)
+    old = _require_ours(request.directory)
     if only is None:
-        asked = dataclasses.replace(asked, wanted=asked.wanted - set(unplotted(asked.spec)))
-    if (same := _unchanged(asked, old, asked.made_from(old))) is not None:
+        request = dataclasses.replace(request, wanted=request.wanted - set(unplotted(request.spec)))
+    if (same := _unchanged(request, old, request.made_from(old))) is not None:
         return same
     from sitscad.package import stages
 
-    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline, asked.wanted)
-    with known_solutions(asked.directory.name, writes=False):
-        made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs,
-                               figure_files(asked.directory, old))
+    contents = stages.contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
+    with known_solutions(request.directory.name, writes=False):
+        built = stages.make_all(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
+                               figure_files(request.directory, old))
     # Stages left out of the package, with their numbers of files. Empty if there is no package
     asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
-    count = Counter(entry.stage for entry in made.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
+    count = Counter(entry.stage for entry in built.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
     lacking = {stage: count[stage] for stage in STAGES if stage in count}
-    files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
-    differing = _differing(asked.directory, old, files)
+    files = {name: content for name, content in built.files.items() if built.entries[name].stage not in lacking}
+    differing = _differing(request.directory, old, files)
     if lacking:
         names = ", ".join(f"{stage} ({counted(files, 'file')})" for stage, files in lacking.items())
         known = ",".join(stage for stage in STAGES if stage in old.built_for)
         differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
-    return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))
+    return BuildResult(request.directory, built.contents.checked, False, built.results, stale=tuple(differing))
 
 
 MOST_CACHED = 64_000_000
@@ -470,11 +470,11 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, store.as_bytes(code()))
-        left = MOST_CACHED
-        kept = [each for each in path.parent.glob("*.solved") if each.is_file()]
-        for old in sorted(kept, key=lambda each: each.stat().st_mtime, reverse=True):
-            left -= old.stat().st_size
-            if left < 0:
+        room = MOST_CACHED
+        cached = [each for each in path.parent.glob("*.solved") if each.is_file()]
+        for old in sorted(cached, key=lambda each: each.stat().st_mtime, reverse=True):
+            room -= old.stat().st_size
+            if room < 0:
                 old.unlink()
 
 
@@ -482,14 +482,14 @@ def _request(
     spec: SensorSpec | Design, out: str | Path, only: Iterable[str] | None, force: bool, policy: Policy | None,
     baseline: Baseline | None,
 ) -> tuple[BuildRequest, Design | None]:
-    own, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
-    directory = Path(out) / require_package_name(own.name)
+    base, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
+    directory = Path(out) / require_package_name(base.name)
     wanted = frozenset(STAGES if only is None else only)
     unknown = sorted(wanted - set(STAGES))
     if unknown or not wanted:
         raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
     implied = {"assembly"} if "mount" in wanted else set()
-    return BuildRequest(own, directory, wanted | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
+    return BuildRequest(base, directory, wanted | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
 
 
 def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
@@ -514,8 +514,8 @@ def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | No
     if checked is None:
         return None
     counts = {stage: len(old.of_stage(stage)) for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1])}
-    kept = (StageResult(stage, "kept" if count else "none", count, 0.0) for stage, count in counts.items())
-    return BuildResult(directory, checked, True, tuple(kept), is_unchanged=True)
+    results = (StageResult(stage, "kept" if count else "none", count, 0.0) for stage, count in counts.items())
+    return BuildResult(directory, checked, True, tuple(results), is_unchanged=True)
 
 
 def _stages_of(old: Manifest) -> frozenset[str]:
@@ -524,20 +524,20 @@ def _stages_of(old: Manifest) -> frozenset[str]:
 
 def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
     """Return a text on each file that differs from a new build."""
-    words = []
+    texts = []
     for name, content in sorted(files.items()):
         path = directory / name
         if path.is_symlink() or not path.is_file():
-            words.append(f"{name} is missing")
+            texts.append(f"{name} is missing")
         elif path.read_bytes() != content:
             is_ours = intact(directory, {name: old.files[name]} if name in old.files else {})
-            words.append(f"{name} is stale" if is_ours else f"{name} was changed by hand")
-    words += [f"{name} would not be made any more" for name in sorted(old.files) if name not in files]
+            texts.append(f"{name} is stale" if is_ours else f"{name} was changed by hand")
+    texts += [f"{name} would not be made any more" for name in sorted(old.files) if name not in files]
     foreign = foreign_files(directory, old) if directory.is_dir() else []
-    words += [f"{name} is not sitscad's" for name in foreign if name not in old.files and name not in files]
+    texts += [f"{name} is not sitscad's" for name in foreign if name not in old.files and name not in files]
     if not (directory / MANIFEST).is_file():
-        words.append(f"{MANIFEST} is missing")
-    return list(map(printable, words))
+        texts.append(f"{MANIFEST} is missing")
+    return list(map(printable, texts))
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:

@@ -93,13 +93,13 @@ class Contents:
         )
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
-        found = checked_spec(
+        findings = checked_spec(
             self.design.spec,
             (*result.findings, *judged_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
             tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
             result.closing, result.reached, result.board,
         )
-        return judged(found, source, all_rules(), self.policy, self.baseline)
+        return judged(findings, source, all_rules(), self.policy, self.baseline)
 
     @cached_property
     def forced(self) -> str:
@@ -233,10 +233,10 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     files, has_cells = dict[str, bytes](), design.spec.cells is not None
     for number, cell in enumerate(design.cells, 1):
         with suppress(NoResponse):
-            found = foretell(cell.response)
-            found = replace(found, cell=number if has_cells else None, remarks=(FORCED,) * forced + found.remarks)
+            result = foretell(cell.response)
+            result = replace(result, cell=number if has_cells else None, remarks=(FORCED,) * forced + result.remarks)
             folder = f"calibration/cell-{number}" if has_cells else "calibration"
-            files |= {f"{folder}/{name}": content for name, content in calibration_files(found).items()}
+            files |= {f"{folder}/{name}": content for name, content in calibration_files(result).items()}
     return files | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if files and has_cells else files
 
 

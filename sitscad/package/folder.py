@@ -71,15 +71,15 @@ def list_files(folder: Path) -> list[str]:
 
     Links, and folders that cannot be read, count as files.
     """
-    found: list[str] = []
+    names: list[str] = []
 
     def add(path: str) -> None:
-        found.append(Path(path).relative_to(folder).as_posix())
+        names.append(Path(path).relative_to(folder).as_posix())
 
     for root, folders, files in os.walk(folder, onerror=lambda error: add(error.filename)):
         for entry in (*files, *(name for name in folders if os.path.islink(os.path.join(root, name)))):
             add(os.path.join(root, entry))
-    return sorted(found)
+    return sorted(names)
 
 
 @contextlib.contextmanager
@@ -139,11 +139,11 @@ DEFAULT_TEMPLATE = "grasper_4layer"
 
 def list_templates() -> dict[str, str]:
     """Return the one-line description of each template by name: the first comment line of its file."""
-    found = {}
+    descriptions = {}
     for name in templates.names():
         comments = (line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))
-        found[name] = next((comment for comment in comments if comment), "")
-    return found
+        descriptions[name] = next((comment for comment in comments if comment), "")
+    return descriptions
 
 
 def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
@@ -157,11 +157,11 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     PackageError
         if the template is unknown, the file exists (unless `force`), or it cannot be written
     """
-    found = _find(name)
-    target = Path(f"{found}.yaml" if path is None else path)
-    text = templates.read(found)
-    if target.stem != found and (own := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
-        text = re.sub(r"(?m)^name: \S+", f"name: {own}", text, count=1)
+    template = _find(name)
+    target = Path(f"{template}.yaml" if path is None else path)
+    text = templates.read(template)
+    if target.stem != template and (new_name := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
+        text = re.sub(r"(?m)^name: \S+", f"name: {new_name}", text, count=1)
     return _new_file(target, text, force)
 
 
@@ -191,7 +191,7 @@ def refusals(spec: SensorSpec) -> list[str]:
 
     design = Design(spec)
     return [rule.id for rule in RULES if rule.id.startswith("SIT1")
-            and any(one.severity is Severity.ERROR for one in apply_rule(rule, design, Severity.ERROR)[0])]
+            and any(finding.severity is Severity.ERROR for finding in apply_rule(rule, design, Severity.ERROR)[0])]
 
 
 def write_study(

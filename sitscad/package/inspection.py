@@ -173,32 +173,33 @@ class MendedSpec:
         import difflib  # loaded only for patches
 
         before, after = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (self.before, self.after))
-        found = difflib.unified_diff(before, after, self.path, self.path)
-        return "".join(line if line.endswith("\n") else f"{line}\n{NO_LINE_END}\n" for line in found)
+        patch = difflib.unified_diff(before, after, self.path, self.path)
+        return "".join(line if line.endswith("\n") else f"{line}\n{NO_LINE_END}\n" for line in patch)
 
     @property
     def words(self) -> str:
         """Text of the applied fixes, one line per fix."""
         return "\n".join(
-            f"{one.finding.rule} mended: {'; '.join(edit.words for edit in one.remedy.edits)}"
-            + (f"; worse than before: {', '.join(one.worsens)}" if one.worsens else "")
-            for one in self.applied
+            f"{fix.finding.rule} mended: {'; '.join(edit.words for edit in fix.remedy.edits)}"
+            + (f"; worse than before: {', '.join(fix.worsens)}" if fix.worsens else "")
+            for fix in self.applied
         )
 
     @property
     def words_of_rolled_back(self) -> str:
         """Text of the fixes that were undone, one line per fix, each with the reason."""
         lines = (
-            f"{one.finding.rule} not mended by {'; '.join(edit.words for edit in one.remedy.edits)}: {one.why}"
-            for one in self.rolled_back
+            f"{fix.finding.rule} not mended by {'; '.join(edit.words for edit in fix.remedy.edits)}: {fix.why}"
+            for fix in self.rolled_back
         )
         return "\n".join(dict.fromkeys(lines))
 
     @property
     def words_of_unmended(self) -> str:
         """A line that names the rules of errors and warnings without a fix. Empty if there are none."""
-        grave = (one for one in self.inspection.checked.findings if one.severity.weighs(Severity.WARNING))
-        without = sorted({one.rule for one in grave if not one.fixes} - {one.finding.rule for one in self.rolled_back})
+        grave = (each for each in self.inspection.checked.findings if each.severity.weighs(Severity.WARNING))
+        undone = {each.finding.rule for each in self.rolled_back}
+        without = sorted({each.rule for each in grave if not each.fixes} - undone)
         return f"no fix is known for {', '.join(without)} (check -v has hints)" if without else ""
 
 
@@ -239,11 +240,12 @@ def mend(
     def verdict(of: str) -> CheckedSpec:
         return inspect_text(of, path, "none", options).checked
 
-    found = mended_text(text, said, may, verdict, progress)
-    tried = [one.remedy for one in found.rolled_back if not one.remedy.brings]
-    left = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried)) for each in found.said.findings)
-    said_last = replace(found.said, findings=tuple(left)) if tried else found.said
-    return MendedSpec(path, text, found.text, Inspection(said_last), found.applied, found.rolled_back)
+    result = mended_text(text, said, may, verdict, progress)
+    tried = [one.remedy for one in result.rolled_back if not one.remedy.brings]
+    findings = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried))
+                for each in result.said.findings)
+    said_last = replace(result.said, findings=tuple(findings)) if tried else result.said
+    return MendedSpec(path, text, result.text, Inspection(said_last), result.applied, result.rolled_back)
 
 
 def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | None = None) -> CheckedSpec:

@@ -92,7 +92,7 @@ def read_manifest(folder: Path) -> Manifest:
     try:
         return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_mapping))
     except OSError as error:
-        inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
+        inside = ", ".join(str(path.parent) for path in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""
         raise PackageError(
             f"{folder} is not a package of sitscad: {MANIFEST}: {error.strerror or error}{hint}"
@@ -197,14 +197,14 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
 
     Files that KiCad leaves beside a project of the package do not count.
     """
-    found = []
+    names = []
     for name in list_files(folder):
         entry = manifest.files.get(name)
         if name == MANIFEST or is_left_by_kicad(name, manifest.files):
             continue
         if entry is None or intact(folder, {name: entry}) is None:
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
@@ -216,10 +216,10 @@ def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
         return False
     projects = (file.removesuffix(".kicad_pro") for file in files if file.endswith(".kicad_pro"))
     for folder, _, project in (path.rpartition("/") for path in projects):
-        own = re.escape(project)
-        lock, backup = rf"~{own}\.kicad_(pro|pcb|sch)\.lck", rf"{own}-backups/{own}-[0-9_-]+\.zip"
-        left = re.compile(rf"{re.escape(folder)}/({own}\.kicad_prl|fp-info-cache|{lock}|{backup})")
-        if left.fullmatch(name):
+        stem = re.escape(project)
+        lock, backup = rf"~{stem}\.kicad_(pro|pcb|sch)\.lck", rf"{stem}-backups/{stem}-[0-9_-]+\.zip"
+        pattern = re.compile(rf"{re.escape(folder)}/({stem}\.kicad_prl|fp-info-cache|{lock}|{backup})")
+        if pattern.fullmatch(name):
             return True
     return False
 
@@ -407,8 +407,8 @@ def has_figures(name: str) -> bool:
 def figure_files(folder: Path, manifest: Manifest) -> dict[str, bytes]:
     """Return the content of each file of figures by name, without files that differ from their hash in the manifest."""
     named = {name: entry for name, entry in manifest.files.items() if has_figures(name)}
-    found = ((name, intact(folder, {name: entry})) for name, entry in named.items())
-    return {name: files[name] for name, files in found if files is not None}
+    contents = ((name, intact(folder, {name: entry})) for name, entry in named.items())
+    return {name: files[name] for name, files in contents if files is not None}
 
 
 def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> dict[str, bytes]:

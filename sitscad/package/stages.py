@@ -121,10 +121,10 @@ def make_all(
     and later files are made from it (`sitscad.package.manifest`).
     """
     rendered: dict[str, Rendered] = {}
-    made = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
-    if not force or made.contents.forced == contents.forced:
-        return made
-    known = dataclasses.replace(contents, measured=made.contents.measured)
+    built = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
+    if not force or built.contents.forced == contents.forced:
+        return built
+    known = dataclasses.replace(contents, measured=built.contents.measured)
     return _made(known, directory, old, wanted, lambda *_: None, 1, figures or {}, rendered)
 
 
@@ -154,12 +154,12 @@ def _made(
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
     by_value, begun = list[str](), {CHECK_STAGE}
-    aside = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
+    second = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
     try:
         for stage, numbers in PARTS:
             began = time.perf_counter()
             so_far = {name: content for each in ORDER for name, content in new[each].items()}
-            failed = [words for each in ORDER for words in failures[each]]
+            failed = [message for each in ORDER for message in failures[each]]
             there = _stages_there(wanted, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
             made_of = _made_of(contents, stage, numbers, entries, failed)
             made = _kept(directory, old, stage, made_of)
@@ -175,8 +175,8 @@ def _made(
             elif stage == CHECK_STAGE:
                 made = _distinct(stage, so_far, _checked_files(contents, failed, so_far), theirs)
             else:
-                if aside is not None and (stage, numbers) in aside.parts:
-                    rendered[made_of] = aside.next_of()
+                if second is not None and (stage, numbers) in second.parts:
+                    rendered[made_of] = second.next_of()
                 elif made_of not in rendered:
                     rendered[made_of] = _rendered(contents, stage, numbers, new[stage], so_far, there)
                 part = rendered[made_of]
@@ -193,8 +193,8 @@ def _made(
             if stage not in (CHECK_STAGE, "assembly") or numbers:
                 progress(stage, _outcome(stage, new[stage], kept_parts, old, wanted), spent[stage])
     finally:
-        if aside is not None:
-            aside.process.terminate()
+        if second is not None:
+            second.process.terminate()
     results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, wanted), len(new[stage]), spent[stage])
                for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
@@ -266,13 +266,13 @@ class Aside:
         Raises the exception of the process, or BrokenProcessPool if the process ended without one.
         """
         try:
-            found = self.sent.recv()
+            part = self.sent.recv()
         except EOFError as error:
             raise BrokenProcessPool("the process that makes the solids has ended") from error
-        if isinstance(found, BaseException):
-            raise found
-        assert isinstance(found, Rendered)
-        return found
+        if isinstance(part, BaseException):
+            raise part
+        assert isinstance(part, Rendered)
+        return part
 
 
 def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str]) -> Aside | None:
@@ -281,14 +281,14 @@ def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: fro
     The process is a fresh one. A copy of this process would have the locks of threads that it does not have, and could
     wait for them forever. Plugins are not loaded in the new process, so with plugins this process makes the solids.
     """
-    asked = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
-    parts = tuple(part for part in asked if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
+    solids = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
+    parts = tuple(part for part in solids if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
     if not parts or "datasheet" not in wanted or marks():
         return None
     context = multiprocessing.get_context("spawn")
     received, sent = context.Pipe(duplex=False)
-    given = contents.design.spec, contents.policy, contents.baseline, contents.measured, contents.forced, parts
-    process = context.Process(target=_render_aside, args=(sent, *given), daemon=True)
+    arguments = contents.design.spec, contents.policy, contents.baseline, contents.measured, contents.forced, parts
+    process = context.Process(target=_render_aside, args=(sent, *arguments), daemon=True)
     process.start()
     sent.close()
     return Aside(parts, process, received)
@@ -438,8 +438,8 @@ def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, 
 
 def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:
     """Return the sensing performance from the package's data sheet. Empty if there is no data sheet."""
-    found: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
-    return found
+    performance: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
+    return performance
 
 
 def _spec_files(contents: Contents) -> dict[str, bytes]:
@@ -448,14 +448,14 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
     The spec has its own name, or ``spec.yaml`` if a package may not hold that name. Profiles lie where the spec names
     them, so that the folder builds the same package again.
     """
-    files, own = contents.design.spec.source.kept, contents.file_name
+    files, file_name = contents.design.spec.source.kept, contents.file_name
     names = {}
     for name in files:
         # Characters that a package may not hold are written as _
         parts = (re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
         names[name] = name if FILE_NAME.fullmatch(name) else "/".join(parts)
-    if not FILE_NAME.fullmatch(own):
-        names[own] = UNNAMED
+    if not FILE_NAME.fullmatch(file_name):
+        names[file_name] = UNNAMED
     return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
 
 
@@ -495,17 +495,17 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
     from sitscad.estimates.states.cells import live_cells
     from sitscad.files.report.moving import pushed_document, solids_document
 
-    found = {}
+    views = {}
     if "mount/assembly.glb" in files:
-        found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
+        views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
     design, has_cells = contents.design.bare, contents.spec.cells is not None
     text = files.get(f"calibration/{f'cell-{design.cells.weakest_number}/' if has_cells else ''}calibration.json")
     known = None if text is None else json.loads(text)
     weakest = design.cells.weakest
     if (pushed := pushed_document(weakest.layout, weakest.estimates, felt, known)) is not None:
         cells = {"cells": live_cells(design.spec, design.estimates, design.cells.skin.crosstalk)} if has_cells else {}
-        found["pushed"] = pushed | cells
-    return found
+        views["pushed"] = pushed | cells
+    return views
 
 
 def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
@@ -541,7 +541,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
         "What does not fit: too much in red, limits in black.": FIT_PICTURE,
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
     }
-    drawn = {words: files[name].decode("utf-8") for words, name in wrong.items() if name in files} | {
+    drawn = {caption: files[name].decode("utf-8") for caption, name in wrong.items() if name in files} | {
         f"{body}, seen from the top, to scale; lower copper shows as narrow lines.": picture(
             layout, None, layout.body, marks, "body"
         ),

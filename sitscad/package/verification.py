@@ -111,8 +111,8 @@ class Verification:
     def _words(self) -> Iterator[str]:
         """Yield a short text on each comparison and its result."""
         wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
-        words = ", ".join(f"{count} {word}" for count, word in wrong if count)
-        yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"
+        counts = ", ".join(f"{count} {word}" for count, word in wrong if count)
+        yield f"{self.files} files against the manifest{f' ({counts})' if counts else ''}"
         if self.by_kicad:
             yield f"ignored: {counted(len(self.by_kicad), 'file')} that KiCad left ({', '.join(self.by_kicad)})"
         if self.nets is None:
@@ -194,8 +194,8 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             *_spec_differences(folder, manifest),
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
-        made, document = rebuilt(folder, manifest) if rebuild else (None, manifest)
-        again = () if made is None else tuple(rebuilt_differences(folder, manifest, made, document))
+        built, document = rebuilt(folder, manifest) if rebuild else (None, manifest)
+        again = () if built is None else tuple(rebuilt_differences(folder, manifest, built, document))
         by_kicad = tuple(name for name in list_files(folder) if is_left_by_kicad(name, manifest.files))
         read = Verification(
             folder, files, len(manifest.files), None, forced=manifest.forced, by_kicad=by_kicad, **counts)
@@ -208,7 +208,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
     read = replace(read, differences=tuple(map(printable, (*read.differences, *again))))
-    return read if made is None else replace(read, rebuilt=len(again), by_value=len(made.by_value))
+    return read if built is None else replace(read, rebuilt=len(again), by_value=len(built.by_value))
 
 
 def _require_small(folder: Path) -> None:
@@ -237,8 +237,8 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
 
 def spec_path(folder: Path, manifest: Manifest) -> Path:
     """Return the path of the spec in a package."""
-    own = manifest.spec["file"]
-    return folder / SPEC_FOLDER / (own if FILE_NAME.fullmatch(own) else UNNAMED)
+    file_name = manifest.spec["file"]
+    return folder / SPEC_FOLDER / (file_name if FILE_NAME.fullmatch(file_name) else UNNAMED)
 
 
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
@@ -300,10 +300,10 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
     try:
         with reading("cannot be compared"):
             content = (folder / archive).read_bytes()
-            found = tuple(differences(content, files, manifest.spec["name"], forced, not has_plugins))
+            texts = tuple(differences(content, files, manifest.spec["name"], forced, not has_plugins))
     except ExtractionError as error:
-        found = (str(error),)
-    return (*others, *(f"{archive}: {words}" for words in found))
+        texts = (str(error),)
+    return (*others, *(f"{archive}: {difference}" for difference in texts))
 
 
 _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
@@ -323,12 +323,12 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
         yield f"the Gerber files do not make up a board: {error}"
         return
     yield from (f"{difference.kind.value}: {difference.message}" for difference in differences)
-    found: dict[str, set[str]] = {}
+    joined: dict[str, set[str]] = {}
     for net in board.nets:
         for contact in (each for each in net.contacts if not each.net.startswith(UNUSED)):
-            found.setdefault(contact.net, set()).add(contact.function or contact.pin)
-    for name in sorted({*intended, *found}):
-        wanted, there = set(intended.get(name, ())), found.get(name, set())
+            joined.setdefault(contact.net, set()).add(contact.function or contact.pin)
+    for name in sorted({*intended, *joined}):
+        wanted, there = set(intended.get(name, ())), joined.get(name, set())
         if len(wanted) < 2:
             yield f"coil {name} does not lead from one contact to another: the layout found no way out for it"
         if wanted != there:
@@ -371,23 +371,23 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     """
     from sitscad.package import stages  # loads the drawing code
 
-    asked = _asked(folder, manifest)
-    contents = stages.contents_of(asked.spec, asked.policy, asked.baseline, asked.wanted)
-    made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True,
+    request = _asked(folder, manifest)
+    contents = stages.contents_of(request.spec, request.policy, request.baseline, request.wanted)
+    built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
     # The hash includes CAD kernels if the package before had solids, so two hashes are possible
-    keys = [replace(asked, wanted=wanted).made_from(Manifest()) for wanted in (asked.wanted, frozenset(STAGES))]
+    keys = [replace(request, wanted=wanted).made_from(Manifest()) for wanted in (request.wanted, frozenset(STAGES))]
     key = manifest.built_from if manifest.built_from in keys else keys[0]
-    document = stages.manifest_of(made.contents, made, manifest, key, asked.wanted)
-    return made, replace(document, built_for=manifest.built_for)
+    document = stages.manifest_of(built.contents, built, manifest, key, request.wanted)
+    return built, replace(document, built_for=manifest.built_for)
 
 
 def rebuilt_differences(folder: Path, manifest: Manifest, made: Made, document: Manifest) -> Iterator[str]:
     """Yield a description of each difference between a package and a new build of its spec."""
     stale = {entry.stage for name, entry in manifest.files.items() if made.entries.get(name, entry) != entry}
-    said = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
+    recorded = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
     is_so = {(entry.stage, entry.made_from) for entry in made.entries.values()}
-    other = stale & {stage for stage, _ in said ^ is_so}
+    other = stale & {stage for stage, _ in recorded ^ is_so}
     for name, content in sorted(made.files.items()):
         path = folder / name
         if path.is_symlink() or not path.is_file():
@@ -409,10 +409,10 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
             f"{folder} was built with sitscad {manifest.version}, and this is {__version__}: only that version builds "
             "it again"
         )
-    said: Mapping[str, Any] = manifest.configuration
-    if said.get("plugins", {}) != dict(marks()):
+    configuration: Mapping[str, Any] = manifest.configuration
+    if configuration.get("plugins", {}) != dict(marks()):
         raise PackageError(
-            f"{folder} was built with the plugins {said.get('plugins') or 'none'}, and those in force are "
+            f"{folder} was built with the plugins {configuration.get('plugins') or 'none'}, and those in force are "
             f"{dict(marks()) or 'none'}: name the files that it was built with as --plugin"
         )
     wanted = {*manifest.built_for, *(entry.stage for entry in manifest.files.values())}
@@ -420,9 +420,9 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
         raise PackageError(f"{folder} was built for {', '.join(unknown)}: no stage of sitscad's")
     spec = _kept_spec(folder, manifest)
     try:
-        policy = kept_policy(said) if "select" in said else Policy()
-        kept = said.get("baseline")
-        baseline = None if kept is None else kept_baseline(spec.source.path, spec.name, kept)
+        policy = kept_policy(configuration) if "select" in configuration else Policy()
+        known = configuration.get("baseline")
+        baseline = None if known is None else kept_baseline(spec.source.path, spec.name, known)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise PackageError(f"{folder / MANIFEST}: its configuration cannot be read ({error})") from error
     return BuildRequest(spec, folder, frozenset(wanted), True, policy, baseline)
@@ -430,11 +430,11 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
 
 def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:
     """Return the spec in a package under its original file name, which reports show."""
-    path, own = spec_path(folder, manifest), manifest.spec["file"]
+    path, file_name = spec_path(folder, manifest), manifest.spec["file"]
     try:
         spec = load(path)
     except SpecError as error:
         (first, *_) = error.findings
         raise PackageError(f"{path} builds nothing: {first.rule} {first.message}") from error
-    files = {own if name == path.name else name: content for name, content in spec.source.files.items()}
-    return spec.known(replace(spec.source, path=own, files=files, folder=str(path.parent)))
+    files = {file_name if name == path.name else name: content for name, content in spec.source.files.items()}
+    return spec.known(replace(spec.source, path=file_name, files=files, folder=str(path.parent)))

@@ -66,12 +66,12 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
 
     from sitscad.package.plugins.force import in_force
 
-    found = []
+    plugins = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         with at_work(f"plugin {point.name} ({point.value})"):
             module = point.load()  # an error in the module has its own traceback with the line
-            found.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
-    return tuple(found)
+            plugins.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
+    return tuple(plugins)
 
 
 def _entry_points_in(folder: str) -> Iterator[bytes]:

@@ -43,7 +43,7 @@ def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
 
 def _listed(name: str, module: ModuleType, attribute: str, wanted: type[Row]) -> tuple[Row, ...]:
     listed = getattr(module, attribute, ())
-    if isinstance(listed, (list, tuple)) and all(isinstance(one, wanted) for one in listed):
+    if isinstance(listed, (list, tuple)) and all(isinstance(row, wanted) for row in listed):
         return tuple(listed)
     raise PluginError(f"plugin {name}: {attribute} is no list of values of sitscad.{wanted.__name__}")
 
@@ -122,10 +122,10 @@ def _checked(name: str, writer: Writer, file: str | None) -> Writer:
             return function(*values)
 
     def render(*values: object) -> dict[str, bytes]:
-        made = writer.function(*values) if writer.function else {}
-        if not all(isinstance(path, str) and isinstance(content, bytes) for path, content in made.items()):
+        files = writer.function(*values) if writer.function else {}
+        if not all(isinstance(path, str) and isinstance(content, bytes) for path, content in files.items()):
             raise TypeError("it gives no dictionary of paths with the bytes of files")
-        return dict(made)
+        return dict(files)
 
     return replace(
         writer, module=f"plugin {name}", function=partial(told, render), applies=partial(told, writer.applies)
