@@ -234,23 +234,23 @@ def _at(loss: ProximityLoss, inductance: float, direct: float, frequency: float)
 def _remarks(conductor: DrawnConductor) -> list[str]:
     """Return remarks on the drawing, the classic fault first: a layer that turns the other way."""
     turns = [(layer, count) for layer, count in conductor.turns() if abs(count) >= LEAST_TURNS]
-    found = []
+    notes = []
     main = math.copysign(1.0, math.fsum(count for _, count in turns)) if turns else 1.0
     for layer, count in turns:
         if count * main < 0.0:
-            found.append(f"layer {layer} turns the other way ({count:+.2f} turns) and cancels the field of the others")
+            notes.append(f"layer {layer} turns the other way ({count:+.2f} turns) and cancels the field of the others")
     counts = [abs(count) for _, count in turns]
-    if not found and counts and max(counts) - min(counts) > UNEQUAL:
+    if not notes and counts and max(counts) - min(counts) > UNEQUAL:
         each = ", ".join(f"{layer} {abs(count):.2f}" for layer, count in turns)
-        found.append(f"layers have unequal turns: {each}")
-    found += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
+        notes.append(f"layers have unequal turns: {each}")
+    notes += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
     width = conductor.width
     others = math.fsum(segment.length for run in conductor.runs
                        for segment, own in zip(run.path, run.widths, strict=True) if own != width)
     if others > OTHER_WIDTHS * conductor.length:
-        found.append(f"{others / conductor.length:.0%} of the length is not {show(width, 'm')} wide; the inductance is "
+        notes.append(f"{others / conductor.length:.0%} of the length is not {show(width, 'm')} wide; the inductance is "
                      "computed with this width")
-    return found
+    return notes
 
 
 LEAST_TURNS = 0.75
@@ -296,31 +296,31 @@ def with_arcs(path: Path) -> Path:
     the points by a third of the sagitta. The points are therefore moved inwards by this distance.
     """
     segments = in_line(path)
-    found: list[Segment] = []
+    segments_found: list[Segment] = []
     k = 0
     while k < len(segments):
         last = k
         while last + 1 < len(segments) and _is_curve(segments[last], segments[last + 1], segments[max(k, last - 1)]):
             last += 1
         if last - k < 2:
-            found.append(segments[k])
+            segments_found.append(segments[k])
             k += 1
             continue
-        found += _arcs(segments[k : last + 1])
+        segments_found += _arcs(segments[k : last + 1])
         k = last + 1
-    return Path(tuple(found))
+    return Path(tuple(segments_found))
 
 
 def in_line(path: Path) -> list[Segment]:
     """Return the segments of a path, with straight segments in line merged."""
-    found: list[Segment] = []
+    merged: list[Segment] = []
     for segment in path:
-        before = found[-1] if found else None
+        before = merged[-1] if merged else None
         if isinstance(segment, Line) and isinstance(before, Line) and abs(_turn(before, segment)) < STRAIGHT:
-            found[-1] = Line(before.start, segment.end)
+            merged[-1] = Line(before.start, segment.end)
         else:
-            found.append(segment)
-    return found
+            merged.append(segment)
+    return merged
 
 
 STRAIGHT = 1e-4
@@ -354,7 +354,7 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
         along = math.hypot(ax + bx, ay + by)
         moved.append(point.shifted(-(ay + by) / along * inwards, (ax + bx) / along * inwards))
     moved.append(points[-1])
-    found: list[Segment] = []
+    arcs: list[Segment] = []
     turns = [abs(_turn(one, other)) for one, other in pairwise(chords)]
     # Number of chords per arc. Arcs shorter than the track's width are less accurate
     each = 2 * max(1, round(ARC / (2.0 * max(turns))))
@@ -362,12 +362,12 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
     while first < len(moved) - 1:
         last = len(moved) - 1 if len(moved) - 1 - first < 2 * each else first + each
         if (last - first) % 2:
-            found.append(Line(moved[first], moved[first + 1]))
+            arcs.append(Line(moved[first], moved[first + 1]))
             first += 1
         if last > first:
-            found.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
+            arcs.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
         first = last
-    return found
+    return arcs
 
 
 ARC = math.radians(24.0)

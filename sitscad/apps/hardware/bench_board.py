@@ -94,8 +94,8 @@ class Board:
         return [
             f"{register.name} of converter {number + 1}"
             for register in registers
-            for kept in [0xF800 if self.at.DRIVE_CURRENT <= register.address < self.at.DRIVE_CURRENT + 4 else 0xFFFF]
-            if (chip.read(register.address) ^ register.value) & kept
+            for mask in [0xF800 if self.at.DRIVE_CURRENT <= register.address < self.at.DRIVE_CURRENT + 4 else 0xFFFF]
+            if (chip.read(register.address) ^ register.value) & mask
         ]
 
     def keep_settings(self, new: Collection[int]) -> None:
@@ -117,16 +117,16 @@ class Board:
 
     def poll(self, time: float) -> dict[int, CoilReading]:
         """Return the new results by the coil's index in the design."""
-        found = {}
+        results = {}
         for number, chip in enumerate(self.chips):
             status = chip.read(self.at.STATUS)
             for coil, place in enumerate(self.places):
                 if place.converter == number and status & self.at.UNREAD >> place.number:
                     flags, counts = self._result(coil, chip)
                     off = bool(flags & self.at.DATA_FLAGS["ERR_AE"][0])
-                    said = self._believed(coil, counts, self.status(coil, counts, flags))
-                    found[coil] = CoilReading(time, counts, said, off)
-        return found
+                    status_of_coil = self._believed(coil, counts, self.status(coil, counts, flags))
+                    results[coil] = CoilReading(time, counts, status_of_coil, off)
+        return results
 
     def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
         """Return the upper register of a coil's result, which has the flags, and the counts of the whole result."""
@@ -169,13 +169,13 @@ class Board:
         """Return the status of a result with the flags of its upper register."""
         flag, (least, most) = self.at.DATA_FLAGS, self.conversion.ends(coil)
         working = self.bands[coil].working
-        said = (
+        conditions = (
             (flags & flag["ERR_WD"][0], WATCHDOG), (flags & flag["ERR_UR"][0] or counts == least, UNDER_RANGE),
             (flags & flag["ERR_OR"][0] or counts == most, OVER_RANGE),
             (not working.low <= self.frequency(counts) <= working.high, OUT_OF_BAND),
             (flags & flag["ERR_AE"][0], AMPLITUDE),
         )
-        return next((name for is_so, name in said if is_so), GOOD)
+        return next((name for is_so, name in conditions if is_so), GOOD)
 
 
 PATIENCE = 8.0
@@ -263,15 +263,15 @@ class LineBoard(Board):
             self._reading(text)
 
     def _reading(self, text: bytes) -> None:
-        found, number = _READING.fullmatch(text), 2 * len(self.bands)
-        cells = found[3].split(b",")[:number] if found else []
-        if found and int(found[1], 16) != self.identity:
+        match, number = _READING.fullmatch(text), 2 * len(self.bands)
+        cells = match[3].split(b",")[:number] if match else []
+        if match and int(match[1], 16) != self.identity:
             self.another += 1
-        elif found is None or len(cells) < number or not all(cell.isdigit() and len(cell) <= 10 for cell in cells):
+        elif match is None or len(cells) < number or not all(cell.isdigit() and len(cell) <= 10 for cell in cells):
             self.corrupted += 1
         else:
             values = [int(cell) for cell in cells]
-            self._count(int(found[2]))
+            self._count(int(match[2]))
             self.waiting.append({
                 k: (values[2 * k], values[2 * k + 1] if values[2 * k + 1] < len(STATUS) else STATUS.index(STALE))
                 for k in range(len(self.bands))
@@ -294,8 +294,8 @@ class LineBoard(Board):
         """Text with the numbers of lines by kind."""
         counted = ((self.lost, "lost"), (self.corrupted, "corrupted"), (self.another, "of another sensor"),
                    (self.starts, "starts of the microcontroller"))
-        words = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]
-        return ", ".join(words if len(words) > 1 else [*words, "none lost or corrupted"])
+        texts = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]
+        return ", ".join(texts if len(texts) > 1 else [*texts, "none lost or corrupted"])
 
     def begin(self) -> None:
         """Wait for the first reading. Raises OSError if no reading of this sensor arrives within `PATIENCE`."""

@@ -137,27 +137,27 @@ class Registers:
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
         drawn = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
         normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
-        found = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
+        result = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
             self.glitch.discard(channel)
             which = self._drawn() % 14
-            found *= 1.0 + (which + 1.0) / 256.0 if which < 7 else 1.0 + (which - 6.0) / 5.0
-        return min(max(math.floor(found + 0.5), 0), 2**self.device.bits - 1)
+            result *= 1.0 + (which + 1.0) / 256.0 if which < 7 else 1.0 + (which - 6.0) / 5.0
+        return min(max(math.floor(result + 0.5), 0), 2**self.device.bits - 1)
 
     def _complete(self) -> None:
         channel, let = self.converting, self.words[at.ERROR_CONFIG]
         volts, limit = self._amplitude(channel), self.device.limit
         is_dead = volts < limit(DEAD)
-        found = 0 if is_dead else self._converted(channel)
-        found = self.result[channel] if channel in self.stuck else found
+        result = 0 if is_dead else self._converted(channel)
+        result = self.result[channel] if channel in self.stuck else result
         wrong = (
-            ("ERR_UR", found == 0), ("ERR_OR", found == 2**self.device.bits - 1), ("ERR_WD", is_dead),
+            ("ERR_UR", result == 0), ("ERR_OR", result == 2**self.device.bits - 1), ("ERR_WD", is_dead),
             ("ERR_AHE", volts > limit(HIGH)), ("ERR_ALE", volts < limit(LOW)),
         )
         names = [name for name, is_so in wrong if is_so]
         let_out = {name for name, bit in at.ERRORS_TO_RESULTS.items() if let & bit}
         flagged = {"ERR_AE" if name in ("ERR_AHE", "ERR_ALE") else name for name in names if name in let_out}
-        self.result[channel] = found
+        self.result[channel] = result
         self.flags[channel] = sum(at.DATA_FLAGS[name][0] for name in flagged)
         self.unread |= at.UNREAD >> channel
         errors = sum(at.STATUS_ERRORS[name] for name in names if let & at.ERRORS_TO_RESULTS[name] >> 8)
@@ -211,21 +211,21 @@ class Registers:
             raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
         if register == at.STATUS:
             self._hold()
-            found, self.held, self.errors, self.ready = self.held or 0, None, 0, False
-            return found
+            status, self.held, self.errors, self.ready = self.held or 0, None, 0, False
+            return status
         if 0 <= register < 2 * self.device.channels:
             return self.lower[register // 2] if register % 2 else self._upper(register // 2)
         return self.words.get(register, 0)
 
     def _upper(self, channel: int) -> int:
-        found = self.flags[channel] | self.result[channel] >> 16
+        upper = self.flags[channel] | self.result[channel] >> 16
         self.lower[channel] = self.result[channel] & 0xFFFF
         self.flags[channel] = 0
         self.unread &= ~(at.UNREAD >> channel)
         if self.errors >> at.ERROR_CHANNEL == channel:
             self.errors = 0
         self.held, self.ready = None, False
-        return found
+        return upper
 
 
 FAULTS = {
@@ -266,17 +266,17 @@ class Fault:
 
         Raises ValueError for other texts.
         """
-        found = _WRITTEN.fullmatch(text)
-        if found is None or found["name"] not in FAULTS:
+        match = _WRITTEN.fullmatch(text)
+        if match is None or match["name"] not in FAULTS:
             raise ValueError(f"{text!r} is no fault; faults are {', '.join(FAULTS)}, with :COIL and @SECONDS")
-        coils = tuple((found["coils"] or "").split(":")) if found["coils"] else ()
+        coils = tuple((match["coils"] or "").split(":")) if match["coils"] else ()
         try:
-            at = float(found["at"] or (_EVERY if found["name"] == "glitch" else 0.0))
+            at = float(match["at"] or (_EVERY if match["name"] == "glitch" else 0.0))
         except ValueError:
             at = math.nan
-        if not 0.0 <= at <= LONGEST or (not at and found["name"] == "glitch"):
+        if not 0.0 <= at <= LONGEST or (not at and match["name"] == "glitch"):
             raise ValueError(f"fault {text!r}: @SECONDS is 0 to {LONGEST:g}, and more than 0 between glitches")
-        return cls(found["name"], coils, at)
+        return cls(match["name"], coils, at)
 
 
 class SimulatedConverter(Registers):
@@ -336,7 +336,7 @@ class SimulatedConverter(Registers):
         if state not in (*known, REST):
             raise ValueError(f"state={state}: the design has the states {', '.join(known)}")
         states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
-        self._ohms = [one.parallel_resistance for one in states]
+        self._ohms = [each.parallel_resistance for each in states]
         self._times, self._read = _course(design, states, loads, frequencies, first)
         self._layers = len(design.spec.coil.layers)
         self._glitches = {fault: 1 for fault in self.faults if fault.name == "glitch"}
@@ -348,7 +348,7 @@ class SimulatedConverter(Registers):
         """Return advance the time, with the faults that occur meanwhile."""
         end = self.time + nanoseconds
         self.silent = any(fault.name == "nack" and fault.at * 1e9 <= end for fault in self.faults)
-        for fault in [one for one in self._resets if one.at * 1e9 <= end]:
+        for fault in [each for each in self._resets if each.at * 1e9 <= end]:
             self._resets.discard(fault)
             self.reset()
         for fault, times in self._glitches.items():
@@ -360,8 +360,8 @@ class SimulatedConverter(Registers):
 
     def hold(self, frequencies: ArrayLike) -> None:
         """Set the frequencies of the coils from now on (Hz; all coils of the sensor)."""
-        own = slice(self._first, self._first + len(self.coils))
-        self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, own]
+        columns = slice(self._first, self._first + len(self.coils))
+        self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, columns]
 
     def _present(self, name: str) -> list[Fault]:
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
@@ -389,23 +389,23 @@ class SimulatedConverter(Registers):
             # One layer is bridged, or half the turns of a single layer. The winding's inductance is proportional to the
             # square of the remaining turns (layers are close to each other), its resistance to their number.
             # R_P is L / (R C)
-            coil, left = self.coils[wired], (self._layers - 1) / self._layers if self._layers > 1 else 0.5
-            own = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
-            inductance = 1.0 - own * (1.0 - left**2)
-            return frequency / math.sqrt(inductance), ohms * inductance / left
+            coil, remaining = self.coils[wired], (self._layers - 1) / self._layers if self._layers > 1 else 0.5
+            fraction = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
+            inductance = 1.0 - fraction * (1.0 - remaining**2)
+            return frequency / math.sqrt(inductance), ohms * inductance / remaining
         return frequency, ohms
 
 
 def _faults(given: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
     each = [given] if isinstance(given, str) else given
-    found = tuple(Fault.read(one) if isinstance(one, str) else one for one in each)
-    for fault in found:
+    faults = tuple(Fault.read(fault_text) if isinstance(fault_text, str) else fault_text for fault_text in each)
+    for fault in faults:
         unknown = [name for name in fault.coils if name not in names]
         if unknown:
             raise ValueError(f"{fault.name}: there is no coil {unknown[0]}; coils are {', '.join(names)}")
         if fault.name == "swapped" and len(fault.coils) != 2:
             raise ValueError("swapped takes two coils, as in swapped:C1:C2")
-    return found
+    return faults
 
 
 def _course(
@@ -414,8 +414,8 @@ def _course(
     """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""
     if loads is None:
         drawn = [[state.frequency for state in states]]
-        found = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]
-        return np.arange(len(found), dtype=float), found
+        by_time = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]
+        return np.arange(len(by_time), dtype=float), by_time
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
     if rows.shape[-1] not in (4, 6):
         raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")

@@ -53,12 +53,12 @@ def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[Co
     `wrong` are the registers that did not keep their value in the set-up. `readings` are the results of every coil in
     order of time. Raises OSError if the board no longer answers.
     """
-    found = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
+    verdicts = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
     states = _state(board, readings)
     for k, rows in enumerate(readings):
-        found += [_frequency(board, k, rows, states), _amplitude(board, k, rows), _noise(board, k, rows)]
-    found += [_rate(board, readings), _order(board)]
-    return tuple(found)
+        verdicts += [_frequency(board, k, rows, states), _amplitude(board, k, rows), _noise(board, k, rows)]
+    verdicts += [_rate(board, readings), _order(board)]
+    return tuple(verdicts)
 
 
 def _line(board: LineBoard) -> Verdict:
@@ -70,10 +70,10 @@ def _line(board: LineBoard) -> Verdict:
 
 def _identity(board: Board) -> Verdict:
     wanted = (at.MANUFACTURER, board.design.spec.readout.device.device_id)
-    found = board.identities()
-    words = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in found)
-    is_so = all(one == wanted for one in found)
-    return Verdict("identity", MET if is_so else NOT_MET, words + ("" if is_so else ": another part, or a bad bus"))
+    identities = board.identities()
+    text = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in identities)
+    is_so = all(each == wanted for each in identities)
+    return Verdict("identity", MET if is_so else NOT_MET, text + ("" if is_so else ": another part, or a bad bus"))
 
 
 def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
@@ -91,8 +91,8 @@ def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
     fits = {
         state: sum(
             band.low <= board.frequency(rows[0].counts) <= band.high
-            for one, rows in zip(board.bands, readings, strict=True)
-            for band in [getattr(one, state)]
+            for each, rows in zip(board.bands, readings, strict=True)
+            for band in [getattr(each, state)]
             if rows
         )
         for state in ("assembled", "bare")
@@ -102,9 +102,9 @@ def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
 
 def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
     """Return the verdict on a coil's frequency: within the band of the board's state, or of any load."""
-    own = board.bands[coil]
-    band: Band = getattr(own, state)
-    name = f"{own.coil} frequency"
+    bands_of_coil = board.bands[coil]
+    band: Band = getattr(bands_of_coil, state)
+    name = f"{bands_of_coil.coil} frequency"
     if not rows:
         return Verdict(name, NOT_MET, "no result at all: the converter does not convert this channel")
     dead = [row for row in rows if row.status == WATCHDOG]
@@ -117,7 +117,7 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
     frequency = float(np.median(read))
     off = (band.design / frequency) ** 2 - 1.0
     seen = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
-    low, high = min(band.low, own.working.low), max(band.high, own.working.high)
+    low, high = min(band.low, bands_of_coil.working.low), max(band.high, bands_of_coil.working.high)
     # results farther from the median of three neighbours than noise can explain
     middle = np.median(np.stack([read[:-2], read[1:-1], read[2:]]), axis=0) if len(read) > 2 else read[1:-1]
     jumps = int(np.sum(np.abs(read[1:-1] - middle) > JUMP * board.conversion.noise(band.design)))
@@ -154,10 +154,10 @@ def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     if len(good) < FEWEST:
         return Verdict(name, NOT_EVALUATED, f"{len(good)} good results, {FEWEST} are wanted")
     second = np.diff(np.array(good, dtype=float), 2)
-    found = float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0)) * board.frequency(1)
+    sigma = float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0)) * board.frequency(1)
     wanted = board.conversion.noise(board.bands[coil].assembled.design)
-    seen = f"{show(found, 'Hz', 3)} (one sigma), design {show(wanted, 'Hz', 3)}"
-    if found > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * wanted:
+    seen = f"{show(sigma, 'Hz', 3)} (one sigma), design {show(wanted, 'Hz', 3)}"
+    if sigma > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * wanted:
         return Verdict(name, NOT_MET, f"{seen}: supply, clock or ground; or the target shakes")
     return Verdict(name, MET, seen)
 
@@ -188,9 +188,9 @@ def _order(board: Board) -> Verdict:
 
 def words(verdicts: Sequence[Verdict]) -> Iterator[str]:
     """Yield one line per verdict."""
-    width = max(len(one.name) for one in verdicts)
-    for one in verdicts:
-        yield f"{one.verdict:<14} {one.name:<{width}}  {one.said}"
+    width = max(len(verdict.name) for verdict in verdicts)
+    for verdict in verdicts:
+        yield f"{verdict.verdict:<14} {verdict.name:<{width}}  {verdict.said}"
 
 
 Scan = dict[int, CoilReading]
@@ -255,7 +255,7 @@ class Forces:
             return None
         if self.mean is not None:
             return list(map(float, self.mean))
-        known = {name: float(rest) for one in self.maps for name, rest in zip(one.coils, one.rest, strict=True)}
+        known = {name: float(rest) for each in self.maps for name, rest in zip(each.coils, each.rest, strict=True)}
         return [known.get(band.coil) for band in board.bands]
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
@@ -263,45 +263,45 @@ class Forces:
         counts = _good(board, scan)
         if counts is None or (self.tared and self.mean is None):
             return
-        for one in self.maps:
-            own, prefix = map_columns(board.design.spec, one.coils)
-            yield one, prefix, counts[None, own], one.rest if self.mean is None else self.mean[own]
+        for each in self.maps:
+            columns, prefix = map_columns(board.design.spec, each.coils)
+            yield each, prefix, counts[None, columns], each.rest if self.mean is None else self.mean[columns]
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
         """Return forces (N) by axis. Empty before the tare, or if a coil has no good reading."""
-        return {f"{prefix}{axis}": force for one, prefix, counts, rest in self._read(board, scan)
-                for axis, force in zip(one.axes, one(counts, rest)[0].tolist(), strict=True)}
+        return {f"{prefix}{axis}": force for each, prefix, counts, rest in self._read(board, scan)
+                for axis, force in zip(each.axes, each(counts, rest)[0].tolist(), strict=True)}
 
     def is_beyond(self, board: Board, scan: Scan) -> bool:
         """Whether a scan lies beyond a map's range. Its forces are then the forces at the end of the range."""
-        return not all(one.holds(counts, rest)[0] for one, _, counts, rest in self._read(board, scan))
+        return not all(each.holds(counts, rest)[0] for each, _, counts, rest in self._read(board, scan))
 
 
 def _good(board: Board, scan: Scan) -> Array | None:
     """Return the counts (coils) of a scan. None if a coil has no good reading."""
-    if len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
+    if len(scan) < len(board.bands) or not all(each.is_good for each in scan.values()):
         return None
     return np.array([float(scan[k].counts) for k in range(len(board.bands))])
 
 
 def _when(scan: Scan) -> float:
     """Return the time (s) of a scan's last result."""
-    return max(one.time for one in scan.values())
+    return max(each.time for each in scan.values())
 
 
 def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
     """Yield one line per scan."""
     for scan in rows:
-        told = [f"{_when(scan):8.4f} s"]
-        told += [
-            f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
-            for k, one in sorted(scan.items())
+        texts = [f"{_when(scan):8.4f} s"]
+        texts += [
+            f"{board.bands[k].coil} {board.frequency(reading.counts) / 1e6:.6f} MHz {reading.status}"
+            for k, reading in sorted(scan.items())
         ]
-        found = newtons(board, scan)
-        told += [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
-                 for (axis, force), scale in zip(found.items(), shown_scales(tuple(found)), strict=True)]
-        told += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
-        yield "  ".join(told)
+        by_axis = newtons(board, scan)
+        texts += [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
+                 for (axis, force), scale in zip(by_axis.items(), shown_scales(tuple(by_axis)), strict=True)]
+        texts += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
+        yield "  ".join(texts)
 
 
 def table(board: Board, rows: Sequence[Scan]) -> bytes:
@@ -327,7 +327,7 @@ def document(board: Board, source: str) -> bytes:
     conversion, readout = board.conversion, board.design.estimates.readout
     value = {
         "sitscad": __version__, "source": source, "sensor": board.design.spec.name,
-        "coils": [one.coil for one in board.bands],
+        "coils": [band.coil for band in board.bands],
         "full_scale_Hz": conversion.hertz_per_count * 2.0**conversion.count_bits, "count_bits": conversion.count_bits,
         **settings(conversion, conversion.device.law.SETTINGS),
         "scan_rate_Hz": readout.scan_rate,

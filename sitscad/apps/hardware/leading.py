@@ -126,12 +126,12 @@ class Leading:
         if isinstance(self.source, Simulation):
             self.source.put_on(load, self.found.sensors.is_held, self.found.cell or 1)
         else:
-            words = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
-            forces, is_typed = self._put_on(load, f"{number}: {words}", not rest)
+            instruction = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
+            forces, is_typed = self._put_on(load, f"{number}: {instruction}", not rest)
         if forces is None:
             return ""
-        own, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
-        counts = taken(self.board, self.source, self.tell, own)
+        columns, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
+        counts = taken(self.board, self.source, self.tell, columns)
         if rest and not is_typed and not isinstance(self.source, Simulation):
             self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
         shown = forces * shown_scales(scope.axes)
@@ -163,15 +163,15 @@ class Leading:
 
         The map of the sensor as drawn is used. The limit is far larger than the difference between units.
         """
-        found = self.found.map
-        read, size = found(counts, rest)[0], np.abs(forces)
+        inverse_map = self.found.map
+        read, size = inverse_map(counts, rest)[0], np.abs(forces)
         low, high = (share * size for share in OTHERWISE)
-        along, loaded = read * np.sign(forces), size > 0.0
-        is_off = np.any(((along < low) | (along > high)) & loaded)
-        if is_off if loaded.any() else np.linalg.norm(read / found.full_scale) > LEFT_ON:
-            told = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
-                             for axis, force in zip(found.axes, read, strict=True))
-            raise NotTaken(f"that reads as about {told}; put it right, or type the newtons that are on to keep it")
+        signed, loaded = read * np.sign(forces), size > 0.0
+        is_off = np.any(((signed < low) | (signed > high)) & loaded)
+        if is_off if loaded.any() else np.linalg.norm(read / inverse_map.full_scale) > LEFT_ON:
+            text = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
+                             for axis, force in zip(inverse_map.axes, read, strict=True))
+            raise NotTaken(f"that reads as about {text}; put it right, or type the newtons that are on to keep it")
 
 
 MOMENTS_TOO = ", moments in newton millimetres"
@@ -210,12 +210,12 @@ def window(board: Board, rows: list[Scan], own: Sequence[int]) -> tuple[Array, A
     for coil in own:
         band = board.bands[coil]
         read = [row[coil] for row in rows if coil in row]
-        good = np.array([one.counts for one in read if one.is_good], dtype=float)
+        good = np.array([reading.counts for reading in read if reading.is_good], dtype=float)
         noise = board.conversion.noise(band.assembled.design) / board.frequency(1)
-        said = sorted({one.status for one in read if not one.is_good})
+        statuses = sorted({reading.status for reading in read if not reading.is_good})
         if len(good) < max(SOUND * len(read), usual("readings")) or np.ptp(good) == 0.0:
-            more = ": another sensor, or a fault" if OUT_OF_BAND in said else ""
-            why = ", ".join(said) or ("stuck" if len(good) else "no reading")
+            more = ": another sensor, or a fault" if OUT_OF_BAND in statuses else ""
+            why = ", ".join(statuses) or ("stuck" if len(good) else "no reading")
             raise NotTaken(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
         near = good[np.abs(good - np.median(good)) <= JUMP * noise]
         means.append(near.mean() if len(near) >= SOUND * len(good) else np.nan)

@@ -127,10 +127,10 @@ class SerialLine(Source):
 
         Time starts at the first reading. Raises OSError if no reading arrives.
         """
-        found = LineBoard(design, self.port)
-        found.begin()
+        board = LineBoard(design, self.port)
+        board.begin()
         self._begun = time.monotonic()
-        return found
+        return board
 
 
 def design_of(path: str) -> Design:
@@ -140,10 +140,10 @@ def design_of(path: str) -> Design:
     """
     place = Path(path)
     if place.is_dir():
-        found = sorted((place / "spec").glob("*.yaml"))
-        if len(found) != 1:
+        specs = sorted((place / "spec").glob("*.yaml"))
+        if len(specs) != 1:
             raise ValueError(f"{path} is no package: there is no one spec in its folder spec/")
-        place = found[0]
+        place = specs[0]
     return Design(load(place))
 
 
@@ -157,10 +157,10 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         path, _, query = text.removeprefix(SIMULATED).partition("?")
         if not path:
             raise ValueError("sim: names no spec: sim:sensor.yaml, or sim: and the folder of a package")
-        own = design_of(path)
-        if design is not None and own.spec == design.spec:
-            own = design  # share its cached results
-        return _simulated(own, query, tares), design or own
+        simulated = design_of(path)
+        if design is not None and simulated.spec == design.spec:
+            simulated = design  # share its cached results
+        return _simulated(simulated, query, tares), design or simulated
     if design is None:
         raise ValueError("--design says which design the board is of")
     if text.startswith((BUS, SERIAL)) and not design.spec.readout.device.has_driver:
@@ -175,7 +175,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         if len(paths) != wanted[-1].bus + 1:
             raise ValueError(f"{text}: the converters are on {wanted[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
         buses = [smbus2.SMBus(path) for path in paths]
-        return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
+        return Source([Wired(buses[each.bus], each.address) for each in wanted]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
         baud = serial_settings(design.spec.array.placements, design.spec.cells, estimates.readout.scan_rate).baud
@@ -197,12 +197,12 @@ def _port(text: str, baud: int) -> Port:
     except ImportError as error:
         raise ValueError(f"{text} needs pyserial: pip install 'sitscad[bench]' brings it") from error
     path, _, query = text.removeprefix(SERIAL).partition("?")
-    given = dict(parse_qsl(query, keep_blank_values=True))
-    asked = given.get("baud", str(baud))
-    if set(given) - {"baud"} or not (asked.isdecimal() and 0 < int(asked) <= MOST_BAUD):
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    rate = options.get("baud", str(baud))
+    if set(options) - {"baud"} or not (rate.isdecimal() and 0 < int(rate) <= MOST_BAUD):
         raise ValueError(f"serial:PORT takes ?baud={baud}, a whole number up to {MOST_BAUD}, and nothing else, not "
                          f"{query!r}")
-    port: Port = serial.Serial(path, int(asked), timeout=0.05)
+    port: Port = serial.Serial(path, int(rate), timeout=0.05)
     return port
 
 
@@ -214,16 +214,16 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     drawn. `cell` is the cell under the load. `state` and `seed` are as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
-    given = dict(pairs)
-    for key in given:
+    options = dict(pairs)
+    for key in options:
         if key not in KEYS:
             raise ValueError(f"sim: {key} is none of {', '.join(KEYS)}")
         if key not in SEVERAL and sum(name == key for name, _ in pairs) > 1:
             raise ValueError(f"sim: {key} is given twice")
     for other in ("unit", "load", "cell"):
-        if "state" in given and other in given:
+        if "state" in options and other in options:
             raise ValueError(f"sim: with {other} a sensor is assembled: {other} and state do not go together")
-    numbers = {key: _in_range(f"{key}={given.get(key, usual)}", least, most, is_whole)
+    numbers = {key: _in_range(f"{key}={options.get(key, usual)}", least, most, is_whole)
                for key, usual, least, most, is_whole in (
                    ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
                    ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
@@ -232,7 +232,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
     loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
-    if "load" not in given or not required_range(design.cells.by_number(1).spec).has_moments:
+    if "load" not in options or not required_range(design.cells.by_number(1).spec).has_moments:
         if np.any(loads[:, 1 + len(FORCES) :]):
             raise ValueError("sim: load of a moment: the target is taken as kept level; requirements.moment_x and "
                              "moment_y ask for one that is free to tilt")
@@ -243,20 +243,20 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         loads = np.vstack([none, loads])
     number = design.spec.readout.device.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
-    if "load" in given and "cell" not in given and len(design.cells) > 1:
+    if "load" in options and "cell" not in options and len(design.cells) > 1:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
     errors: list[np.ndarray | None] = [None] * len(design.cells)
-    if "unit" in given:  # each cell of a unit has its own errors
+    if "unit" in options:  # each cell of a unit has its own errors
         errors = [units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
-    if "cell" in given or "unit" in given:
+    if "cell" in options or "unit" in options:
         read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], errors)
     chips = [
         SimulatedConverter(
-            design, loads=loads if "load" in given or read is not None else None, faults=faults,
+            design, loads=loads if "load" in options or read is not None else None, faults=faults,
             frequencies=read,
-            state=given.get("state", "rest"), number=k, seed=int(numbers["seed"]) + k,
+            state=options.get("state", "rest"), number=k, seed=int(numbers["seed"]) + k,
         )
         for k in range(number)
     ]
@@ -307,9 +307,9 @@ def _on_cell(
     unit, or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
-    each = [_read_by(cell, own, loads if k == number else nothing, is_held)
-            for k, (cell, own) in enumerate(zip(design.cells, errors, strict=True), 1)]
-    return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
+    each = [_read_by(cell, unit_errors, loads if k == number else nothing, is_held)
+            for k, (cell, unit_errors) in enumerate(zip(design.cells, errors, strict=True), 1)]
+    return np.concatenate([np.broadcast_to(part, (len(loads), part.shape[1])) for part in each], axis=1)
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:

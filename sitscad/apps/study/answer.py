@@ -118,7 +118,7 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
             return None
         if not broken or is_unmade(broken):
             continue
-        size = is_guess, not UNDRAWN.isdisjoint(broken), len(broken), sum(one.size for one in broken.values()), k
+        size = is_guess, not UNDRAWN.isdisjoint(broken), len(broken), sum(each.size for each in broken.values()), k
         if best is None or size < best:
             best, chosen = size, Relaxation(tuple(sorted(broken)), broken, point)
     return chosen
@@ -126,7 +126,7 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
 
 def unjudged(asked: Asked, found: Found) -> int:
     """Return the number of designs that pass the screen and were not evaluated at the full level."""
-    return sum(not violations(asked, one) for point, one in found.screened.items() if point not in found.full)
+    return sum(not violations(asked, each) for point, each in found.screened.items() if point not in found.full)
 
 
 def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
@@ -151,7 +151,7 @@ def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point
 
     They are sorted by the first goal, the best first. Designs in `but` are left out.
     """
-    return best_of(asked, {point: one for point, one in found.full.items() if point not in but})
+    return best_of(asked, {point: each for point, each in found.full.items() if point not in but})
 
 
 def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
@@ -164,7 +164,7 @@ def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
 
 def passing(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs that meet everything."""
-    return [point for point, one in judged.items() if not violations(asked, one)]
+    return [point for point, each in judged.items() if not violations(asked, each)]
 
 
 def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
@@ -177,7 +177,7 @@ def beaten_by_base(asked: Asked, base: Evaluation, kept: Sequence[Kept]) -> int:
     It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
     """
     own, counts = _goals(asked.goals, base), bool(changed(asked, asked.base_point)) and not violations(asked, base)
-    others = [_goals(asked.goals, one.evaluation) for one in kept] if counts else []
+    others = [_goals(asked.goals, design.evaluation) for design in kept] if counts else []
     return sum(own != other and all(mine <= its for mine, its in zip(own, other, strict=True)) for other in others)
 
 
@@ -202,12 +202,12 @@ def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list
 def _apart(asked: Asked, order: Sequence[Point]) -> list[Point]:
     """Return the first designs of an order that differ from each other by `NEAR`."""
     spans = np.maximum(np.array(asked.space.shape) - 1, 1)
-    kept: list[Point] = []
+    points: list[Point] = []
     for point in order:
-        far = (float(np.mean(np.abs(np.array(point) - np.array(other)) / spans)) for other in kept)
-        if len(kept) < asked.keep and all(apart >= NEAR for apart in far):
-            kept.append(point)
-    return kept
+        far = (float(np.mean(np.abs(np.array(point) - np.array(other)) / spans)) for other in points)
+        if len(points) < asked.keep and all(apart >= NEAR for apart in far):
+            points.append(point)
+    return points
 
 
 def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[Point]:
@@ -217,9 +217,9 @@ def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[P
     scaled = (values - low) / np.where(high > low, high - low, 1.0)
     chosen: list[int] = []
     while len(chosen) < min(keep, len(points)):
-        left = [k for k in range(len(points)) if k not in chosen]
-        volumes = [hypervolume(scaled[[*chosen, k]]) for k in left]
-        best = left[int(np.argmax(volumes))]
+        candidates = [k for k in range(len(points)) if k not in chosen]
+        volumes = [hypervolume(scaled[[*chosen, k]]) for k in candidates]
+        best = candidates[int(np.argmax(volumes))]
         chosen.append(best)
     return [points[k] for k in sorted(chosen)]
 
@@ -241,7 +241,7 @@ def hypervolume(values: Array) -> float:
     sizes = np.meshgrid(*(np.diff(axis) for axis in axes), indexing="ij")
     covered = np.zeros(lows[0].shape, dtype=bool)
     for point in values:
-        covered |= np.all([low >= own for low, own in zip(lows, point, strict=True)], axis=0)
+        covered |= np.all([low >= value for low, value in zip(lows, point, strict=True)], axis=0)
     return float(np.sum(np.prod(sizes, axis=0)[covered]))
 
 
@@ -253,5 +253,5 @@ def changed(asked: Asked, point: Point) -> dict[str, Any]:
 
 def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
     """Return the requirements of the study that the figures break, or whose figures are missing."""
-    found = ((one, values.get(one.measure, math.nan)) for one in require if one.measure != "yield")
-    return tuple(one.measure for one, value in found if not one.holds(value))
+    pairs = ((limit, values.get(limit.measure, math.nan)) for limit in require if limit.measure != "yield")
+    return tuple(limit.measure for limit, value in pairs if not limit.holds(value))

@@ -54,8 +54,8 @@ NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
     """Return rules and requirements with the shares of designs that they refuse, and the nearest design."""
     titles, chosen = rule_titles(), answer.asked.space.chosen
-    rows = [{"name": one.name, "share": one.share, "alone": one.alone, "nearest": asdict(one.nearest),
-             "at": chosen(one.nearest_at)} for one in answer.bindings]
+    rows = [{"name": binding.name, "share": binding.share, "alone": binding.alone, "nearest": asdict(binding.nearest),
+             "at": chosen(binding.nearest_at)} for binding in answer.bindings]
     columns: dict[str, Callable[[Row], str]] = {
         "rule or requirement": lambda row: titles.get(name := str(row["name"]), name),
         "share": lambda row: f"{row['share']:.1%}",
@@ -78,12 +78,12 @@ def breach_words(name: str, breach: Breach) -> str:
     measure = name.removeprefix(BY_YIELD)
     if measure in MEASURES:
         at = " (with its scatter)" if measure != name else ""
-        found, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
+        measured, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
     else:
-        at, found, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
+        at, measured, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
     if breach.sigma is not None:
-        return f"{found} keeps {limit} by {breach.sigma:.2g} sigma of manufacture where one is asked"
-    return f"{found}{at} where {limit} is asked" if found != limit else ""
+        return f"{measured} keeps {limit} by {breach.sigma:.2g} sigma of manufacture where one is asked"
+    return f"{measured}{at} where {limit} is asked" if measured != limit else ""
 
 
 def keys_words(values: Mapping[str, Any]) -> str:
@@ -107,13 +107,13 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
 def design_table(answer: StudyAnswer) -> AnswerTable:
     """Return the base and the kept designs: figures, yield, rules that refuse the base, and changed keys."""
     before = answer.asked.base.values(())
-    keys = dict.fromkeys(key for one in answer.kept for key in one.changed)
+    keys = dict.fromkeys(key for design in answer.kept for key in design.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
                         **answer.base.as_json(), "yield": None}]
-    for number, one in enumerate(answer.kept, 1):
-        units = None if one.units is None else {"share": one.units.share, **asdict(one.units)}
-        rows.append({"design": f"designs/{number}.yaml", "changed": dict(one.changed), "accepted": one.accepted,
-                     **one.evaluation.as_json(), "yield": units})
+    for number, design in enumerate(answer.kept, 1):
+        units = None if design.units is None else {"share": design.units.share, **asdict(design.units)}
+        rows.append({"design": f"designs/{number}.yaml", "changed": dict(design.changed), "accepted": design.accepted,
+                     **design.evaluation.as_json(), "yield": units})
     columns = {
         "design": _number, **measure_columns(answer.asked.measures),
         "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
@@ -173,7 +173,7 @@ def sigma_table(designs: AnswerTable) -> AnswerTable:
 
 def front_table(answer: StudyAnswer) -> AnswerTable:
     """Return every design that no other beats, the best by the first goal first. Kept designs have their number."""
-    numbers = {one.point: number for number, one in enumerate(answer.kept, 1)}
+    numbers = {design.point: number for number, design in enumerate(answer.kept, 1)}
     rows = [{"at": answer.asked.space.chosen(point), "values": answer.found.of(point).as_json()["values"],
              "design": numbers.get(point, "")} for point in answer.front]
 
@@ -191,8 +191,8 @@ LOW_YIELD = 0.9
 
 def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield a caution if the study requires no yield and keeps designs that lose many units."""
-    low = [f"design {number} ({one.units.share:.1%})" for number, one in enumerate(answer.kept, 1)
-           if one.units is not None and one.units.share < LOW_YIELD]
+    low = [f"design {number} ({design.units.share:.1%})" for number, design in enumerate(answer.kept, 1)
+           if design.units is not None and design.units.share < LOW_YIELD]
     if low and answer.asked.least_yield is None:
         yield (f"Caution: fewer than {LOW_YIELD:.0%} of the units keep all of {', '.join(low)}, and the study asks for "
                'no yield: with require: {yield: ">= 90 %"} such designs are dropped.')
@@ -223,7 +223,7 @@ def yields_text(said: StudyAnswer, folder: str, before: StudyAnswer | None = Non
     If the kept designs differ from those in `before` (the answer without yields), they are listed again.
     """
     designs = design_table(said)
-    others = before is not None and [one.point for one in before.kept] != [one.point for one in said.kept]
+    others = before is not None and [each.point for each in before.kept] != [each.point for each in said.kept]
     again = (verdict_lines(said), designs.shown()) if others else ()
     return _joined(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(said),
                    onward(said, folder))
@@ -252,8 +252,8 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
                f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
-        if left := unjudged(asked, found):
-            yield (f"Of {counted(left, 'more design')} the screen refuses nothing, but they were not judged in full: "
+        if more := unjudged(asked, found):
+            yield (f"Of {counted(more, 'more design')} the screen refuses nothing, but they were not judged in full: "
                    "vary less, or search longer (search.evaluations).")
     for number, key in enumerate(asked.space.variables):
         at = {one.point[number] for one in said.kept}
@@ -272,31 +272,31 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
 
 
 def _least_yield(said: StudyAnswer) -> str:
-    return next(one.written for one in said.asked.require if one.measure == "yield")
+    return next(each.written for each in said.asked.require if each.measure == "yield")
 
 
 def refusal_lines(said: StudyAnswer) -> Iterator[str]:
     """Yield an explanation of refusals, and the smallest tried relaxation that admits a design."""
-    if is_unmade(one.name for one in said.bindings):
+    if is_unmade(each.name for each in said.bindings):
         yield UNMADE
     if (least := said.relaxation) is not None:
         titles = rule_titles()
-        words = [f"let go of {titles.get(name, name)} {breach_words(name, least.breaches[name])}".rstrip()
+        texts = [f"let go of {titles.get(name, name)} {breach_words(name, least.breaches[name])}".rstrip()
                  for name in least.names]
-        yield f"The smallest relaxation that was tried and admits a design: {'; '.join(words)}"
+        yield f"The smallest relaxation that was tried and admits a design: {'; '.join(texts)}"
         yield f"with {keys_words(said.asked.space.chosen(least.point))}"
 
 
 def trust_lines(said: StudyAnswer) -> Iterator[str]:
     """Yield lines on the agreement of both levels."""
-    one = said.agreement
+    agreement = said.agreement
     if unscreened := said.found.unscreened:
         yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
-    if one.designs:
-        ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
-        told = (f"{one.verdicts_differ} verdicts differ, {one.undecided} were left to the full level"
-                if one.undecided < one.designs else "the screen could refuse none of them")
-        yield (f"Screen against full on {one.designs} designs whose leads are drawn: {told}"
+    if agreement.designs:
+        ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in agreement.rank_correlation.items() if rank is not None)
+        text = (f"{agreement.verdicts_differ} verdicts differ, {agreement.undecided} were left to the full level"
+                if agreement.undecided < agreement.designs else "the screen could refuse none of them")
+        yield (f"Screen against full on {agreement.designs} designs whose leads are drawn: {text}"
                + (f"; rank correlation {ranks}." if ranks else "."))
 
 
@@ -318,11 +318,11 @@ MOST_SWEPT = 7
 def sweep_range(space: Space) -> str:
     """Return the range of a sweep over the first key that no other key follows. Empty if there is none."""
     bound = {*space.same.values(), *space.brought}
-    for one in space.variables:
-        last = len(one.values) - 1
-        values = [str(one.values[k]) for k in sorted({k * last // (MOST_SWEPT - 1) for k in range(MOST_SWEPT)})]
-        if one.key not in bound and not any("," in value for value in values):
-            return f"{one.key}={','.join(values)}"
+    for variable in space.variables:
+        last = len(variable.values) - 1
+        values = [str(variable.values[k]) for k in sorted({k * last // (MOST_SWEPT - 1) for k in range(MOST_SWEPT)})]
+        if variable.key not in bound and not any("," in value for value in values):
+            return f"{variable.key}={','.join(values)}"
     return ""
 
 
@@ -349,10 +349,10 @@ def answer_json(said: StudyAnswer) -> str:
 
 def front_csv(said: StudyAnswer) -> str:
     """Return the front, one row per design, the best by the first goal first. Kept designs have their number."""
-    asked, nothing = said.asked, (float("nan"),) * 2
-    named = [title for name in asked.measures for title in (name, f"{name}.error")]
-    rows: list[list[object]] = [[*(v.key for v in asked.space.variables), *named, "design"]]
+    request, nothing = said.asked, (float("nan"),) * 2
+    named = [title for name in request.measures for title in (name, f"{name}.error")]
+    rows: list[list[object]] = [[*(v.key for v in request.space.variables), *named, "design"]]
     for row in front_table(said).rows:
-        figures = [cell(value) for name in asked.measures for value in row["values"].get(name, nothing)]
+        figures = [cell(value) for name in request.measures for value in row["values"].get(name, nothing)]
         rows.append([*row["at"].values(), *figures, row["design"]])
     return csv_text(rows)

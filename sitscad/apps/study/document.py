@@ -52,7 +52,7 @@ def _list(value: Any) -> list[Any]:
 def _accepted(value: Any) -> tuple[str, ...]:
     if value == ALL:
         return (ALL,)
-    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
         refuse("SIT004", f"{described(value)}, where a list of rules is wanted, or `all`", "like [SIT103]")
     return tuple(value)
 
@@ -154,7 +154,7 @@ class Asked:
 
     @property
     def _asked_for(self) -> Iterable[str]:
-        names = [*(goal.measure for goal in self.goals), *(one.measure for one in self.require)]
+        names = [*(goal.measure for goal in self.goals), *(each.measure for each in self.require)]
         return dict.fromkeys(name for name in names if name != "yield")
 
     @cached_property
@@ -165,7 +165,7 @@ class Asked:
     @property
     def least_yield(self) -> float | None:
         """Required yield. None if no yield is required."""
-        return next((one.limit for one in self.require if one.measure == "yield"), None)
+        return next((each.limit for each in self.require if each.measure == "yield"), None)
 
 
 def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
@@ -231,7 +231,7 @@ def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said:
 
 
 def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
-    found = {}
+    followers = {}
     for name, other in document.same.items():
         place = dotted("same", name)
         if not isinstance(other, str) or other not in document.vary:
@@ -239,22 +239,22 @@ def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
             said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
             continue
         written = document.vary[other]
-        first = [one for one in written[:1] if one is not None] if isinstance(written, list) else []
+        first = [each for each in written[:1] if each is not None] if isinstance(written, list) else []
         first = [written.get("from")] if isinstance(written, dict) else first
         if first and _is_usable(base, name, tuple(first), place, said):
-            found[name] = other
-    return found
+            followers[name] = other
+    return followers
 
 
 def _brought(
     document: StudyDocument, base: Base, variables: Iterable[Variable], said: Remarks
 ) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the keys that values of varied keys set in addition."""
-    found: dict[str, dict[str, dict[str, Any]]] = {}
+    implied: dict[str, dict[str, dict[str, Any]]] = {}
     by_key = {variable.key: variable for variable in variables}
     for name, choices in document.with_.items():
         place, variable = dotted("with", name), by_key.get(name)
-        if not isinstance(choices, dict) or not all(isinstance(one, dict) for one in choices.values()):
+        if not isinstance(choices, dict) or not all(isinstance(each, dict) for each in choices.values()):
             said.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
                       "coil.layers: {2: {fpc.stackup: flex-2l}}")
             continue
@@ -269,8 +269,8 @@ def _brought(
                           near if variable.is_ordered else f"one of {', '.join(known)}")
             for other, value in brings.items():
                 _is_usable(base, other, (value,), dotted(dotted(place, choice), other), said)
-        found[name] = {choice: dict(brings) for choice, brings in choices.items()}
-    return found
+        implied[name] = {choice: dict(brings) for choice, brings in choices.items()}
+    return implied
 
 
 def _fights(document: StudyDocument, said: Remarks) -> None:
@@ -306,17 +306,17 @@ def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
     seen = set[str]()
     for k, written in enumerate(document.goals):
         place = dotted("goals", k)
-        words = list(written) if isinstance(written, dict) else []
-        if len(words) != 1 or words[0] not in ("minimize", "maximize"):
+        keys = list(written) if isinstance(written, dict) else []
+        if len(keys) != 1 or keys[0] not in ("minimize", "maximize"):
             said.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
-        elif _is_measure(name := written[words[0]], dotted(place, words[0]), said):
+        elif _is_measure(name := written[keys[0]], dotted(place, keys[0]), said):
             if name == "yield":
-                said.flaw("SIT009", dotted(place, words[0]), "yield is worked out for the designs that are kept",
+                said.flaw("SIT009", dotted(place, keys[0]), "yield is worked out for the designs that are kept",
                           'require it: {yield: ">= 95 %"}')
             if name in seen:
-                said.flaw("SIT009", dotted(place, words[0]), f"{name} is a goal already", "one goal of each measure")
+                said.flaw("SIT009", dotted(place, keys[0]), f"{name} is a goal already", "one goal of each measure")
             seen.add(name)
-            yield Goal(name, words[0] == "minimize")
+            yield Goal(name, keys[0] == "minimize")
 
 
 def _is_measure(name: Any, place: str, said: Remarks) -> bool:
@@ -344,7 +344,7 @@ def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requiremen
         factor = _factors(unit).get(match[3]) if match else None
         if match is None or factor is None:
             said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
-                      f"like {EXAMPLES[unit]!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
+                      f"like {EXAMPLES[unit]!r}; units: {', '.join(each or 'none' for each in _factors(unit))}")
             continue
         if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
             said.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
@@ -369,7 +369,7 @@ def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
         "evaluations": (lambda value: _is_whole(value, 1, MOST_GRID), f"a number from 1 to {MOST_GRID}"),
         "seed": (lambda value: _is_whole(value, 0, 2**32 - 1), "a whole number from 0"),
     }
-    found = {}
+    parameters = {}
     for name, value in document.search.items():
         place = dotted("search", name)
         if name not in checks:
@@ -377,8 +377,8 @@ def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
         elif not checks[name][0](value):
             said.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
         else:
-            found[name] = value
-    return found
+            parameters[name] = value
+    return parameters
 
 
 def _is_whole(value: Any, low: int, high: int) -> bool:
@@ -417,7 +417,7 @@ def _out_of_reach(
             said.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
                       "here varies: all designs have the same", "vary it, or choose another goal")
 
-    places += [(one.measure, dotted("require", one.measure)) for one in require]
+    places += [(each.measure, dotted("require", each.measure)) for each in require]
     for name, place in places:
         for need in MEASURES[name].needs:
             if not need.is_had(base.spec) and not space.moves(need.keys):
@@ -468,7 +468,7 @@ def started(spec: SensorSpec, base: str) -> str:
         name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(_around(spec)),
         same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
              if coil.trace_spacing == coil.trace_width and is_free else "",
-        goals="\n".join(f"  - {words}" for words in _worth(spec)), accept=", ".join(accept),
+        goals="\n".join(f"  - {goal}" for goal in _worth(spec)), accept=", ".join(accept),
         own=" The base has these itself." if accept else "",
         evaluations=1000 if can_screen(spec) else 200,
     )
@@ -476,7 +476,7 @@ def started(spec: SensorSpec, base: str) -> str:
 
 def _around(spec: SensorSpec) -> Iterator[str]:
     """Yield keys of a spec, each with a range around its value."""
-    coil, made = spec.coil, spec.fpc.rules
+    coil, rules = spec.coil, spec.fpc.rules
     if coil.size[0] == coil.size[1]:  # else the size is a pair, which has no range
         yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
     written = spec.source.keys
@@ -486,7 +486,7 @@ def _around(spec: SensorSpec) -> Iterator[str]:
         step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
         low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
         yield f"  coil.turns: {{from: {decimal(low)}, to: {decimal(high)}, step: {step}}}"
-    least = min(coil.trace_width, max(0.85 * coil.trace_width, made.trace_width, made.trace_spacing))
+    least = min(coil.trace_width, max(0.85 * coil.trace_width, rules.trace_width, rules.trace_spacing))
     first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
     if "coil.trace_width" in written or INNER not in written:
         yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"

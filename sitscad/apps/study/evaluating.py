@@ -58,10 +58,10 @@ def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Eval
     Configuration and comments count as in `check`.
     """
     design = Design(spec)
-    found = as_configured(spec, checked(design, "none", None))
+    result = as_configured(spec, checked(design, "none", None))
     values, absent = figures(design, measures)
-    return Evaluation(values, absent, breaches(found.findings, Severity.ERROR),
-                      breaches(found.findings, Severity.WARNING), _undecided(found.not_checked), level)
+    return Evaluation(values, absent, breaches(result.findings, Severity.ERROR),
+                      breaches(result.findings, Severity.WARNING), _undecided(result.not_checked), level)
 
 
 def unreadable(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
@@ -84,19 +84,19 @@ def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[fl
 
 def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
     """Return the rules with findings of a severity, each with its largest breach, in the order of the rules."""
-    found: dict[str, Breach] = {}
+    by_rule: dict[str, Breach] = {}
     for finding in sorted(findings, key=lambda one: one.rule):
         if finding.severity is severity:
             sigma = finding.sigma if finding.keeps_limit else None
             one = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
-            found[finding.rule] = max(found.get(finding.rule, one), one, key=lambda each: each.size)
-    return found
+            by_rule[finding.rule] = max(by_rule.get(finding.rule, one), one, key=lambda each: each.size)
+    return by_rule
 
 
 def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
     """Return the rules without a verdict, except rules about a part that the spec does not have."""
-    return tuple(sorted({one.rule for one in not_checked if one.reason not in NO_NEED and BY_BUILD not in one.reason
-                         and not one.reason.startswith(NO_REQUIREMENT)}))
+    return tuple(sorted({each.rule for each in not_checked if each.reason not in NO_NEED and BY_BUILD not in each.reason
+                         and not each.reason.startswith(NO_REQUIREMENT)}))
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",
@@ -170,8 +170,8 @@ def _ends_over_coils(spec: SensorSpec) -> bool:
     places = {place.centre for place in cell_placements(spec)[0]}
     if spec.target is None or len(places) < 2:
         return True
-    left, low, right, high = footprint(spec, spec.target).box
-    nearest = min(min(x - left, right - x, y - low, high - y) for x, y in places)
+    west, low, right, high = footprint(spec, spec.target).box
+    nearest = min(min(x - west, right - x, y - low, high - y) for x, y in places)
     return RIMS[0] < nearest / (0.5 * min(spec.coil.size)) < RIMS[1]
 
 
@@ -181,9 +181,9 @@ def screen_errors(has_body: bool = False) -> Mapping[str, float]:
 
     Some errors are larger if the spec sets the body, because leads are then routed around inside it.
     """
-    found = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
-    wider = {name.removesuffix(".body"): error for name, error in found.items() if name.endswith(".body")}
-    return found | wider if has_body else found
+    errors = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
+    wider = {name.removesuffix(".body"): error for name, error in errors.items() if name.endswith(".body")}
+    return errors | wider if has_body else errors
 
 
 def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
@@ -199,14 +199,14 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     elif wide:  # leads may need a wider board
         wider, _ = figures(Design(spec, sketch(spec, WIDER), design.estimates), wide)
         values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
-    found, unknown = _decided(design)
-    grave = tuple(one for one in found if one.severity is not Severity.NOTE)
+    findings, unknown = _decided(design)
+    grave = tuple(each for each in findings if each.severity is not Severity.NOTE)
     errors = screen_errors(spec.fpc.body is not None)
-    said = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
+    judged_findings = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
     return Evaluation(
         {name: (value, max(error, errors.get(name, 0.0) * abs(value)))
          for name, (value, error) in values.items()},
-        absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
+        absent, breaches(judged_findings, Severity.ERROR), breaches(judged_findings, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
 
@@ -224,7 +224,7 @@ def _is_sized(spec: SensorSpec) -> bool:
 
 def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     """Return the findings of rules that the screen can apply, and the other rules that apply to the design."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
     corners = [Design(design.spec, design.layout, shifted(design.estimates, side, errors)) for side in (-1.0, 1.0)]
@@ -232,10 +232,10 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
             others = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
-            said = _said(rule, design, others)
-            found += said or ()
-            unknown |= {rule.id} if said is None else set()
-    return found, unknown
+            of_rule = _said(rule, design, others)
+            findings += of_rule or ()
+            unknown |= {rule.id} if of_rule is None else set()
+    return findings, unknown
 
 
 def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding] | None:
@@ -245,17 +245,17 @@ def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding]
     """
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
         return None
-    found, undecided = apply_rule(rule, design, least=None)
+    findings, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
         return None
-    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(found) for other in others):
+    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(findings) for other in others):
         return None
-    return found
+    return findings
 
 
 def _grave(findings: Sequence[Finding]) -> list[Severity]:
     """Return the severities of the findings, without notes."""
-    return sorted({one.severity for one in findings} - {Severity.NOTE})
+    return sorted({each.severity for each in findings} - {Severity.NOTE})
 
 
 def _is_near(rule: Rule, design: Design) -> bool:
@@ -330,20 +330,20 @@ class Chunk:
 def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
     """Return the evaluations of a chunk in its order, and their time (s)."""
     started = time.perf_counter()
-    found: list[Evaluation | None] = []
+    evaluations: list[Evaluation | None] = []
     specs: list[SensorSpec] = []
     for changes in chunk.designs:
         try:
             specs.append(base.design(changes))
-            found.append(None)
+            evaluations.append(None)
         except SpecError as error:
-            found.append(unreadable(error, chunk.measures, chunk.level))
+            evaluations.append(unreadable(error, chunk.measures, chunk.level))
     gc.freeze()  # existing objects outlive the chunk: leave them out of garbage collection
     try:
-        made = iter(_evaluated(specs, chunk))
+        computed = iter(_evaluated(specs, chunk))
     finally:
         gc.unfreeze()
-    return [next(made) if one is None else one for one in found], time.perf_counter() - started
+    return [next(computed) if each is None else each for each in evaluations], time.perf_counter() - started
 
 
 def tidily(made: Iterable[Made]) -> Iterator[Made]:
@@ -352,9 +352,9 @@ def tidily(made: Iterable[Made]) -> Iterator[Made]:
     A design consists of reference cycles with few objects that hold tens of megabytes. Python collects cycles by the
     number of objects, and so too late.
     """
-    for one in made:
-        yield one
-        del one
+    for each in made:
+        yield each
+        del each
         gc.collect()
 
 
@@ -366,7 +366,7 @@ def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
         return list(tidily(judged(spec, chunk.measures) for spec in specs))
     except Exception as error:
         if len(specs) > 1:
-            return [one for spec in specs for one in _evaluated([spec], chunk)]
+            return [each for spec in specs for each in _evaluated([spec], chunk)]
         why = f"a computation failed: {type(error).__name__}: {error}"
         return [Evaluation({}, dict.fromkeys(chunk.measures, why), {NOT_COMPUTED: Breach()}, level=chunk.level)]
 
@@ -393,17 +393,17 @@ class Workers:
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
         """Yield evaluations of all designs, in their order."""
-        left = deque(designs)
+        waiting = deque(designs)
 
         def chunks() -> Iterator[Task]:
-            while left:
-                size = min(self._size(level), -(-len(left) // self._jobs))
-                chunk = Chunk(tuple(left.popleft() for _ in range(size)), tuple(measures), level)
+            while waiting:
+                size = min(self._size(level), -(-len(waiting) // self._jobs))
+                chunk = Chunk(tuple(waiting.popleft() for _ in range(size)), tuple(measures), level)
                 yield evaluate_chunk, (self._base, chunk)
 
-        for found, seconds in self._in_order(chunks()):
-            self._speed[level] = len(found) / max(seconds, 1e-3)
-            yield from found
+        for evaluated, seconds in self._in_order(chunks()):
+            self._speed[level] = len(evaluated) / max(seconds, 1e-3)
+            yield from evaluated
 
     def each(self, work: Callable[..., Made], given: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
         """Yield the results of `work` for each tuple of arguments, in their order."""
@@ -440,9 +440,9 @@ class Workers:
         """Return the result of the first running task. All running tasks are started again if a process died."""
         for _ in range(DEATHS):
             try:
-                found = running[0][1].result()
+                result = running[0][1].result()
                 running.popleft()
-                return found
+                return result
             except BrokenExecutor:
                 if self._given is not None:
                     raise

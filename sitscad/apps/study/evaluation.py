@@ -109,8 +109,8 @@ class Evaluation:
         return {
             "level": self.level, "verdict": self.verdict,
             "values": {name: list(pair) for name, pair in self.values.items()}, "absent": dict(self.absent),
-            "refused": {rule: one.as_json() for rule, one in self.refused.items()},
-            "warned": {rule: one.as_json() for rule, one in self.warned.items()},
+            "refused": {rule: breach.as_json() for rule, breach in self.refused.items()},
+            "warned": {rule: breach.as_json() for rule, breach in self.warned.items()},
             "unknown": list(self.unknown),
         }
 
@@ -122,7 +122,7 @@ def of_json(said: Mapping[str, Any]) -> Evaluation:
     """
     values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in said["values"].items()}
     absent = {intern(name): intern(why) for name, why in said["absent"].items()}
-    refused, warned = ({intern(rule): _breach(*one) for rule, one in said[part].items()}
+    refused, warned = ({intern(rule): _breach(*breach) for rule, breach in said[part].items()}
                        for part in ("refused", "warned"))
     unknown = _alike(tuple(map(intern, said["unknown"])))
     level = {FULL: FULL, SCREEN: SCREEN}[said["level"]]
@@ -130,9 +130,9 @@ def of_json(said: Mapping[str, Any]) -> Evaluation:
 
 
 def _breach(measured: float | None, limit: float | None, unit: str, *sigma: float) -> Breach:
-    for one in (measured, limit, *sigma):
-        if one is not None:
-            _figure(one)
+    for each in (measured, limit, *sigma):
+        if each is not None:
+            _figure(each)
     return Breach(measured, limit, intern(unit), *sigma)
 
 
@@ -218,18 +218,18 @@ class Archive:
 
     def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
         """Return the evaluation under a key. None if there is none, or if it lacks one of these measures."""
-        said = self.said(key)
-        if said is None or "values" not in said:
+        stored = self.said(key)
+        if stored is None or "values" not in stored:
             return None
-        asked = {part: {name: said[part][name] for name in measures if name in said[part]}
+        requested = {part: {name: stored[part][name] for name in measures if name in stored[part]}
                  for part in ("values", "absent")}
-        is_asked = all(name in asked["values"] or name in asked["absent"] for name in measures)
-        return of_json({**said, **asked}) if is_asked else None
+        is_asked = all(name in requested["values"] or name in requested["absent"] for name in measures)
+        return of_json({**stored, **requested}) if is_asked else None
 
     def units(self, key: str) -> list[UnitJudged] | None:
         """Return the units under a key. None if there are none."""
-        said = self.said(key)
-        return None if said is None or "units" not in said else list(map(unit_of_json, said["units"]))
+        stored = self.said(key)
+        return None if stored is None or "units" not in stored else list(map(unit_of_json, stored["units"]))
 
     def said(self, key: str) -> Mapping[str, Any] | None:
         """Return the plain values under a key, or None. Raises OSError if another program has changed the file."""
@@ -238,9 +238,9 @@ class Archive:
             return None
         self._stream.seek(start)
         body = _body(self._stream.readline())
-        found = {} if body is None else json.loads(body)
-        if found.get("key") == key:
-            return dict(found)
+        stored = {} if body is None else json.loads(body)
+        if stored.get("key") == key:
+            return dict(stored)
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], said: Mapping[str, Any]) -> None:

@@ -91,8 +91,8 @@ def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[Co
     pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
     if not pairs:
         raise AbsentError("no tank of this design oscillates")
-    found: tuple[CoilEstimate, StateEstimate] = pick(pairs, key=lambda pair: getattr(pair[1], name))
-    return found
+    worst: tuple[CoilEstimate, StateEstimate] = pick(pairs, key=lambda pair: getattr(pair[1], name))
+    return worst
 
 
 def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
@@ -126,10 +126,10 @@ def _signal(design: Design) -> Figure:
     from sitscad.estimates.circuits.uncertainty import SHARE
     from sitscad.estimates.signal import signals
 
-    found = signals(design.estimates)
-    if not found:
+    by_coil = signals(design.estimates)
+    if not by_coil:
         raise AbsentError("no coil is read both at rest and pressed")
-    least = min(found, key=lambda signal: abs(signal.share))
+    least = min(by_coil, key=lambda signal: abs(signal.share))
     coil = next(coil for coil in design.estimates.coils if coil.name == least.coil)
     rest, pressed = coil.states[REST], coil.states[PRESSED]
     moved = [s.spread.shifts.get(SHARE, (0.0, 0.0))[1] if s.spread is not None else 0.0 for s in (rest, pressed)]
@@ -139,12 +139,12 @@ def _signal(design: Design) -> Figure:
 
 
 def _felt(design: Design) -> Felt:
-    found = design.sensing.felt
-    if found is None:
+    felt = design.sensing.felt
+    if felt is None:
         raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
-    if not all(found.held):
+    if not all(felt.held):
         raise AbsentError("the pad gives way sideways within the required normal force")
-    return found
+    return felt
 
 
 def _error_of(design: Design) -> float:
@@ -159,10 +159,10 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
 
     def along(axis: str) -> Reader:
         def read(design: Design) -> Figure:
-            found = _felt(design)
-            if axis not in found.bench.range.axes:
+            felt = _felt(design)
+            if axis not in felt.bench.range.axes:
                 raise AbsentError(f"the coils do not tell {axis} apart")
-            value = of(found, axis)
+            value = of(felt, axis)
             if not math.isfinite(value):
                 raise AbsentError(f"no reading tells {axis}")
             return value, _error_of(design) * value
@@ -208,12 +208,12 @@ def _range(axis: str) -> Reader:
 def _crosstalk(design: Design) -> Figure:
     from sitscad.estimates.performance.inversion import crosstalk
 
-    found = _felt(design)
-    if len(found.bench.range.axes) == 1:
+    felt = _felt(design)
+    if len(felt.bench.range.axes) == 1:
         raise AbsentError("one coil tells one axis")
-    if not found.is_range_held:
+    if not felt.is_range_held:
         raise AbsentError("the pad gives way sideways within the required loads")
-    tables = [crosstalk(found.working, point.load, point.inverse)[0] for point in found.points]
+    tables = [crosstalk(felt.working, point.load, point.inverse)[0] for point in felt.points]
     value = max(error for table in tables for row in table.values() for error in row.values())
     return value, _error_of(design) * value
 
@@ -221,25 +221,25 @@ def _crosstalk(design: Design) -> Figure:
 def _by_gap(design: Design) -> Figure:
     from sitscad.estimates.loads.pressing import GLUE, PAD
 
-    found = _felt(design)
-    if not found.is_range_held:
+    felt = _felt(design)
+    if not felt.is_range_held:
         raise AbsentError("the pad gives way sideways within the required loads")
-    units, full = found.units, found.bench.range.normal
+    units, full = felt.units, felt.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
     causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
-    is_force = [name in FORCES for name in found.bench.range.axes]
+    is_force = [name in FORCES for name in felt.bench.range.axes]
     value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
     return value, _error_of(design) * value
 
 
 def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     def read(design: Design) -> Figure:
-        found = {measure.name: measure for measure in design.fit}
-        if not found:
+        by_name = {measure.name: measure for measure in design.fit}
+        if not by_name:
             raise AbsentError("it takes a jaw with known dimensions, and a shield that its standoff has room for")
-        return of(found), 0.0
+        return of(by_name), 0.0
 
     return read
 

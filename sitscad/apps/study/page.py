@@ -81,8 +81,8 @@ class ChartAxis:
 
 def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
     """Return an axis that holds all finite figures, with ticks at round numbers."""
-    found = [value for value in values if math.isfinite(value)] or [0.0]
-    low, high = min(found), max(found)
+    known = [value for value in values if math.isfinite(value)] or [0.0]
+    low, high = min(known), max(known)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     low, high = low - room, high + room
     power = 10.0 ** math.floor(math.log10((high - low) / TICKS))
@@ -120,14 +120,14 @@ def field(
     """Return a chart of designs by two figures. Designs beyond the axes are left out."""
     size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
     sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
-    for value, words in across.ticks:
+    for value, label in across.ticks:
         x = left + across.at(value) * (right - left)
         sheet.line(x, low, x, top, Pen(1.0, LINE))
-        sheet.text(x, low - 16.0, words, 11.0, "middle", colour=SOFT)
-    for value, words in up.ticks:
+        sheet.text(x, low - 16.0, label, 11.0, "middle", colour=SOFT)
+    for value, label in up.ticks:
         y = low + up.at(value) * (top - low)
         sheet.line(left, y, right, y, Pen(1.0, LINE))
-        sheet.text(left - 6.0, y - 4.0, words, 11.0, "end", colour=SOFT)
+        sheet.text(left - 6.0, y - 4.0, label, 11.0, "end", colour=SOFT)
     sheet.text((left + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
     sheet.text(left - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
 
@@ -196,14 +196,14 @@ class StudyPage:
     def __init__(self, said: StudyAnswer, share: float = 1.0) -> None:
         self.said, self.asked, self.share = said, said.asked, share
         self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
-        self.numbers = {one.point: k for k, one in enumerate(said.kept, 1)}
+        self.numbers = {design.point: k for k, design in enumerate(said.kept, 1)}
         self.nearest = None if said.kept or said.relaxation is None else said.relaxation.point
         self.points = self._points()
 
     def _points(self) -> list[DesignPoint]:
         """Return the whole front, and other designs up to a limit, evenly selected among the evaluated designs."""
-        own = [] if self.nearest is None else [self.nearest]
-        front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
+        nearest = [] if self.nearest is None else [self.nearest]
+        front = [*dict.fromkeys((*self.numbers, *nearest, *self.said.front))]
         others = [point for point in self.said.found.screened if point not in set(front)]
         count = min(len(others), int(self.share * MOST_OTHERS))
         return front + [others[k * len(others) // count] for k in range(count)]
@@ -213,12 +213,12 @@ class StudyPage:
         """Factor and unit of each measure in charts, from the middle design of the front, or of all designs."""
         import numpy as np
 
-        found = {}
+        scales = {}
         for name in self.names:
-            values = [one.values[name][0] for point in (self.said.front or self.points)
-                      if name in (one := self.said.found.of(point)).values]
-            found[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
-        return found
+            values = [evaluation.values[name][0] for point in (self.said.front or self.points)
+                      if name in (evaluation := self.said.found.of(point)).values]
+            scales[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
+        return scales
 
     def scaled(self, one: Evaluation) -> dict[str, float]:
         """Return the figures of an evaluation in the units of the charts."""
@@ -246,7 +246,7 @@ class StudyPage:
     @cached_property
     def axes(self) -> dict[str, ChartAxis]:
         """Axis of each measure. It covers the front, or the better four fifths of all designs if the front is small."""
-        found = {}
+        axes = {}
         wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
         is_few = len(wanted) < FEW
         better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
@@ -260,8 +260,8 @@ class StudyPage:
             low, high = (min(values), max(values)) if values else (0.0, 1.0)
             base = self.scaled(self.said.base).get(name)
             near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
-            found[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
-        return found
+            axes[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
+        return axes
 
     def titled(self, name: str) -> str:
         """Return a measure with its unit."""
@@ -269,14 +269,14 @@ class StudyPage:
 
     def html(self) -> str:
         """Return the whole file."""
-        words = [goal.words for goal in self.asked.goals]
+        goals = [goal.words for goal in self.asked.goals]
         verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
         if self.said.lacks_yield:
             verdict = "good", "It can be met but for the yield, which is not known"
         script = (files("sitscad.files.report") / "assets" / "study.js").read_text(encoding="utf-8")
         parts = [
             f"<style>{STYLE}</style>",
-            self.head(words, verdict, verdict_lines(self.said)),
+            self.head(goals, verdict, verdict_lines(self.said)),
             part("What stands in the way", self.in_the_way()) if not self.said.is_met else "",
             part("Designs", self.designs()),
             part("Yield", self.yields()),
@@ -287,8 +287,8 @@ class StudyPage:
             embedded("study-data", self.data()),
             f"<script>{script}</script>",
         ]
-        own = self.asked.base.path.replace("\\", "/").rpartition("/")[2]
-        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(own)}, SHA-256 "
+        file_name = self.asked.base.path.replace("\\", "/").rpartition("/")[2]
+        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
                     f"{self.asked.base.spec.source.sha256}")
 
     def so_far(self, of: int) -> str:
@@ -305,7 +305,7 @@ class StudyPage:
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
         """Return the name, the verdict, and the best value of each goal beside the base."""
         said, (kind, words) = self.said, verdict
-        asks = [f"{one.measure} {one.written}" for one in self.asked.require]
+        asks = [f"{each.measure} {each.written}" for each in self.asked.require]
         tiles = []
         for goal in self.asked.goals:
             every = (said.found.of(point).values for point in said.front)
@@ -325,8 +325,8 @@ class StudyPage:
 
     def in_the_way(self) -> str:
         """Return the rules and requirements that refuse designs, and the smallest tried relaxation."""
-        told = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
-        return "".join(_paragraphs(refusal_lines(self.said))) + told
+        table = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
+        return "".join(_paragraphs(refusal_lines(self.said))) + table
 
     def designs(self) -> str:
         """Return the base and the kept designs: a table, then a drawing of each kept design."""
@@ -334,16 +334,16 @@ class StudyPage:
         for number, layout in enumerate(self.said.layouts, 1):
             x0, y0, x1, y1 = layout.body
             board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
-            words = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
-            drawn += f"<article id='kept-{number}'>{figure(board, words)}</article>"
+            caption = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
+            drawn += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
         return _table(design_table(self.said)) + drawn
 
     def yields(self) -> str:
         """Return the yield of each kept design with its interval, its deciding spreads, and one sigma of figures."""
-        is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
+        is_unknown = self.said.kept and all(each.units is None for each in self.said.kept)
         designs = design_table(self.said)
-        told = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
-        return "<p>Not worked out.</p>" if is_unknown else told + _table(sigma_table(designs))
+        tables = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
+        return "<p>Not worked out.</p>" if is_unknown else tables + _table(sigma_table(designs))
 
     def front(self) -> str:
         """Return charts of designs by each pair of goals, the chosen design, and the front as a table."""
@@ -364,8 +364,8 @@ class StudyPage:
             drawn += figure(field(f"field-{k}", axes, self.marks, place, own), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
         words = f"The front as a table: {counted(len(self.said.front), 'design')}"
-        told = _table(front_table(self.said))
-        whole = f"<details class='front'><summary>{words}</summary>{told}</details>" if told else ""
+        table = _table(front_table(self.said))
+        whole = f"<details class='front'><summary>{words}</summary>{table}</details>" if table else ""
         return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> ChartAxis:
@@ -389,9 +389,9 @@ class StudyPage:
                      for v in space.variables],
             "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name))}
                          for name in self.names],
-            "points": [[list(point), [_digits(own.get(name)) for name in self.names], mark.kind, mark.kept,
+            "points": [[list(point), [_digits(values.get(name)) for name in self.names], mark.kind, mark.kept,
                         sorted(violations(self.asked, self.said.found.of(point)))]
-                       for point, own, mark in zip(self.points, self.figures, self.marks, strict=True)],
+                       for point, values, mark in zip(self.points, self.figures, self.marks, strict=True)],
             "sketches": dict(self._sketches()),
         }
 
@@ -405,7 +405,7 @@ class StudyPage:
                 layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
             except SpecError:
                 continue
-            plates = [one.outline() for one in bodies.targets(layout.spec)]
+            plates = [target.outline() for target in bodies.targets(layout.spec)]
             windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
             drawn = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
             room -= len(drawn)
@@ -466,9 +466,9 @@ def _digits(value: float | None) -> float | None:
 def study_page(said: StudyAnswer) -> str:
     """Return the page of an answer as HTML text. Text from the study or its base is escaped."""
     share = 1.0
-    while len(found := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
+    while len(text := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
         share *= 0.5  # the page has many keys, many measures or large boards
-    return found
+    return text
 
 
 def page_so_far(study: Study, found: Found, of: int) -> str:
@@ -484,8 +484,8 @@ def page_so_far(study: Study, found: Found, of: int) -> str:
 
 def answer_files(said: StudyAnswer) -> dict[str, bytes]:
     """Return the files of a study's folder besides its archive, and the files that the kept designs read."""
-    asked = said.asked
-    specs = (asked.base.design(asked.space.changes(one.point)) for one in said.kept)
+    request = said.asked
+    specs = (request.base.design(request.space.changes(design.point)) for design in said.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
     files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
     whole = {"front.csv": front_csv(said), "study.json": answer_json(said), "study.html": study_page(said)}
@@ -501,16 +501,16 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
 
     Evaluations from earlier saves in `evaluated` are reused if they still apply.
     """
-    asked = study.asked
-    points = first_set(asked.space, asked.evaluations, asked.seed, [asked.base_point])
-    found = Found(asked, SCREEN)
+    request = study.asked
+    points = first_set(request.space, request.evaluations, request.seed, [request.base_point])
+    found = Found(request, SCREEN)
     last = 0.0
-    with Workers(asked.base, 1) as workers:
+    with Workers(request.base, 1) as workers:
         for k, point in enumerate(points, 1):
-            changes = asked.space.changes(point)
-            key = f"{asked.base.key(changes, SCREEN)} {asked.measures}"
+            changes = request.space.changes(point)
+            key = f"{request.base.key(changes, SCREEN)} {request.measures}"
             if key not in evaluated:
-                evaluated[key] = next(workers.evaluations([changes], asked.measures, SCREEN))
+                evaluated[key] = next(workers.evaluations([changes], request.measures, SCREEN))
             found.screened[point] = evaluated[key]
             if time.perf_counter() - last > PAUSE or k == len(points):
                 page = page_so_far(study, found, len(points)).encode() if serves else b""
@@ -521,11 +521,11 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
 def numbers(found: Found, of: int) -> dict[str, Any]:
     """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
     asked, good = found.asked, passing(found.asked, found.screened)
-    said = {"designs": f"{len(found.screened)} of {of}", "keep everything": str(len(good))}
+    texts = {"designs": f"{len(found.screened)} of {of}", "keep everything": str(len(good))}
     for goal in asked.goals:
         known = (point for point in good if goal.measure in found.screened[point].values)
         values = {point: found.screened[point].values[goal.measure][0] for point in known}
         if values:
             best = min(values, key=lambda point: goal.cost(values[point]))
-            said[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(asked.space.chosen(best))}"
-    return said
+            texts[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(asked.space.chosen(best))}"
+    return texts

@@ -104,8 +104,8 @@ def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
     size = 2 ** max(0, (count - 1).bit_length())  # a power of two keeps the set balanced
     rows = qmc.Sobol(len(space.shape), scramble=True, rng=seed).random(size)[:count]
     shape = np.array(space.shape)
-    found = np.minimum((rows * shape).astype(int), shape - 1)
-    return list(dict.fromkeys(tuple(map(int, row)) for row in found))
+    numbers = np.minimum((rows * shape).astype(int), shape - 1)
+    return list(dict.fromkeys(tuple(map(int, row)) for row in numbers))
 
 
 WORST = 1e30
@@ -114,8 +114,8 @@ WORST = 1e30
 
 def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
     """Return goals (n, goals) and violations (n, 1) as arrays."""
-    goals = np.array([[WORST if value is None else value for value in one.goals] for one in costs])
-    return goals, np.array([one.violation for one in costs]).reshape(-1, 1)
+    goals = np.array([[WORST if value is None else value for value in each.goals] for each in costs])
+    return goals, np.array([each.violation for each in costs]).reshape(-1, 1)
 
 
 def _nsga2(
@@ -144,15 +144,15 @@ def _nsga2(
     algorithm.setup(problem, termination=("n_gen", evaluations), seed=seed, verbose=False)
     still = 0
     while len(known) < evaluations and still < STILL:
-        asked = algorithm.ask()
-        if asked is None or not len(asked):
+        candidates = algorithm.ask()
+        if candidates is None or not len(candidates):
             return
-        points = [tuple(map(int, row)) for row in np.rint(asked.get("X"))]
+        points = [tuple(map(int, row)) for row in np.rint(candidates.get("X"))]
         still = 0 if _ask(points, evaluations, known, evaluate) else still + 1
         nothing = Costs((None,) * goals, WORST)  # beyond the limit of evaluations: given the worst costs
         values, violations = _figures([known.get(point, nothing) for point in points])
-        algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), asked)
-        algorithm.tell(infills=asked)
+        algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), candidates)
+        algorithm.tell(infills=candidates)
 
 
 STILL = 50
@@ -202,12 +202,12 @@ def _unbeaten(values: Array) -> Flags:
     In the order of their goals, a row can be beaten only by earlier rows. The number of passes is the number of
     unbeaten rows.
     """
-    left, found = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
-    while len(left):
-        own, found[left[0]] = values[left[0]], True
-        others = values[left[1:]]
-        left = left[1:][np.any(others < own, axis=1) | np.all(others == own, axis=1)]
-    return found
+    remaining, unbeaten = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
+    while len(remaining):
+        best, unbeaten[remaining[0]] = values[remaining[0]], True
+        others = values[remaining[1:]]
+        remaining = remaining[1:][np.any(others < best, axis=1) | np.all(others == best, axis=1)]
+    return unbeaten
 
 
 class _SpentError(Exception):
@@ -328,7 +328,7 @@ class Found:
     @property
     def unscreened(self) -> int:
         """Number of designs without a screen, which were evaluated at the full level instead."""
-        return sum(one.level == FULL for one in self.screened.values())
+        return sum(each.level == FULL for each in self.screened.values())
 
     def of(self, point: Point) -> Evaluation:
         """Return the evaluation of a point at the full level, or else by the screen."""
@@ -357,19 +357,19 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     names = {rule.id: rule.name for rule in all_rules()} if found.warned else {}
     broken |= {rule: breach for rule, breach in found.warned.items() if rule != IN_VAIN and not any(
         word == ALL or stands_for(word, rule, names.get(rule, "")) for word in asked.accept)}
-    for one in asked.require:
-        if one.measure == "yield":
+    for requirement in asked.require:
+        if requirement.measure == "yield":
             continue
-        value, unit = found.values.get(one.measure), MEASURES[one.measure].unit
-        if found.absent.get(one.measure) == IN_FULL:
+        value, unit = found.values.get(requirement.measure), MEASURES[requirement.measure].unit
+        if found.absent.get(requirement.measure) == IN_FULL:
             continue
-        if value is None or not one.holds(value[0]):
-            broken[one.measure] = Breach(None if value is None else value[0], one.limit, unit)
-        elif (sigma := found.values.get(f"sigma.{one.measure}")) is not None and asked.least_yield is not None:
+        if value is None or not requirement.holds(value[0]):
+            broken[requirement.measure] = Breach(None if value is None else value[0], requirement.limit, unit)
+        elif (sigma := found.values.get(f"sigma.{requirement.measure}")) is not None and asked.least_yield is not None:
             far = NormalDist().inv_cdf(asked.least_yield) * sigma[0]
-            worst = value[0] - far if one.is_floor else value[0] + far
-            if not one.holds(worst):  # too many units would break it (to first order, each limit separately)
-                broken[f"yield by {one.measure}"] = Breach(worst, one.limit, unit)
+            worst = value[0] - far if requirement.is_floor else value[0] + far
+            if not requirement.holds(worst):  # too many units would break it (to first order, each limit separately)
+                broken[f"yield by {requirement.measure}"] = Breach(worst, requirement.limit, unit)
     if not broken:
         lacking = [goal.measure for goal in asked.goals
                    if goal.measure not in found.values and found.absent.get(goal.measure) != IN_FULL]
@@ -438,24 +438,24 @@ class StudyRun:
 
     def evaluate(self, points: Sequence[Point], level: str) -> None:
         """Evaluate points on a level, each once. Evaluations in the archive are reused."""
-        kept = self.found.full if level == FULL else self.found.screened
+        known = self.found.full if level == FULL else self.found.screened
         base, measures = self._asked.base, self._asked.measures
-        changes = {point: self._asked.space.changes(point) for point in points if point not in kept}
+        changes = {point: self._asked.space.changes(point) for point in points if point not in known}
         keys = {point: base.key(changes[point], level) for point in changes}
-        found = {point: self._archive.evaluation(key, measures) for point, key in keys.items()}
-        missing = [point for point, one in found.items() if one is None]
-        self.found.reused += len(found) - len(missing)
-        for one in filter(None, found.values()):
-            self._told[level].note(one, is_made=False)
-        made = self._workers.evaluations([changes[point] for point in missing], measures, level)
-        for point, one in zip(missing, made, strict=True):
-            self._archive.add(keys[point], changes[point], one.as_json())
-            found[point] = self._archive.evaluation(keys[point], measures)  # as a later run reads it
-            self._told[level].note(one, is_made=True)
-        for point, evaluation in found.items():
+        evaluated = {point: self._archive.evaluation(key, measures) for point, key in keys.items()}
+        missing = [point for point, each in evaluated.items() if each is None]
+        self.found.reused += len(evaluated) - len(missing)
+        for each in filter(None, evaluated.values()):
+            self._told[level].note(each, is_made=False)
+        computed = self._workers.evaluations([changes[point] for point in missing], measures, level)
+        for point, each in zip(missing, computed, strict=True):
+            self._archive.add(keys[point], changes[point], each.as_json())
+            evaluated[point] = self._archive.evaluation(keys[point], measures)  # as a later run reads it
+            self._told[level].note(each, is_made=True)
+        for point, evaluation in evaluated.items():
             if evaluation is None:
                 continue
-            kept[point] = evaluation
+            known[point] = evaluation
             if evaluation.level == FULL:
                 self.found.full[point] = evaluation
             self._costs[point] = costs(self._asked, evaluation)
@@ -466,15 +466,15 @@ class StudyRun:
         Promising designs are evaluated at the full level during the search, too. Designs with a value that failed often
         come last.
         """
-        asked = self._asked
-        count = min(asked.evaluations, asked.space.size)
-        search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of, [asked.base_point])
+        study = self._asked
+        count = min(study.evaluations, study.space.size)
+        search(self.found.method, study.space, count, study.seed, len(study.goals), self._costs_of, [study.base_point])
         in_vain = rounds = 0
         while rounds < MOST_ROUNDS and in_vain < MOST_IN_VAIN:
             good, doubtful = self._good(), self._doubtful()
             likely = [point for point in good if point in self.found.full or doubtful.isdisjoint(enumerate(point))]
             on_front = np.count_nonzero(ranked([self._costs[point] for point in good], 1) == 0)
-            count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, int(on_front)))
+            count = max(LEAST_FULL, 4 * study.keep, min(MOST_FRONT, int(on_front)))
             first = (point for points in (likely, good) for point in self.best(count, points))
             wanted = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
             if not wanted:
@@ -491,14 +491,14 @@ class StudyRun:
         values failed.
         """
         fell, sound = Counter[tuple[int, int]](), set[tuple[int, int]]()
-        for point, one in self.found.full.items():
-            if not violations(self._asked, one):
+        for point, each in self.found.full.items():
+            if not violations(self._asked, each):
                 sound.update(enumerate(point))
-            elif not violations(self._asked, self.found.screened.get(point, one)):
+            elif not violations(self._asked, self.found.screened.get(point, each)):
                 fell.update(enumerate(point))
-        found = {at for at, count in fell.items() if count >= MANY and at not in sound}
-        counts = Counter(key for key, _ in found)
-        return {(key, value) for key, value in found if counts[key] < len(self._asked.space.variables[key].values)}
+        doubtful = {at for at, count in fell.items() if count >= MANY and at not in sound}
+        counts = Counter(key for key, _ in doubtful)
+        return {(key, value) for key, value in doubtful if counts[key] < len(self._asked.space.variables[key].values)}
 
     def _good(self) -> list[Point]:
         """Return the designs that meet everything by their best evaluation, at most `MOST_RANKED`."""
@@ -532,33 +532,33 @@ class StudyRun:
         ranks = ranked([self._costs[point] for point in good], count)
         order = [good[k] for k in np.argsort(ranks, kind="stable")]
         bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)
-        left = max(0, count - len(order))
-        return [*order[:count], *nsmallest(left, bad, key=lambda point: self._costs[point].violation)]
+        rest = max(0, count - len(order))
+        return [*order[:count], *nsmallest(rest, bad, key=lambda point: self._costs[point].violation)]
 
     def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
         """Return evaluated units of designs, with errors of manufacture.
 
         Parts of all designs are computed in parallel.
         """
-        base, own, drawn = self._asked.base, dict(self._asked.spread), draws(count)
-        names = tuple(dict.fromkeys((*(one.measure for one in self._asked.require if one.measure != "yield"),
+        base, sigmas, drawn = self._asked.base, dict(self._asked.spread), draws(count)
+        names = tuple(dict.fromkeys((*(each.measure for each in self._asked.require if each.measure != "yield"),
                                      *self._asked.scattered)))
         changes = {point: self._asked.space.changes(point) for point in points}
-        keys = {(point, k): base.key(made, "units", count, k, sorted(own.items()), names)
-                for point, made in changes.items() for k in range(0, count, PART)}
+        keys = {(point, k): base.key(computed, "units", count, k, sorted(sigmas.items()), names)
+                for point, computed in changes.items() for k in range(0, count, PART)}
         missing = [at for at, key in keys.items() if self._archive.units(key) is None]
-        given = [(base, changes[point], own, names, drawn[k : k + PART]) for point, k in missing]
-        archived = [one for key in keys.values() for one in self._archive.units(key) or ()]
-        done, good = len(archived), sum(one.is_good for one in archived)
-        of, made = done + sum(len(one[-1]) for one in given), 0
-        for at, part in zip(missing, self._workers.each(judge_units, given), strict=True):
-            self._archive.add(keys[at], changes[at[0]], {"units": [one.as_json() for one in part]})
-            made, good = made + len(part), good + sum(one.is_good for one in part)
-            self._progress(StudyState("units", done + made, of, good, {}, made))
-        found: dict[Point, list[UnitJudged]] = {point: [] for point in points}
+        arguments = [(base, changes[point], sigmas, names, drawn[k : k + PART]) for point, k in missing]
+        archived = [each for key in keys.values() for each in self._archive.units(key) or ()]
+        done, good = len(archived), sum(each.is_good for each in archived)
+        of, computed = done + sum(len(each[-1]) for each in arguments), 0
+        for at, part in zip(missing, self._workers.each(judge_units, arguments), strict=True):
+            self._archive.add(keys[at], changes[at[0]], {"units": [each.as_json() for each in part]})
+            computed, good = computed + len(part), good + sum(each.is_good for each in part)
+            self._progress(StudyState("units", done + computed, of, good, {}, computed))
+        by_point: dict[Point, list[UnitJudged]] = {point: [] for point in points}
         for (point, _), key in keys.items():
-            found[point] += self._archive.units(key) or ()
-        return found
+            by_point[point] += self._archive.units(key) or ()
+        return by_point
 
 
 PART = 8

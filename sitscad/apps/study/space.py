@@ -98,8 +98,8 @@ class Base:
         except SpecError:
             values = [list(change) for change in changes]
         judged_by = [*self._judged_by, self._own_files(changes, values)]
-        said = json.dumps([judged_by, level, values, *asked], sort_keys=True, ensure_ascii=False)
-        return hashlib.sha256(said.encode("utf-8", "surrogatepass")).hexdigest()[:32]
+        text = json.dumps([judged_by, level, values, *asked], sort_keys=True, ensure_ascii=False)
+        return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
     @cached_property
     def _judged_by(self) -> list[Any]:
@@ -119,7 +119,7 @@ class Base:
         try:
             return _hashes(self.design(changes).source.files)
         except SpecError as error:
-            return [f"{one.rule} {one.message}" for one in error.findings]
+            return [f"{each.rule} {each.message}" for each in error.findings]
 
 
 _FILE = re.compile(rf'"([^"]*(?:{"|".join(map(re.escape, chain(*FILES.values())))}))"', re.IGNORECASE)
@@ -149,7 +149,7 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
         try:
             base.design(((key, value),))
         except SpecError as error:
-            if any(one.rule in UNFIT for one in error.findings):
+            if any(each.rule in UNFIT for each in error.findings):
                 raise
 
 
@@ -166,11 +166,11 @@ def code_version() -> str:
 
     Evaluations are valid for one version only.
     """
-    root, found = PACKAGE, hashlib.sha256()
+    root, digest = PACKAGE, hashlib.sha256()
     for path in sorted(_code(root)):
-        found.update(path.relative_to(root).as_posix().encode())
-        found.update(path.read_bytes())
-    return f"{__version__}+{found.hexdigest()[:16]}"
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return f"{__version__}+{digest.hexdigest()[:16]}"
 
 
 OF_NO_JUDGEMENT = {"apps", "calibration", "cli", "files", "templates"}
@@ -278,10 +278,10 @@ def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     count = int((last - first) / by) + 1
     if count > MOST_VALUES:
         raise RangeError(f"{count} values from {low} to {high}; {MOST_VALUES} are the most", "a larger step")
-    found = [first + k * by for k in range(count)]
-    if step is None and found[-1] != last:
-        found.append(last)
-    return tuple(_written(value, unit) for value in found)
+    values = [first + k * by for k in range(count)]
+    if step is None and values[-1] != last:
+        values.append(last)
+    return tuple(_written(value, unit) for value in values)
 
 
 def counted(low: Any, high: Any, count: int) -> tuple[Any, ...]:
@@ -307,10 +307,10 @@ def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, s
 
 
 def _number(value: Any) -> tuple[Decimal, str]:
-    found = None if isinstance(value, bool) else _WRITTEN.fullmatch(str(value))
-    if found is None or not math.isfinite(float(found[1])):
+    match = None if isinstance(value, bool) else _WRITTEN.fullmatch(str(value))
+    if match is None or not math.isfinite(float(match[1])):
         raise RangeError(f"{value!r} is no number", "a number, with its unit where a spec has one, like 75 um")
-    return Decimal(found[1]), found[2]
+    return Decimal(match[1]), match[2]
 
 
 def _written(value: Decimal, unit: str) -> Any:
@@ -335,7 +335,7 @@ class Space:
         """Whether any of these keys, or a part of one, changes in some designs."""
         moved = [variable.key for variable in self.variables] + list(self.same)
         moved += [key for choices in self.brought.values() for brings in choices.values() for key in brings]
-        return any(meet(one, key) for one in moved for key in keys)
+        return any(meet(each, key) for each in moved for key in keys)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -354,11 +354,11 @@ class Space:
     def changes(self, point: Point) -> Changes:
         """Return all changed keys at a point, with their values."""
         chosen = self.chosen(point)
-        found = dict(chosen)
-        found |= {key: chosen[other] for key, other in self.same.items()}
+        changed = dict(chosen)
+        changed |= {key: chosen[other] for key, other in self.same.items()}
         for key, value in chosen.items():
-            found |= self.brought.get(key, {}).get(str(value), {})
-        return tuple(found.items())
+            changed |= self.brought.get(key, {}).get(str(value), {})
+        return tuple(changed.items())
 
     def nearest(self, values: Mapping[str, Any]) -> Point:
         """Return the point nearest to a spec with these plain values, key by key."""

@@ -51,8 +51,8 @@ def draws(count: int) -> Array:
     """
     from scipy.stats import qmc  # loaded for studies only
 
-    found = qmc.LatinHypercube(len(SPREADS), rng=SEED).random(count)
-    return np.asarray(np.clip(found, 1e-12, 1.0 - 1e-12))
+    numbers = qmc.LatinHypercube(len(SPREADS), rng=SEED).random(count)
+    return np.asarray(np.clip(numbers, 1e-12, 1.0 - 1e-12))
 
 
 def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
@@ -79,19 +79,19 @@ def judge_units(
     if spec.readout.capacitance is None:  # every unit has the capacitor that is chosen for the design
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
-    made = (unit(spec, row, own) for row in rows)
-    return list(tidily(_judged(Design(one, as_made(nominal.layout, one)), measures) for one in made))
+    specs = (unit(spec, row, own) for row in rows)
+    return list(tidily(_judged(Design(each, as_made(nominal.layout, each)), measures) for each in specs))
 
 
 def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
     rules = [rule for rule in all_rules() if rule.id.startswith(KEPT_BY_UNITS)]
     try:
-        said = tuple(finding for rule in rules for finding in apply_rule(rule, design, least=None)[0])
-        found = as_configured(design.spec, CheckResult(said, ()))
+        findings = tuple(finding for rule in rules for finding in apply_rule(rule, design, least=None)[0])
+        checked = as_configured(design.spec, CheckResult(findings, ()))
         values = {name: pair[0] for name, pair in figures(design, measures)[0].items()}
     except Exception:  # counted as failed and not good: the unit has no figures
         return UnitJudged(False, (), False, {})
-    broken = tuple(sorted({one.rule for one in found.findings if one.severity is Severity.ERROR}))
+    broken = tuple(sorted({each.rule for each in checked.findings if each.severity is Severity.ERROR}))
     return UnitJudged(not broken, broken, True, values)
 
 
@@ -122,17 +122,17 @@ class Yield:
 
 def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
     """Return the yield of units. `holds` returns the requirements that a unit's figures break."""
-    broken = [(*one.broken, *holds(one.values)) if one.is_computed else () for one in judged]
-    good = np.array([one.is_computed and not rules for one, rules in zip(judged, broken, strict=True)])
-    mended = [one.is_computed and not set(rules) - set(BY_CALIBRATION)
-              for one, rules in zip(judged, broken, strict=True)]
+    broken = [(*each.broken, *holds(each.values)) if each.is_computed else () for each in judged]
+    good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
+    mended = [each.is_computed and not set(rules) - set(BY_CALIBRATION)
+              for each, rules in zip(judged, broken, strict=True)]
     names = sorted({name for rules in broken for name in rules})
     shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
-    drawn = {name: [one.values[name] for one in judged if name in one.values]
-             for name in sorted({name for one in judged for name in one.values})}
+    drawn = {name: [each.values[name] for each in judged if name in each.values]
+             for name in sorted({name for each in judged for name in each.values})}
     sigmas = {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
     count = len(judged)
-    return Yield(count, int(good.sum()), sum(not one.is_computed for one in judged), wilson(int(good.sum()), count),
+    return Yield(count, int(good.sum()), sum(not each.is_computed for each in judged), wilson(int(good.sum()), count),
                  shares, _first_order(good.astype(float), draws(count)), sigmas, sum(mended))
 
 
@@ -161,11 +161,11 @@ def _first_order(good: Array, rows: Array) -> dict[str, float]:
     whole = float(good.var())
     if whole == 0.0 or len(good) < 2 * BINS:
         return {}
-    found = {}
+    indices = {}
     for name, column in zip(SPREADS, rows.T, strict=True):
         parts = np.array_split(good[np.argsort(column, kind="stable")], BINS)
         between = sum(len(part) * (float(part.mean()) - float(good.mean())) ** 2 for part in parts) / len(good)
         index = between / whole - (BINS - 1) / (len(good) - 1)
         if index > SURELY * math.sqrt(2.0 * (BINS - 1)) / (len(good) - 1):
-            found[name] = index
-    return dict(sorted(found.items(), key=lambda pair: -pair[1]))
+            indices[name] = index
+    return dict(sorted(indices.items(), key=lambda pair: -pair[1]))

@@ -75,7 +75,7 @@ class StudyAnswer:
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
         """Boards of the kept designs."""
-        return tuple(arrange(self.asked.base.design(self.asked.space.changes(one.point))) for one in self.kept)
+        return tuple(arrange(self.asked.base.design(self.asked.space.changes(design.point))) for design in self.kept)
 
     @property
     def is_met(self) -> bool:
@@ -85,7 +85,7 @@ class StudyAnswer:
     @property
     def lacks_yield(self) -> bool:
         """Whether a yield is required that was not computed."""
-        return self.asked.least_yield is not None and any(one.units is None for one in self.kept)
+        return self.asked.least_yield is not None and any(each.units is None for each in self.kept)
 
 
 @record(eq=False)
@@ -156,17 +156,17 @@ class Study:
         StudyAnswer
             The verdict, the kept designs and their yields.
         """
-        asked = self.asked
+        request = self.asked
         path = None if folder is None else Path(folder) / ARCHIVE
-        with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
-            run = StudyRun(asked, workers, archive, progress)
+        with Archive(path, again) as archive, Workers(request.base, jobs, executor) as workers:
+            run = StudyRun(request, workers, archive, progress)
             try:
                 run.search()
             except KeyboardInterrupt:
                 if interrupted is not None and run.found.screened:
                     interrupted(run.found)
                 raise
-            said = _keeping(self._found(run.found), answer.kept_points(asked, run.found), {})
+            said = _keeping(self._found(run.found), answer.kept_points(request, run.found), {})
             if not said.kept or not draws:
                 return said
             if before_yields is not None:
@@ -190,7 +190,7 @@ def _keeping(said: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, 
     """Return the answer with kept designs and their spec texts."""
     asked, full = said.asked, said.found.full
     kept = tuple(Kept(point, answer.changed(asked, point), full[point], yields.get(point)) for point in points)
-    return replace(said, kept=kept, texts=tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)))
+    return replace(said, kept=kept, texts=tuple(_text(asked, design, k) for k, design in enumerate(kept, 1)))
 
 
 def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
@@ -216,8 +216,8 @@ def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     if not fallen:
         return replace(said, kept=tuple(replace(one, units=yields[one.point]) for one in said.kept))
     kept = [point for point in points if point not in low]
-    left = tuple(answer.front(asked, run.found, fallen))
-    return _keeping(replace(said, fallen=len(fallen), front=left), kept, yields)
+    rest = tuple(answer.front(asked, run.found, fallen))
+    return _keeping(replace(said, fallen=len(fallen), front=rest), kept, yields)
 
 
 def _text(asked: Asked, one: Kept, number: int) -> str:
@@ -229,12 +229,12 @@ def _text(asked: Asked, one: Kept, number: int) -> str:
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
     text = base.written((*one.changed.items(), ("name", name)))
     spec = Base(text, base.path, base.profiles).spec
-    said = as_configured(spec, checked(Design(spec), "none"))
-    in_vain = [found.line for found in said.findings
-               if found.rule == IN_VAIN and found.line and found.severity is Severity.WARNING]
-    own = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
+    result = as_configured(spec, checked(Design(spec), "none"))
+    in_vain = [each.line for each in result.findings
+               if each.rule == IN_VAIN and each.line and each.severity is Severity.WARNING]
+    stem = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
     changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
-    head = f"# Design {number} of a study of {own}, with other values of {changed}. Comments below are the base's.\n"
+    head = f"# Design {number} of a study of {stem}, with other values of {changed}. Comments below are the base's.\n"
     mark = text[: text.startswith("\ufeff")]  # byte order mark, which stays first
     rows = text.removeprefix(mark).split("\n")
     for line in in_vain:
@@ -250,7 +250,7 @@ def _read(text: str, path: str) -> Study:
     said = Remarks()
     base = os.path.join(os.path.dirname(path), document.base)
     try:
-        found = asked_for(document, Base.opened(base), said)
+        request = asked_for(document, Base.opened(base), said)
     except SpecError as error:
         first = error.findings[0]
         where = f" (line {first.line})" if first.line else ""
@@ -258,13 +258,13 @@ def _read(text: str, path: str) -> Study:
         flaw = Flaw("SIT011", "base", message, f"`sitscad check {base}` says all of it")
         raise SpecError((finding_from_flaw(flaw, source),), source=source) from error
     unknown = [rule for rule in document.accept
-               if rule != "all" and not any(stands_for(rule, one.id, one.name) for one in all_rules())]
+               if rule != "all" and not any(stands_for(rule, each.id, each.name) for each in all_rules())]
     for rule in unknown:
         said.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
     if said.flaws:
         raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in said.flaws]), source=source)
     stem = os.path.splitext(os.path.basename(path))[0]
-    return Study(stem, found)
+    return Study(stem, request)
 
 
 def study_schema() -> dict[str, Any]:

@@ -140,15 +140,15 @@ def sweep(
     SpecError
         If the spec has no such key, or the key cannot have such a value.
     """
-    given = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    plain_values = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
     try:
-        written = {key: [written_value(key, value) for value in values] for key, values in given.items()}
+        written = {key: [written_value(key, value) for value in values] for key, values in plain_values.items()}
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     table = sweep_as_written(
         spec, written, measures, level=level, jobs=jobs, executor=executor, progress=progress
     )
-    return replace(table, keys=_columns(given))
+    return replace(table, keys=_columns(plain_values))
 
 
 def sweep_as_written(
@@ -167,13 +167,13 @@ def sweep_as_written(
     for key, values in axes.items():
         require_key(base, key, values)
     designs: list[Changes] = [tuple(zip(axes, point, strict=True)) for point in product(*axes.values())]
-    found = []
+    evaluations = []
     with Workers(base, jobs, executor) as workers:
-        for one in workers.evaluations(designs, names, level):
-            found.append(one)
+        for each in workers.evaluations(designs, names, level):
+            evaluations.append(each)
             if progress is not None:
-                progress(len(found), total)
-    return _table(base.path, level, axes, shape, names, found)
+                progress(len(evaluations), total)
+    return _table(base.path, level, axes, shape, names, evaluations)
 
 
 def _measures_of(level: str, measures: Sequence[str] | None) -> tuple[str, ...]:
@@ -191,11 +191,11 @@ def _table(
     found: Sequence[Evaluation],
 ) -> SweepTable:
     nothing = (np.nan, np.nan)
-    pairs = {name: np.array([one.values.get(name, nothing) for one in found]) for name in names}
+    pairs = {name: np.array([each.values.get(name, nothing) for each in found]) for name in names}
     return SweepTable(
         path, level, _columns(axes), {name: pair[:, 0] for name, pair in pairs.items()},
-        {name: pair[:, 1] for name, pair in pairs.items()}, tuple(one.verdict for one in found),
-        tuple(one.refused_by for one in found), tuple(one.warned_by for one in found), shape,
+        {name: pair[:, 1] for name, pair in pairs.items()}, tuple(each.verdict for each in found),
+        tuple(each.refused_by for each in found), tuple(each.warned_by for each in found), shape,
     )
 
 
@@ -316,10 +316,10 @@ def scale_of(name: str, values: Array) -> tuple[float, str]:
 
 def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
     """Return the positions of values on an axis. Also return their names if they are not numbers with one unit."""
-    found = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
-    units = {match[2] for match in found if match is not None}
-    if all(found) and len(units) == 1:
-        numbers = np.array([float(match[1]) for match in found if match is not None])
+    matches = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
+    units = {match[2] for match in matches if match is not None}
+    if all(matches) and len(units) == 1:
+        numbers = np.array([float(match[1]) for match in matches if match is not None])
         if len(set(numbers.tolist())) == len(numbers):
             return numbers, None
     return np.arange(len(values), dtype=float), [str(value) for value in values]
@@ -408,8 +408,8 @@ def _edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: st
         lines.append(([xs[k], xs[k + 1]], [ys[i], ys[i]]))
     for i, k in zip(*np.nonzero(inside[1:-1, 1:] != inside[1:-1, :-1]), strict=True):
         lines.append(([xs[k], xs[k]], [ys[i], ys[i + 1]]))
-    for n, (along, up) in enumerate(lines):
-        axes.plot(along, up, color=colour, linewidth=1.6, label=rule if n == 0 else "_nolegend_")
+    for n, (across, up) in enumerate(lines):
+        axes.plot(across, up, color=colour, linewidth=1.6, label=rule if n == 0 else "_nolegend_")
 
 
 def _bytes(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:

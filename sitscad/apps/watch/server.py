@@ -74,20 +74,20 @@ class Showing:
 
     def listen(self) -> Iterator[bytes]:
         """Yield the last event of every stage, then every new event."""
-        own: queue.Queue[bytes] = queue.Queue()
+        events: queue.Queue[bytes] = queue.Queue()
         with self.lock:
-            told = list(map(_line, self.state.values()))
-            self.listeners.add(own)
+            lines = list(map(_line, self.state.values()))
+            self.listeners.add(events)
         try:
-            yield from told or [b": nothing yet\n\n"]
+            yield from lines or [b": nothing yet\n\n"]
             while True:
                 try:
-                    yield own.get(timeout=ALIVE)
+                    yield events.get(timeout=ALIVE)
                 except queue.Empty:
                     yield b": alive\n\n"
         finally:
             with self.lock:
-                self.listeners.discard(own)
+                self.listeners.discard(events)
 
 
 def _line(data: dict[str, Any]) -> bytes:
@@ -167,10 +167,10 @@ class PageServer(ThreadingHTTPServer):
 
         If the server listens on all addresses, any IP address is accepted: a foreign page (DNS rebinding) uses a name.
         """
-        found = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
-        if found is None or int(found[3] or HTTP_PORT) != self.server_port:
+        match = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
+        if match is None or int(match[3] or HTTP_PORT) != self.server_port:
             return False
-        name = found[1] or found[2]
+        name = match[1] or match[2]
         if name in self._names or not self._is_open:
             return name in self._names
         try:

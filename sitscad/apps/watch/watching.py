@@ -31,10 +31,10 @@ def stamp(path: str) -> Stamp:
     Notifications of file systems are not used. They miss editors that rename files, and do not work in containers.
     """
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 @record(eq=False)
@@ -98,13 +98,13 @@ class Watch:
 
     def look(self) -> None:
         """Start new work if a file has changed and is complete."""
-        found = {path: stamp(path) for path in self.stamps}
-        if found == self.stamps or found[self.path] is None:
+        stamps = {path: stamp(path) for path in self.stamps}
+        if stamps == self.stamps or stamps[self.path] is None:
             return
         time.sleep(SETTLE)
-        if {path: stamp(path) for path in self.stamps} != found:
+        if {path: stamp(path) for path in self.stamps} != stamps:
             return
-        self.stamps = found
+        self.stamps = stamps
         self.overtaken = self.busy
         if self.busy or not self.worker.process.is_alive():
             self.worker.end()
@@ -161,7 +161,7 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     For each save they are its number, the changes in about a dozen lines, and the verdict last. With `verbose`, all
     changes are listed, without wrapping.
     """
-    found = changes(event, before)
+    changed = changes(event, before)
     if event.stage == "failed":
         return [event.data["message"]]
     if event.stage == OVERTAKEN:
@@ -169,13 +169,13 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     if event.stage == "sweep" and not verbose:
         return _swept(event.data["numbers"], width)
     if event.stage != "findings":
-        return _all_numbers(found["numbers"]) if verbose else _numbers(found["numbers"])
+        return _all_numbers(changed["numbers"]) if verbose else _numbers(changed["numbers"])
     head = [] if event.data.get("last") else [f"save {revision}"]
     ends = event.data.get("last") or event.data.get("unreadable")
     if event.data.get("unreadable"):
-        found["gone"] = []  # unknown
-    lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
-    return [*head, *(lines if verbose else _gravest(found, width)), *([verdict(event.data)] if ends else [])]
+        changed["gone"] = []  # unknown
+    lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in changed[kind]]
+    return [*head, *(lines if verbose else _gravest(changed, width)), *([verdict(event.data)] if ends else [])]
 
 
 ROWS = 5
@@ -188,16 +188,16 @@ def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
     A finding of an earlier rule and key with another text is changed (~), not new and gone.
     """
     was, now = ({(each["rule"], each["key"]) for each in found[kind]} for kind in ("gone", "new"))
-    told = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
-    told.sort(key=lambda each: list(Severity).index(each[1]["severity"]))
-    told += [("-", each) for each in found["gone"] if (each["rule"], each["key"]) not in now]
+    signed = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
+    signed.sort(key=lambda each: list(Severity).index(each[1]["severity"]))
+    signed += [("-", each) for each in found["gone"] if (each["rule"], each["key"]) not in now]
     rows: list[str] = []
-    for k, (sign, each) in enumerate(told):
+    for k, (sign, each) in enumerate(signed):
         most = 2 if sign != "-" and each["severity"] == Severity.ERROR else 1
         fold = textwrap.TextWrapper(max(width, 40), subsequent_indent="    ", max_lines=most, placeholder=" ...")
         folded = fold.wrap(f"{sign} {_line(each)}")
         if len(rows) + len(folded) > ROWS:
-            rows.append(f"{len(told) - k} findings more: -v, or sitscad check")
+            rows.append(f"{len(signed) - k} findings more: -v, or sitscad check")
             break
         rows += folded
     moved = len(found["moved"])

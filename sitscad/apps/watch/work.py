@@ -135,8 +135,8 @@ def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 def _refused(path: str, error: SpecError, seconds: float) -> Event:
     """Return the event of a file that cannot be read."""
-    said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
-    return Event("findings", said, seconds=seconds)
+    verdict = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
+    return Event("findings", verdict, seconds=seconds)
 
 
 def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
@@ -171,22 +171,22 @@ def _solids(design: Design) -> dict[str, bytes]:
 
 def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
     """Return the number of errors, warnings and notes, the findings, and the files that were read."""
-    found = [
+    findings = [
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
          "key": each.key, "message": each.message, "hint": each.hint or ""}
         for each in checked.findings
     ]
     counts = {severity.value: checked.count(severity) for severity in Severity}
-    return {"counts": counts, "findings": found, "read": read}
+    return {"counts": counts, "findings": findings, "read": read}
 
 
 def _numbers(design: Design) -> Document:
     """Return the figures of every coil and state, and of the fit, by label: value and unit."""
-    found: Document = {}
+    figures: Document = {}
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
-            found |= {f"{each.label} of {coil.name} {name}": each.plain(state) for each in TANK}
-    return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
+            figures |= {f"{each.label} of {coil.name} {name}": each.plain(state) for each in TANK}
+    return figures | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
 
 
 def _felt(point: Document) -> Document:
