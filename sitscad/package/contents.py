@@ -78,7 +78,7 @@ class Contents:
         return self.design.bare.estimates
 
     def value(self, name: str) -> object:
-        """Return an argument that a writer may take. The response is that of the weakest cell."""
+        """Return an argument that a writer may take. The response is the weakest cell's."""
         return self.forced if name == "forced" else VALUES[name](self.design.bare)
 
     @cached_property

@@ -138,7 +138,7 @@ DEFAULT_TEMPLATE = "grasper_4layer"
 
 
 def list_templates() -> dict[str, str]:
-    """Return the one-line description of each template by name: the first comment line of its file."""
+    """Return a line that describes each template, by name: the first comment line of its file."""
     descriptions = {}
     for name in templates.names():
         comments = (line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))

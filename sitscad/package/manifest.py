@@ -421,7 +421,8 @@ def agree(one: bytes, other: bytes) -> bool:
     """Whether two files have equal text, and numbers that agree within their tolerances.
 
     A number may differ by `TOLERANCE`, in a list by `LIST_TOLERANCE` of the largest, a whole number by
-    `WHOLE_TOLERANCE`. A figure may also differ by a unit of its last digit, if that is at most `LAST_DIGIT` of it.
+    `WHOLE_TOLERANCE`. A figure may also differ by a unit of its last digit, if that unit is at most `LAST_DIGIT` of the
+    figure.
     """
     if one == other:
         return True

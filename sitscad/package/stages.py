@@ -217,7 +217,7 @@ def _made_of(
 ) -> str:
     """Return the hash of everything that the files of a part depend on.
 
-    Plugins may read the whole spec, so with plugins the hash includes all of it.
+    With plugins the hash includes the whole spec, because plugins may read any key.
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()

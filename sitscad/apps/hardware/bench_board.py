@@ -188,7 +188,7 @@ DRAINED = 100
 """Largest number of reads to empty a port."""
 
 LONGEST = 4096
-"""Largest number of characters without an end of line. Longer input is not a line."""
+"""Largest number of characters of a line. Longer input without an end of line is discarded as corrupted."""
 
 _READING = re.compile(rb"([0-9A-F]{8}),(\d{1,10}),(.*)")
 

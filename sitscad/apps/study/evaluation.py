@@ -30,7 +30,7 @@ UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
 
 
 BROKEN = 0.05
-"""Least size of a breach, even at the limit. Two broken rules therefore weigh more than one."""
+"""Least size of a breach, even at the limit, so that two broken rules weigh more than one broken rule."""
 
 
 @record

@@ -95,7 +95,7 @@ def _line(data: dict[str, Any]) -> bytes:
 
 
 def server(showing: Showing, host: str, port: int) -> PageServer:
-    """Return a server of the page, started by its `serve_forever`. Raises OSError if it cannot listen there."""
+    """Return a server of the page. Its `serve_forever` starts it. Raises OSError if it cannot listen at the address."""
 
     class Handler(_Handler):
         def do_GET(self) -> None:
