@@ -170,8 +170,9 @@ RECOMMENDED = "recommended"
 
 
 def profile_lines(path: Path) -> tuple[str, ...]:
-    """Return lines that name the fabricator's profile of a spec with its purpose, and that say whether the board can be
-    made with the recommended profile.
+    """Return lines on a spec's fabricator profile: its name and purpose, and whether the recommended one suits.
+
+    If the spec has another profile, the second line states whether the board can be made with the recommended profile.
     """
     spec = load(path)
     found = [("fpc.rules is", spec.fpc.rules)]
