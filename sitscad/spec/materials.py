@@ -226,7 +226,7 @@ class Cells(Section):
 
     Coils that follow each other in the array form a cell.
 
-    Sizes of target and elastomer are those of one cell. Their offsets are from the mean of its coils' centres. Without
+    The sections `target` and `elastomer` describe one cell, with offsets from the mean of its coils' centres. Without
     ``web`` the pads are separate.
     """
 

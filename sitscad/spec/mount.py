@@ -171,7 +171,8 @@ class Hole(Section):
 class HolePattern:
     """The screw holes of a bench plate.
 
-    ``grid`` (m) is the pitch of the bench's holes, of which any four may be used. None if ``holes`` are the only ones.
+    ``grid`` (m) is the pitch of a bench with a grid of holes; any four of them may be used. None if the plate has only
+    ``holes``.
     """
 
     name: str
@@ -281,7 +282,7 @@ class Mount(Section):
 
     @property
     def metal_thickness(self) -> float | None:
-        """Thickness (m) of the metal behind the coils. None without metal, or if only a STEP file gives it."""
+        """Thickness (m) of the metal behind the coils. None if there is no metal, or if only a STEP file gives it."""
         if self.metal_behind is not None:
             return self.metal_behind.thickness
         if self.jaw is not None:
@@ -290,14 +291,14 @@ class Mount(Section):
 
     @property
     def is_jaw_unmeasured(self) -> bool:
-        """Whether only a STEP file describes the jaw, so that rules have no figures of it."""
+        """Whether only a STEP file describes the jaw. Rules then have no figures of the jaw."""
         return self.kind == "grasper-pad" and self.jaw is None
 
 
 class TolerancesDocument(Section):
     """Tolerance (half the band) of each part as delivered.
 
-    Write those that you measured; others come from the process.
+    Write the tolerances that you measured; others come from the process.
     """
 
     board: float | None = key(Tolerance, "thickness of the board's body; fpc.rules if left out", None)
@@ -331,9 +332,7 @@ class HeightOffsets:
 
 @record
 class Assembly(Section):
-    """How the pieces are put together.
-
-    The thickness of glue and the tolerances are included in the check against the port.
+    """Assembly of the pieces. The thickness of glue and the tolerances are included in the check against the port.
 
     Lengths are metres. The adhesive's figures are None only until the resolver fills them in. Bore and pin are None for
     the usual sizes of the port. ``tolerances`` of parts, by name, take precedence over tolerances of their process.

@@ -46,8 +46,8 @@ def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
     """Return the columns of a map's coils among the sensor's coils, and the prefix of the map's axes.
 
-    The prefix is empty if the map reads all coils, and lists the coils if it reads those of a cell. Raises ValueError
-    for a map of other coils.
+    The prefix is empty if the map reads all coils. If it reads the coils of one cell, the prefix lists them. Raises
+    ValueError for a map of other coils.
     """
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
@@ -117,9 +117,7 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
-    """Return the position (m) of each coil's centre relative to a plate's middle, along the plate's axes, by coil
-    name.
-    """
+    """Return the position (m) of each coil's centre from a plate's middle, along the plate's axes, by coil name."""
     here = footprint(spec, plate)
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 

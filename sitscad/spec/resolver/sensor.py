@@ -176,7 +176,7 @@ _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), 
 def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutSpec:
     """Return the converter and its cable.
 
-    Omitted figures of a cable are those of a thin flexible pair of its length.
+    Omitted figures of a cable are typical of a thin flexible pair of its length.
     """
     cable, place = part.cable, part.values()["capacitor_at"]
     for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
