@@ -135,7 +135,10 @@ def ground(layout: Layout) -> Path:
 
 
 def largest_outline(layout: Layout) -> Path | None:
-    """The outline `fpc.largest` (m) about the body's middle; a drawn one about the coils. None without that key."""
+    """Return the outline `fpc.largest` (m) about the body's middle, or a drawn one about the coils.
+
+    None without that key.
+    """
     largest = layout.spec.fpc.largest
     if largest is None:
         return None

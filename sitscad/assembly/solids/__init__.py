@@ -1,6 +1,7 @@
-"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount. Importing this
-package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that need them, and a
-missing one is a `MissingExtra` with the command that mends it.
+"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount.
+
+The import of this package is cheap: the functions that need build123d, cadquery, manifold3d, trimesh or gmsh import
+them. If a package is missing, they raise `MissingExtra` with the install command.
 """
 
 from __future__ import annotations
@@ -19,8 +20,10 @@ __all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
 
 @checked_arguments
 def solids(layout: Layout) -> tuple[Solid, ...]:
-    """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation. Raises `MissingExtra`
-    without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into the standoff).
+    """Return all solids of the spec in place: jaw first, then upwards to the encapsulation.
+
+    Raises `MissingExtra` without a CAD kernel, and `PartsError` if a part cannot exist, like a shield that does not fit
+    into the standoff.
     """
     from sitscad.assembly.solids.pieces import assemble
 
@@ -28,7 +31,7 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
 
 
 def aids(layout: Layout) -> tuple[Solid, ...]:
-    """The jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
+    """Return the jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
     from sitscad.assembly.solids.tooling import jig, mould, skin_mould
 
     skin = skin_mould(layout)

@@ -1,6 +1,7 @@
-"""What stands where it must not, as bodies to be looked at (the pieces where they are then, cut open at the place, and
-the volume that is too much), and how much of the board lies on something. The latter is measured on the solids of any
-mount, a STEP file's among them; `sitscad.assembly.places.stack` says it of the figures alone.
+"""Clashes as bodies for pictures, and the supported part of the board.
+
+A clash has the pieces in their places, cut open at the clash, and the excess volume. The support is measured on the
+solids of any mount, including a STEP file's. `sitscad.assembly.places.stack` computes it from the figures alone.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from sitscad.kernels.geometry.path import Path
 from sitscad.layout.board import Layout
 
 RED = "#d00000"
-"""What is too much."""
+"""Colour of excess volume."""
 PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
 BOARD = "board"
 BEFORE, BEHIND = 11.0, 4.0  # What is shown of the tail before and behind the pin (mm)
@@ -52,7 +53,7 @@ ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across 
 
 @record(eq=False)
 class Shown:
-    """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), its colour, and whether it is one of those that clash."""
+    """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), colour, and whether it is one of the clashing pieces."""
 
     name: str
     vertices: Array
@@ -63,9 +64,10 @@ class Shown:
 
 @record(eq=False)
 class Clash:
-    """A clash in words, the bodies to be drawn, cut open along a plane with the `normal`, the port's circle there
-    (x, y, z of its middle and its radius in mm), where the port is what is too narrow, and by how much it fails in
-    words with figures.
+    """A clash: a text, the bodies to draw, and the excess as text with figures.
+
+    The bodies are cut open along a plane with the `normal`. If the port is too narrow, the clash has its circle (x, y,
+    z of the centre and the radius in mm).
     """
 
     words: str
@@ -77,7 +79,7 @@ class Clash:
 
 @record(eq=False)
 class MeshedPiece:
-    """A piece or several films as one, and its mesh (mm) where it is while it clashes."""
+    """A piece, or several films as one piece, and its mesh (mm) in its place at the clash."""
 
     name: str
     role: BodyRole
@@ -86,8 +88,9 @@ class MeshedPiece:
 
 
 def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
-    """What `sitscad.assembly.solids.proof` has found wrong, the largest of each kind and pair first; none where it
-    fits.
+    """Return the faults that `sitscad.assembly.solids.proof` has found, the largest of each kind and pair first.
+
+    Empty if the sensor fits.
     """
     worst: dict[tuple[str, str, str], Measured] = {}
     for each in proof.faults:
@@ -96,7 +99,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
 
 def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
-    """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
+    """Return the tail at the hinge's pin with the jaws closed, and their common volume."""
     jaw, pivot = layout.spec.jaw, hinge_pivot(layout)
     assert jaw is not None and pivot is not None
     x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
@@ -113,8 +116,10 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
 
 
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
-    """Meshes of the solids. Glue and films in `named` are pieces of their own. Other glue is left out, and the other
-    films of the board are one piece.
+    """Return the meshes of the solids.
+
+    Glue and films in `named` are separate pieces. Other glue is left out, and the other films of the board are one
+    piece.
     """
     meshes = list(zip(whole, seen(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
@@ -163,7 +168,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
 
 
 def _figure(fault: Measured, shared: Any) -> str:
-    """The words that say by how much a fault misses what is allowed."""
+    """Return a text with the amount by which a fault misses its limit."""
     both = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
         return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
@@ -189,7 +194,7 @@ def _moved(layout: Layout, piece: MeshedPiece, fault: Measured, loads: tuple[Pad
 def _shown(
     pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
 ) -> tuple[Shown, ...]:
-    """Every piece and the red volume, what lies before the cut (a place in mm along its normal) taken away."""
+    """Return all pieces and the red volume, without the parts before the cut (a place in mm along its normal)."""
     away = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
     offset = -at if normal == ACROSS else at
     found = []
@@ -209,7 +214,7 @@ def _as_shown(name: str, body: Any, colour: str, clashes: bool) -> Shown:
 
 
 def _middle(body: Any) -> float:
-    """The middle (mm) of a mesh along the jaw."""
+    """Return the middle (mm) of a mesh along the jaw."""
     box = body.bounding_box()
     return float(box[0] + box[3]) / 2
 
@@ -217,14 +222,18 @@ def _middle(body: Any) -> float:
 CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
 HOLLOW = 0.1  # How far (mm) below a carrier's face glue still fills a groove or a dent
 BELOW = 5e-3
-"""How far (mm) below a face it is cut, so that its own plane is not: flat faces are exact, round ones within 5 um."""
+"""Depth (mm) of a cut below a face, so that it avoids the face's own plane.
+
+Flat faces are exact, round faces within 5 um.
+"""
 CARRIER = "what carries the board"
 
 
 def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
-    """The area under what is pressed on, and under the whole body, that has a carrier's face a glue line below the
-    board. Empty if the carrier is no solid: without a mount, on a finger itself, or on a custom mount without a STEP
-    file, which also fills the gap over a shield.
+    """Return the supported area under the pressed piece, and under the whole body.
+
+    Support is a carrier's face a glue line below the board. Empty if the carrier is no solid: without a mount, on a
+    finger itself, or on a custom mount without a STEP file, which also fills the gap over a shield.
     """
     mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
     is_drawn = any(solid.role is not BodyRole.SHIELD for solid in solids)
@@ -248,7 +257,7 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
 
 
 def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
-    """The room (m3) that a mount's STEP file takes of the rod over which the tail is bent down. Empty without both."""
+    """Return the volume (m3) that a mount's STEP file shares with the rod for the tail's bend. Empty without both."""
     mount, down = layout.spec.mount, [bend for bend in bends(layout) if bend.direction == "down" and bend.radius]
     if mount is None or mount.step is None or mount.kind != "custom" or not down:
         return ()
@@ -263,11 +272,11 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]
 
 
 LEAST_SHARED = 1e-11
-"""Volume (m3) shared with the rod that is no more than a rounding of the meshes: 0.01 mm3."""
+"""Volume (m3) shared with the rod that is only a rounding error of the meshes: 0.01 mm3."""
 
 
 def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:
-    """The area (m2) of what lies above the carriers, against the share of it that has to."""
+    """Compare the area (m2) above the carriers with the fraction that needs support."""
     points = path.flattened(1e-6)[:-1]
     region = require("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))

@@ -1,6 +1,7 @@
-"""Solids out of STEP files that a spec names: read in a process of its own, and laid where their datum says. A CAD
-kernel in C++ may crash, hang or eat memory on a file that was made to do so. The process that reads has limits of time
-and memory, and hands back what it read in OpenCASCADE's own form, so that only its death is seen here.
+"""Solids from STEP files of a spec, read in a separate process and placed by their datum.
+
+A CAD kernel in C++ may crash, hang or exhaust memory on a malicious file. The reading process has limits of time and
+memory. It returns the solid in OpenCASCADE's own format, so that a crash only ends that process.
 """
 
 from __future__ import annotations
@@ -40,11 +41,11 @@ AXES: dict[str, Vector] = {
 
 
 class DatumError(PartsError):
-    """A datum that its STEP file does not have, or whose axes do not stand on each other."""
+    """An error for a datum that the STEP file lacks, or whose axes are not perpendicular."""
 
 
 def imported(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
-    """Return the solid of a file, its datum at a point and a height (m), its axes turned to the sensor's.
+    """Return the solid of a file with its datum at a point and a height (m), its axes turned to the sensor's.
 
     Raises `PartsError` as `read_part` does.
     """
@@ -79,7 +80,7 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=4)
 def _converted(content: bytes, name: str) -> tuple[bytes, float]:
-    """A STEP file in OpenCASCADE's own form, and the file's unit of length in millimetres."""
+    """Convert a STEP file to OpenCASCADE's own format. Also return the file's unit of length in millimetres."""
     require("build123d")  # a missing kernel is said as such
     with TemporaryDirectory() as folder:
         source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
@@ -120,7 +121,7 @@ def _solid(brep: bytes, name: str) -> Any:
 
 
 def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
-    """The datum (mm, in the file's axes) and the directions that become the sensor's x and z."""
+    """Return the datum (mm, in the file's axes) and the directions of the sensor's x and z."""
     if not isinstance(part.datum, str):
         x, y, z = (value * MM for value in part.datum)
         return (x, y, z), AXES[part.along], AXES[part.up]
@@ -152,7 +153,7 @@ def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPar
 
 
 def bare(solid: Any) -> Any:
-    """The kernel's shape with its location worked into its points."""
+    """Return the kernel's shape with its location applied to its points."""
     where = solid.wrapped.Location()
     if where.IsIdentity():
         return solid.wrapped

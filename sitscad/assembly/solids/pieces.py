@@ -1,12 +1,11 @@
-"""The sensor's pieces and the instrument's as solids: the board's body (its copper is not modelled), stiffener, shield,
-elastomer pad, target, the film that seals them; and a jaw as far as its figures go, a flat face for the sensor and a
-back as round as the port.
+"""Solids of the sensor's pieces and of the instrument.
 
-All solids of a sensor in their places, and the mount that carries it: a seat in the jaw, a plate for the bench, a
-cap on a finger, or a part of the user's own.
+The pieces are the board's body (without copper), stiffener, shield, elastomer pad, target and the sealing film. A jaw
+is modelled from its figures: a flat face for the sensor and a back as round as the port. Further solids are the mount:
+a seat in the jaw, a plate for the bench, a cap on a finger, or a part of the user.
 
-A mount is always an insulator: standoff is the distance to the nearest metal behind the coil, so a metal seat would
-void it. A shield lies between two pieces, `mount` below and `mount-spacer` above it.
+A mount is always an insulator: the standoff is the distance to the nearest metal behind the coil, and a metal seat
+would void it. A shield lies between two pieces, `mount` below and `mount-spacer` above it.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ PAD_COLOUR = "#e8d8c8"
 
 
 def board_body(layout: Layout) -> Solid:
-    """The board with its tail held straight, up to z = 0; beyond the body only the layers that run down the tail."""
+    """Return the board with its tail straight, up to z = 0. The tail has only the layers that run down it."""
     board, under = stack.board(layout.outline, layout.spec.fpc.stackup), stack.tail_heights(layout)[0]
     whole = _drawn_out(board, "#c8821e")
     if under - board.lower < 1e-9:
@@ -56,7 +55,7 @@ def board_body(layout: Layout) -> Solid:
 
 
 def stiffener(layout: Layout) -> Solid | None:
-    """The plate under the contacts, bonded to the board's bottom face."""
+    """Return the plate under the contacts, bonded to the board's bottom face."""
     plate = stack.stiffener(layout)
     return None if plate is None else _drawn_out(plate, "#8c6a3f")
 
@@ -66,12 +65,15 @@ def _drawn_out(body: Body, colour: str) -> Solid:
 
 
 def elastomer(layout: Layout) -> Solid | None:
-    """The soft pad at its nominal size (the kerf is the cut file's business), in its place; the first of several."""
+    """Return the soft pad in its place at its nominal size (only the cut file compensates the kerf).
+
+    The first pad of several.
+    """
     return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
 
 
 def above_board(spec: SensorSpec) -> tuple[Solid, ...]:
-    """Elastomers and targets: the pads, and on them, or on the board's face where there are none, the plates."""
+    """Return elastomers and targets: the pads, and the plates on the pads, or on the board's face without pads."""
     return tuple(
         _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
         for body in bodies.above_board(spec)
@@ -79,8 +81,9 @@ def above_board(spec: SensorSpec) -> tuple[Solid, ...]:
 
 
 def encapsulation(layout: Layout) -> Solid | None:
-    """The film over the board's body, round the elastomer and over the target, its outer edges rounded. It is nowhere
-    thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the board's own edges
+    """Return the film over the board's body, around the elastomer and over the target, with rounded outer edges.
+
+    Over elastomer and target it has at least the spec's thickness. Contacts on the body stay open. The board's edges
     and its bottom face are not covered.
     """
     film = layout.spec.encapsulation
@@ -97,7 +100,10 @@ def encapsulation(layout: Layout) -> Solid | None:
 
 
 def _covers(layout: Layout) -> list[Any]:
-    """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
+    """Return rounded blocks with the film's thickness around elastomer and target.
+
+    One block if their plans are equal.
+    """
     blocks, film = [], bodies.film_thickness(layout.spec.encapsulation)
     for spec in cell_specs(layout.spec):
         pad, plate = bodies.elastomer(spec), bodies.target(spec)
@@ -118,11 +124,11 @@ def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
 
 TIP_ROUNDING = 0.5e-3
 REACH = 2.0
-"""A length (m) that is larger than any part."""
+"""A length (m) above that of any part."""
 
 
 def jaw(layout: Layout) -> Solid | None:
-    """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
+    """Return the jaw's metal, its face at the standoff below the board, centred under the board's body."""
     fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount), layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
@@ -140,8 +146,9 @@ def jaw(layout: Layout) -> Solid | None:
 
 
 def opposing(layout: Layout) -> tuple[Solid, ...]:
-    """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
-    that only a STEP file describes it is that file's mirror image, without a pad.
+    """Return the opposing jaw of the closed pair, and its pad if it has one: face down, resting on the sensor's top.
+
+    For a jaw that only a STEP file describes, it is the mirror image of the file, without a pad.
     """
     fitted, mount = layout.spec.jaw, layout.spec.mount
     bd = require("build123d")
@@ -168,9 +175,10 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _other(body: tuple[float, float, float, float], source: SpecSource, fitted: Jaw, floor: float) -> Any:
-    """The other jaw, face up at a height (m): that of a file up to its heel, or the jaw's section with its own pocket.
+    """Return the opposing jaw, face up at a height (m).
 
-    Shanks of the two jaws cross behind their heels, so the file does not tell where the other one's is.
+    It is a file's solid up to its heel, or the section with its own pocket. Shanks of the two jaws cross behind their
+    heels, so the file does not define the opposing shank.
     """
     if fitted.step is not None:
         shape, (_, heel) = imported(source, fitted.step, axis(body), floor), jaw_range(body, fitted)
@@ -187,7 +195,7 @@ def _pocketed(
     body: tuple[float, float, float, float], fitted: Jaw, bar: Any, floor: float,
     pocket: tuple[tuple[float, float] | None, float]
 ) -> Any:
-    """The bar with a pad pocket (its size, and how high its rims stand, m) and the window through it."""
+    """Cut a pad pocket (its size, and the height of its rims, m) and its window out of the bar."""
     (x0, x1), y, (pad, recess) = jaw_range(body, fitted), axis(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
@@ -199,7 +207,7 @@ def _pocketed(
 
 
 def _bar(body: tuple[float, float, float, float], fitted: Jaw, height: float) -> Any:
-    """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
+    """Return the section extruded along x, its tip's corners rounded in plan, its face up at a height (m)."""
     (x0, x1), y, half = jaw_range(body, fitted), axis(body).y, fitted.width / 2
     bar = along_jaw(section(fitted).outline, x0, x1, y, height)
     plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
@@ -207,7 +215,7 @@ def _bar(body: tuple[float, float, float, float], fitted: Jaw, height: float) ->
 
 
 def assemble(layout: Layout) -> tuple[Solid, ...]:
-    """The solids that the spec contains, from the jaw upwards."""
+    """Return the solids of the spec, from the jaw upwards."""
     sheet = stack.shield(layout)
     shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
     below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid)
@@ -224,7 +232,7 @@ BUILDERS = {"grasper-pad": grasper_pad, "bench-plate": bench_plate, "fingertip":
 
 
 def mount(layout: Layout) -> tuple[Solid, ...]:
-    """The pieces of the mount from the bottom up; none where the board lies on the metal itself."""
+    """Return the pieces of the mount from the bottom up. Empty if the board lies on the metal itself."""
     wanted = layout.spec.mount
     if wanted is None:
         return ()

@@ -1,12 +1,12 @@
-"""What carries the sensor outside a jaw.
+"""Mounts outside a jaw: a plate for the bench, and a cap for a robot's fingertip.
 
-A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
-Where a load cell's holes lie under the board they are in a second piece, `mount-adapter`: that is screwed on the cell
-first, its screws' heads sunk, and the plate on it by four screws with nuts; so every screw can be reached, and no steel
-is near the coils.
+The bench plate is flush with the board's top face. It has a recess for the board, a slot for its tail, and holes. If a
+load cell's holes lie under the board, they are in a second piece, `mount-adapter`. This piece is screwed on the cell
+first, with sunk heads. Four screws with nuts hold the plate on it. Each screw can therefore be reached, and no steel is
+near the coils.
 
-A cap for a robot's fingertip: it slips over the finger's end, two screws clamp it, and the board lies in its top. What
-is touched is round; the tail leaves over a round lip towards the hand. The screws' holes are to be tapped.
+The cap goes over the finger's end, two screws clamp it, and the board lies in its top. Its touched edges are round. The
+tail leaves over a round lip towards the hand. The screws' holes are to be tapped.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at t
 
 
 def bench_plate(layout: Layout) -> tuple[Any, ...]:
-    """The plate, and the spacer over a shield."""
+    """Return the plate, and the spacer over a shield."""
     shield = shield_that_fits(layout.spec)
     floor, bottom = plate_floor(layout)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
@@ -64,7 +64,7 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
 
 
 def adapter(layout: Layout) -> Any | None:
-    """The piece between load cell and plate; None where the plate's own holes serve."""
+    """Return the piece between load cell and plate. None if the plate's own holes suffice."""
     holes = adapter_needed(layout)
     if not holes:
         return None
@@ -83,7 +83,7 @@ def adapter(layout: Layout) -> Any | None:
 
 
 def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
-    """What a screw with a nut, let in from below, takes out of the adapter."""
+    """Return the cutout of a screw and its nut, set in from below the adapter."""
     bd = require("build123d")
     shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
     (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
@@ -93,7 +93,7 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
 
 
 def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
-    """The slab that keeps the shield at its gap below the board."""
+    """Return the slab that keeps the shield at its gap below the board."""
     under = board_heights(layout.spec.fpc.stackup)[0]
     if shield is None or under - shield[1] < 1e-9:
         return ()
@@ -104,7 +104,7 @@ def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
 
 
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
-    """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
+    """Return the cutouts of a plate for the board with its clearance, and below it for the shield and its spacer."""
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
     cuts = [raised(grown(layout.outline, layout.spec.mount), under, 1e-3)]
     if shield is not None:
@@ -121,7 +121,7 @@ def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
 
 
 def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
-    """A deeper slot under the tail from the body to the plate's edge, rounded there for the tail to bend over."""
+    """Return a deeper slot under the tail from the body to the plate's edge, which is rounded for the tail's bend."""
     start = layout.body[2] + clearance(layout.spec.mount)
     depth = min(TAIL_RELIEF, floor / 2)
     beyond = grown(layout.outline,
@@ -137,7 +137,7 @@ def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
 
 
 def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
-    """What rounds the upper edge of a face at a height (m), from where to where across (m)."""
+    """Return the solid to subtract for a rounded upper edge of a face at a height (m). `across` is its y range (m)."""
     bd = require("build123d")
     deep = edge.radius * (1.0 - math.cos(edge.turn))
     corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
@@ -146,7 +146,7 @@ def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
 
 
 def over_body(layout: Layout, lower: float, upper: float) -> Any:
-    """What stands over the board's body alone, between two heights (m)."""
+    """Return the solid over the board's body alone, between two heights (m)."""
     if layout.spec.fpc.body is not None:
         return prism(ground(layout), lower, upper)
     x0, y0, x1, y1 = layout.body
@@ -154,7 +154,7 @@ def over_body(layout: Layout, lower: float, upper: float) -> Any:
 
 
 def grown(outline: Path, mount: Mount | None) -> Any:
-    """The board's outline grown by the clearance, as a face."""
+    """Return the board's outline grown by the clearance, as a face."""
     bd = require("build123d")
     room = clearance(mount)
     return bd.offset(face(Region(outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
@@ -172,7 +172,10 @@ LEAST_GRIP = 3e-3
 
 
 def fingertip(layout: Layout) -> tuple[Any, ...]:
-    """The cap, and the spacer over a shield. Raises `PartsError` where the tail's stiffener leaves no room to grip."""
+    """Return the cap, and the spacer over a shield.
+
+    Raises `PartsError` if the tail's stiffener leaves no room to grip.
+    """
     mount = layout.spec.mount
     assert mount is not None and mount.finger is not None
     finger, shield = mount.finger, shield_that_fits(layout.spec)
@@ -209,11 +212,10 @@ CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
 
 
 def metal_below(layout: Layout) -> tuple[Solid, ...]:
-    """A finger of metal or `mount.metal_behind`, as far as they are drawn. Empty without either. They are no part of
-    what is made, weighed or printed.
+    """Return a metal finger or `mount.metal_behind`, as far as they are drawn. Empty without either.
 
-    A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a coil's size beyond the board's body, or fills
-    the finger that it lies in.
+    They are not manufactured, weighed or printed. A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a
+    coil's size beyond the board's body, or fills the finger around it.
     """
     mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if mount is None:
@@ -240,9 +242,7 @@ def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
 def _finger(
     body: tuple[float, float, float, float], finger: Finger, top: float, start: float, end: float, room: float
 ) -> Any:
-    """The finger from one place along the tail to another (m), larger by `room` (m) all round, its upper face at a
-    height (m).
-    """
+    """Return the finger between two places along the tail (m), grown by `room` (m), its upper face at a height (m)."""
     bd, y, (width, height) = require("build123d"), axis(body).y, finger.size
     if finger.outline.is_disc:
         radius = width / 2 + room
@@ -253,7 +253,7 @@ def _finger(
 
 
 def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
-    """The round lip over which the tail leaves the cap, as wide as the tail's slot there."""
+    """Return the round lip over which the tail leaves the cap, as wide as the tail's slot there."""
     low, high = layout.reach_at(end)
     if low == high or standoff <= 0.0:
         return ()

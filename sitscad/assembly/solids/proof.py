@@ -1,6 +1,7 @@
-"""The proof that it fits and can be made, on the solids themselves: what the plane tier says of figures, measured on
-meshes of the pieces as they are glued together, closed, opened about their hinge, and with the pad under its load. The
-two know nothing of each other but the spec: `sitscad.assembly.places.fit` adds figures up, this measures triangles.
+"""Proof on the solids that the sensor fits and can be made.
+
+It measures meshes of the pieces as they are glued together, closed, opened about their hinge, and with the pad under
+load. `sitscad.assembly.places.fit` adds figures, and this module measures triangles. Both share only the spec.
 """
 
 from __future__ import annotations
@@ -28,21 +29,22 @@ from sitscad.spec.sensor import SensorSpec
 TIP_STEP = 0.5e-3  # How far (m) the other jaw's tip goes between two positions that it is tried in
 SEARCH = 2.0  # Gaps (mm) are looked for up to here: what is farther apart is said to be this far
 SLIVER = 1e-12
-"""Volumes (m3) below this are where two chord meshes of one touching round face overlap: 10 um by 0.3 mm by 0.3 mm."""
+"""Largest volume (m3) of an overlap of two chord meshes of a touching round face: 10 um by 0.3 mm by 0.3 mm."""
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
 SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # What is measured
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
-"""Pieces that gaps are told of together; all others go by their names."""
+"""Pieces whose gaps are reported together. All others appear under their own names."""
 
 
 @record
 class Measured:
-    """One measurement of the solids: which of the kinds above, of which pieces, the value and its limit (m, or m3 of
-    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle, the load or
-    the place in words, ``angle`` how far (rad) the jaws are open then. ``key`` is the spec's key that says otherwise,
-    empty if the kind alone decides it.
+    """A measurement on the solids.
+
+    Fields are its kind (see above), the pieces, the value and its limit (m, or m3 of shared volume), and whether it is
+    kept. `where` is the decisive place (m), and `when` the angle, load or place as text. `angle` (rad) is the opening
+    of the jaws. `key` is the key of the spec that contradicts the measurement, empty if the kind alone decides.
     """
 
     what: str
@@ -60,9 +62,11 @@ class Measured:
 
 @record
 class Proof:
-    """What was measured of the closed pair as it is glued: the radius (m) of the circle about its axis that holds it,
-    by meshes and by the plane tier, the port's; all measurements; the least gap (m) of every two pieces or groups of
-    pieces; how far (rad) the jaws were opened (None: the hinge is not known).
+    """Measurements of the closed pair as it is glued.
+
+    Fields are the radius (m) of its enclosing circle about the axis, by meshes and by the plane fit, the port's radius,
+    and all measurements. They also are the smallest gap (m) of each pair of pieces or groups, and the opening (rad) of
+    the jaws, None if the hinge is not known.
     """
 
     radius: float
@@ -74,12 +78,12 @@ class Proof:
 
     @property
     def faults(self) -> tuple[Measured, ...]:
-        """What is not kept."""
+        """Measurements that miss their limits."""
         return tuple(each for each in self.measured if not each.is_kept)
 
     @property
     def fits(self) -> bool:
-        """Whether the pair passes its port, within the meshes' chord error, and nothing stands in anything."""
+        """Whether the pair passes its port, within the meshes' chord error, and no two pieces intersect."""
         return not self.faults
 
 
@@ -92,13 +96,14 @@ class Meshed:
 
     @property
     def group(self) -> str:
-        """What its gaps are told of."""
+        """Name under which the piece's gaps are reported."""
         return GROUPS.get(self.solid.role, self.solid.name)
 
 
 def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
-    """Measure the solids of `sitscad.assembly.solids.whole.whole`; None without a jaw. Raises `MissingExtra`,
-    `PartsError`.
+    """Measure the solids of `sitscad.assembly.solids.whole.whole`. None without a jaw.
+
+    Raises `MissingExtra`, `PartsError`.
     """
     jaw, plane = layout.spec.jaw, closed_section(layout)
     if jaw is None or plane is None:
@@ -115,8 +120,11 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
 
 
 def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
-    """Every two pieces that share a volume, of the board's films the one that shares most; if there are none, one
-    measurement that says so.
+    """Return all pairs of pieces that share a volume.
+
+    For the board's films, only the one with the largest shared volume.
+
+    If there are none, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
     worst: dict[tuple[str, str], Measured] = {}
@@ -128,9 +136,9 @@ def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
 
 
 def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
-    """The interferences with a mount or a jaw that only a STEP file describes; empty for all others.
+    """Return the interferences with a mount or a jaw that only a STEP file describes. Empty for all others.
 
-    The opposing jaw is left out. It is the mirror image of the file, and nothing tells where the file's shank begins.
+    The opposing jaw is left out. It is the mirror image of the file, which does not define the start of its shank.
     """
     if mount is None or mount.step is None:
         return ()
@@ -141,7 +149,10 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ..
 def _in_port(
     body: tuple[float, float, float, float], jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: float
 ) -> Measured:
-    """How far anything between tip and heel reaches from the closed pair's axis, the port swept along it."""
+    """Measure the largest distance from the closed pair's axis between tip and heel.
+
+    The port is swept along the axis.
+    """
     assert jaw is not None
     x0, x1 = (x * MM for x in jaw_range(body, jaw))
     jaws = [between(m.body, x0, x1).bounding_box() for m in meshed
@@ -162,8 +173,9 @@ def _in_port(
 
 
 def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -> list[Measured]:
-    """What the other jaw, turned about the hinge up to `opening` (rad) against this one, runs into: in steps of
-    `TIP_STEP` at its tip, so that nothing thicker can lie between two of them.
+    """Return the interferences of the opposing jaw while it opens about the hinge up to `opening` (rad).
+
+    Its tip moves in steps of `TIP_STEP`, so that no thicker piece can lie between two steps.
     """
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
@@ -189,8 +201,10 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
 
 
 def _under_load(spec: SensorSpec, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
-    """The gap that is left to what does not give way: of the loaded target, of the pad with its sides bulged, and of
-    the other jaw, which comes down with the target where nothing is grasped.
+    """Return the remaining gaps to the rigid pieces under load.
+
+    The moved pieces are the loaded target, the pad with bulged sides, and the opposing jaw. This jaw follows the target
+    if nothing is grasped.
     """
     rigid = [m for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)]
     found = []
@@ -207,7 +221,7 @@ def _under_load(spec: SensorSpec, meshed: tuple[Meshed, ...], load: PadLoad) -> 
 
 
 def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -> Measured | None:
-    """The least gap between a moved piece and rigid ones; None where there are none."""
+    """Return the smallest gap between a moved piece and rigid pieces. None if there are no rigid pieces."""
     gaps = [(float(moved.min_gap(other.body, SEARCH)) / MM, other) for other in rigid]
     if not gaps:
         return None
@@ -216,7 +230,7 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -
 
 
 def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
-    """The least gap of every two groups of pieces, glue left out."""
+    """Return the smallest gap of each pair of groups of pieces, without glue."""
     groups: dict[str, list[Any]] = {}
     for each in meshed:
         if each.group != GROUPS[BodyRole.GLUE]:
@@ -226,7 +240,10 @@ def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
 
 
 def _gap(some: list[Any], others: list[Any]) -> float:
-    """The least gap (mm) of two groups of meshes, `SEARCH` at most; only of those whose boxes are nearer than it."""
+    """Return the smallest gap (mm) of two groups of meshes, at most `SEARCH`.
+
+    Only meshes with nearby boxes are compared.
+    """
     pairs = [(box_gap(one, other), k, one, other) for k, (one, other) in enumerate(product(some, others))]
     least = SEARCH
     for apart, _, one, other in sorted(pairs):
@@ -237,7 +254,7 @@ def _gap(some: list[Any], others: list[Any]) -> float:
 
 
 def _middle(body: Any) -> tuple[float, float, float]:
-    """The middle (m) of a mesh's box, to a micrometre."""
+    """Return the middle (m) of a mesh's box, to a micrometre."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     x, y, z = (round((low + high) / 2 / MM, 6) + 0.0 for low, high in ((x0, x1), (y0, y1), (z0, z1)))
     return x, y, z
@@ -245,7 +262,7 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 @record
 class PadLoad:
-    """The pad under forces that it has to bear: in words, where the target is, how far its sides bulge (m)."""
+    """The pad under a required load: load text, pose of the target, and bulge of the pad's sides (m)."""
 
     name: str
     pose: Pose
@@ -253,12 +270,12 @@ class PadLoad:
 
 
 def between(body: Any, x0: float, x1: float) -> Any:
-    """What of a mesh lies between two places along the jaw (mm)."""
+    """Return the part of a mesh between two places along the jaw (mm)."""
     return body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
 
 
 def turned(layout: Layout, body: Any, angle: float) -> Any:
-    """A mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
+    """Return a mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
     pivot = hinge_pivot(layout)
     assert pivot is not None
     x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
@@ -266,7 +283,7 @@ def turned(layout: Layout, body: Any, angle: float) -> Any:
 
 
 def posed(spec: SensorSpec, body: Any, pose: Pose) -> Any:
-    """A mesh (mm) moved as the target is: turned about its near face's centre, then displaced."""
+    """Return a mesh (mm) moved like the target: turned about its near face's centre, then displaced."""
     bounds = body.bounding_box()
     gap = target_gap(spec)
     assert gap is not None
@@ -277,7 +294,7 @@ def posed(spec: SensorSpec, body: Any, pose: Pose) -> Any:
 
 
 def bulged(body: Any, load: PadLoad) -> Any:
-    """The pad (mm) lower by the press and wider by its bulge, its upper half drawn along with the target."""
+    """Return the pad (mm), lower by the press and wider by its bulge, its upper half moved with the target."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     grow, m3 = load.bulge * MM, require("manifold3d")
     size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
@@ -286,7 +303,7 @@ def bulged(body: Any, load: PadLoad) -> Any:
 
 
 COARSE = (0.05, 0.5)
-"""Chord (mm) and turn (rad) of the triangles that walls are measured on: they are flat, or nearly."""
+"""Chord (mm) and angle (rad) of the triangles for wall measurements: walls are flat, or nearly."""
 
 FACING = 0.9  # Cosine between two faces from which on they are the two sides of one wall
 SUPPORTED = math.cos(math.radians(45.0))  # Faces that look down more steeply than this want support: 45 degrees
@@ -295,12 +312,12 @@ GRAIN = 2e-6  # What is thinner than a limit by less than this (m) is not
 BEDS: dict[str, tuple[int, float]] = {
     f"{sign}{axis}": (i, s) for i, axis in enumerate("xyz") for sign, s in (("-", -1.0), ("+", 1.0))
 }
-"""Directions that a piece may lie on the bed with: axis and sign of the outward normal there."""
+"""Sides on which a piece may lie on the print bed: axis and sign of their outward normal."""
 
 
 @record
 class Unprintable:
-    """Something of a piece that its process does not make: what, its size and the least (m; m3 of hollows)."""
+    """A feature that the process cannot make: its name, its size and the limit (m; m3 of hollows)."""
 
     what: str
     measured: float
@@ -310,8 +327,10 @@ class Unprintable:
 
 @record
 class Printable:
-    """A piece as it is made: its size (m), the volume of its material (m3), its thinnest wall and smallest hole (m;
-    None where it has none), which of its sides lies on the bed, and the area (m2) that then wants support.
+    """A manufactured piece: size (m), volume of material (m3), thinnest wall and smallest hole (m).
+
+    Wall and hole are None if the piece has none. It also has the side on the print bed, and the area (m2) that then
+    needs support.
     """
 
     name: str
@@ -325,7 +344,7 @@ class Printable:
 
 
 def printable(solid: Solid, process: str) -> Printable:
-    """What is measured of one piece, and what a process (``resin``, ``powder``, ...) does not make of it."""
+    """Measure one piece, and list the features that a process (``resin``, ``powder``, ...) cannot make."""
     mesh = tessellate(solid, *COARSE)
     corners = mesh.vertices[mesh.triangles]
     # Outward unit normals (n, 3) of triangles (n, 3, 3)
@@ -383,8 +402,9 @@ CELL = 8.0  # Rays are traced by squares of so many millimetres, so that those o
 
 
 def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Distance along each ray to the first triangle, and which that is (Moeller and Trumbore 1997), their triple
-    products taken apart so that each is a product of matrices; lengths from about the rays' own places.
+    """Return the distance along each ray to the first triangle, and the triangle's number (Moeller and Trumbore 1997).
+
+    The triple products are split so that each is a product of matrices. Lengths are relative to a point near the rays.
     """
     middle = origins.mean(axis=0)
     origins, first = origins - middle, corners[:, 0] - middle
@@ -406,7 +426,7 @@ EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes
 
 
 def _opens_inwards(face: Any) -> bool:
-    """Whether a cylinder's outward normal points at its axis: a hole, and no pin."""
+    """Whether a cylinder's outward normal points at its axis, as in a hole but not on a pin."""
     axis = require("OCP.BRepAdaptor").BRepAdaptor_Surface(face.wrapped).Cylinder().Axis()
     at, along = axis.Location(), axis.Direction()
     point, normal = face.position_at(0.5, 0.5), face.normal_at(0.5, 0.5)
@@ -417,7 +437,10 @@ def _opens_inwards(face: Any) -> bool:
 
 
 def _bed(corners: Array, normals: Array) -> tuple[str, float]:
-    """The side to lie on: the one that wants least support, of those alike the one with most on the bed."""
+    """Return the side on the bed that needs least support.
+
+    Among equal sides, the one with the largest area on the bed.
+    """
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     ranked: list[tuple[float, float, str]] = []
     for name, (upright, sign) in BEDS.items():
@@ -431,7 +454,7 @@ def _bed(corners: Array, normals: Array) -> tuple[str, float]:
 
 
 def as_json(piece: Printable, process: str) -> dict[str, Any]:
-    """One piece as plain values, lengths in metres to a tenth of a micrometre."""
+    """Return one piece as plain values, with lengths in metres to a tenth of a micrometre."""
     return {
         "piece": piece.name,
         "process": process,

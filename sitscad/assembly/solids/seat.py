@@ -1,8 +1,8 @@
-"""The insert for a grasper's jaw: a seat at the standoff, with ledges that place the board, glue grooves, a tongue
-under the tail, and a dovetail or pins where they are asked for.
+"""The insert for a grasper's jaw: a seat at the standoff.
 
-Ledges stand at the tip and, where jaw and port are wide enough, on both sides; they end at the board's top face, so
-that the pad may bulge over them and the other jaw does not meet them. Elastomer and target are placed by the jig.
+It has ledges that place the board, glue grooves, a tongue under the tail, and a dovetail or pins if the spec has them.
+Ledges stand at the tip and, if jaw and port are wide enough, on both sides. They end at the board's top face. The pad
+may therefore bulge over them, and the opposing jaw does not touch them. The jig places elastomer and target.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ GROOVES = (0.2, 0.4, 0.6, 0.8)
 
 
 def grasper_pad(layout: Layout) -> tuple[Any, ...]:
-    """The seat's pieces from the bottom up; none where the board lies on the metal itself."""
+    """Return the seat's pieces from the bottom up. Empty if the board lies on the metal itself."""
     shield_that_fits(layout.spec)
     spans = seat_spans(layout.spec)
     if not spans:
@@ -88,7 +88,7 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
 
 
 def _top_edges_at_heel(shape: Any) -> list[Any]:
-    """The edges of a shape that are both farthest to the hinge and uppermost there."""
+    """Return the uppermost edges of a shape at its end towards the hinge."""
     end = shape.bounding_box().max.X
     at_end = [edge for edge in shape.edges() if end - 1e-6 < edge.bounding_box().min.X]
     top = max(edge.bounding_box().max.Z for edge in at_end)
@@ -96,7 +96,7 @@ def _top_edges_at_heel(shape: Any) -> list[Any]:
 
 
 def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
-    """The slab with a tongue under the tail, round at its end, and cheeks beside the tail where they have room."""
+    """Return the slab with a tongue under the tail, round at its end, and cheeks beside the tail if they have room."""
     (start, end), (low, high) = tongue.along, tongue.across
     lap = 0.2e-3
     bar = box(start, low, span[0], end, high, tongue.top)
@@ -121,7 +121,7 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
 def grooves(
     body: tuple[float, float, float, float], mount: Mount | None, span: Heights
 ) -> tuple[tuple[float, ...], float]:
-    """Places along x (m) of the grooves across the face that the board is glued on, and their width (m).
+    """Return places along x (m) of the grooves across the board's glue face, and their width (m).
 
     No places if the grooves would leave too thin a wall.
     """
@@ -134,7 +134,7 @@ def grooves(
 
 
 def _grooved(body: tuple[float, float, float, float], mount: Mount | None, slab: Any, span: Heights) -> Any:
-    """The slab with its grooves."""
+    """Return the slab with its grooves."""
     (places, width), (_, y0, _, y1) = grooves(body, mount, span), body
     for x in places:
         groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
@@ -143,7 +143,7 @@ def _grooved(body: tuple[float, float, float, float], mount: Mount | None, slab:
 
 
 def _within_port(layout: Layout, slab: Any) -> Any:
-    """The slab without the edges that could stand out of the port's circle, tolerances at their worst, jaws closed."""
+    """Cut off the slab's edges outside the port's circle, with tolerances at their worst and jaws closed."""
     fitted, span = layout.spec.jaw, closed_span(layout.spec)
     if fitted is None or span is None:
         return slab
@@ -177,7 +177,7 @@ def _within_port(layout: Layout, slab: Any) -> Any:
 
 
 def _within_pocket(body: tuple[float, float, float, float], fitted: Jaw, slab: Any, floor: float) -> Any:
-    """What of the slab lies below the rims is as narrow and short as their pocket; above them it may lie on them."""
+    """Cut the slab below the rims to the width and length of their pocket. Above them it may lie on the rims."""
     if fitted.pocket is None:
         return slab
     bounds, rims = slab.bounding_box(), floor + fitted.recess
@@ -192,7 +192,7 @@ def _within_pocket(body: tuple[float, float, float, float], fitted: Jaw, slab: A
 
 
 def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
-    """The rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
+    """Return the rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
     place = stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
     if place is None:
         return ()
@@ -205,7 +205,10 @@ def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
 
 
 def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
-    """The ledges on both sides of the board with the feet that join them to the slab; none without room for them."""
+    """Return the ledges on both sides of the board with the feet that join them to the slab.
+
+    Empty without room for them.
+    """
     halves = side_ledges(layout)
     if halves is None:
         return ()
@@ -227,7 +230,7 @@ OVERCUT = 1.0e-3
 
 
 def with_retention(body: tuple[float, float, float, float], mount: Mount | None, seat: Any, metal: float) -> Any:
-    """The seat's lowest piece, which stands on the metal at a height (m), with its tongue or pins."""
+    """Return the seat's lowest piece, on the metal at a height (m), with its tongue or pins."""
     found = retention(body, mount)
     if found is None:
         return seat
@@ -244,8 +247,9 @@ def with_retention(body: tuple[float, float, float, float], mount: Mount | None,
 
 
 def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
-    """The jaw, its face at a height (m), with the groove or the holes that the mount's tongue or pins go into: a
-    clearance larger, the groove open at the tip, the holes drilled through so that glue can leave.
+    """Return the jaw, its face at a height (m), with the groove or the holes for the mount's tongue or pins.
+
+    They are larger by a clearance. The groove is open at the tip. The holes are drilled through so that glue can leave.
     """
     found = retention(layout.body, layout.spec.mount)
     room, fitted = joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount), layout.spec.jaw
@@ -262,7 +266,7 @@ def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
 
 
 def _tongue(found: Retention, room: float) -> Path:
-    """The dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` where its flanks cross."""
+    """Return the dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` if its flanks cross."""
     if neck(found) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(found, room)

@@ -1,6 +1,9 @@
-"""A solid: one named, coloured piece of the sensor or of what carries it; paths and regions of the plane turned into
-build123d faces and prisms, metres in, millimetres out. The packages behind ``sitscad[all]``, imported only when a part
-or a mesh is really wanted. Meshes are tessellated by OpenCASCADE and proven closed by manifold3d.
+"""Solids: named, coloured pieces of the sensor or its mount.
+
+Paths and regions of the plane become build123d faces and prisms.
+
+Inputs are in metres, shapes in millimetres. The packages of ``sitscad[all]`` are imported only when a part or a mesh is
+needed. OpenCASCADE tessellates the meshes, and manifold3d proves that they are closed.
 """
 
 from __future__ import annotations
@@ -28,15 +31,15 @@ _SYSTEM_LIBRARIES = "libgl1 libxrender1 libglu1-mesa libxft2 libxcursor1 libxine
 
 
 class MissingExtra(ImportError):
-    """A package of the extra is not installed, or cannot be loaded; the text says how to mend it."""
+    """An error for a package of the extra that is missing or cannot be loaded. The text gives the remedy."""
 
 
 UNUSED = ("sympy", "vtk")
-"""What build123d and cadquery import for curves and views that sitscad asks of neither: half a second."""
+"""Packages that build123d and cadquery import for curves and views that sitscad does not use: half a second."""
 
 
 class _Later(ModuleType):
-    """A package that is imported when something of it is asked for."""
+    """A package that is imported at the first access to its attributes."""
 
     def __getattr__(self, name: str) -> Any:
         if sys.modules.get(self.__name__) is self:
@@ -47,7 +50,10 @@ class _Later(ModuleType):
 
 
 def require(package: str) -> ModuleType:
-    """Import a package of the extra; raises `MissingExtra` in one sentence when it is not there or cannot be loaded."""
+    """Return import a package of the extra.
+
+    Raises `MissingExtra` in one sentence if it is missing or cannot be loaded.
+    """
     if package not in sys.modules:
         for name in UNUSED:
             if name not in sys.modules and (spec := find_spec(name)) is not None:
@@ -75,9 +81,10 @@ def require(package: str) -> ModuleType:
 
 @record
 class Solid:
-    """One piece in its place in the sensor. ``shape`` is a build123d ``Solid`` in **millimetres**, CAD's unit (all else
-    in sitscad is SI): x along the jaw towards the handle, y across it, z = 0 at the board's top face. ``colour`` is
-    ``#rrggbb``.
+    """One piece in its place in the sensor.
+
+    `shape` is a build123d ``Solid`` in **millimetres**, the CAD unit (all else in sitscad is SI). x is along the jaw
+    towards the handle, y across it, and z = 0 at the board's top face. `colour` is ``#rrggbb``.
     """
 
     name: str
@@ -88,29 +95,29 @@ class Solid:
 
     @cached_property
     def volume(self) -> float:
-        """Exact volume in cubic metres."""
+        """Exact volume (m3)."""
         return float(self.shape.volume) * 1e-9
 
     @property
     def rgb(self) -> tuple[float, float, float]:
-        """The colour as three numbers from 0 to 1."""
+        """Colour as three numbers from 0 to 1."""
         red, green, blue = (int(self.colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
         return red, green, blue
 
     @property
     def linear_rgb(self) -> tuple[float, float, float]:
-        """The colour as light is counted (IEC 61966-2-1 undone), which is what glTF and build123d take."""
+        """Colour as linear light (inverse of IEC 61966-2-1), the input of glTF and build123d."""
         red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in self.rgb)
         return red, green, blue
 
 
 def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
-    """The solids that have one of the roles, in their order."""
+    """Return the solids with one of the roles, in their order."""
     return tuple(solid for solid in solids if solid.role in roles)
 
 
 def upwards(solids: Iterable[Solid]) -> list[Solid]:
-    """Solids by the heights of their lowest corners, to a nanometre: exact boxes of round faces take long."""
+    """Return solids by the heights of their lowest corners, to a nanometre: exact boxes of round faces are slow."""
     return sorted(solids, key=lambda solid: round(min(corner.Z for corner in solid.shape.vertices()), 6))
 
 
@@ -118,34 +125,35 @@ MM = 1e3
 
 
 def face(region: Region) -> Any:
-    """A build123d face of a region in the plane z = 0, arcs kept."""
+    """Return the build123d face of a region in the plane z = 0, with its arcs."""
     bd = require("build123d")
     return bd.Face(_wire(region.outline), [_wire(hole) for hole in region.holes])
 
 
 def prism(region: Region | Path, lower: float, upper: float) -> Any:
-    """A region extruded from height `lower` to `upper` (m), as a build123d solid."""
+    """Return a region extruded from height `lower` to `upper` (m), as a build123d solid."""
     shape = face(region if isinstance(region, Region) else Region(region))
     return raised(shape, lower, upper)
 
 
 def raised(shape: Any, lower: float, upper: float) -> Any:
-    """A build123d face in the plane z = 0, extruded from height `lower` to `upper` (m)."""
+    """Return a build123d face in the plane z = 0, extruded from height `lower` to `upper` (m)."""
     bd = require("build123d")
     upright = shape if shape.normal_at().Z > 0 else -shape
     return bd.Solid.extrude(upright.moved(bd.Location((0, 0, lower * MM))), bd.Vector(0, 0, (upper - lower) * MM))
 
 
 def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any:
-    """An upright box between two corners (m), as a build123d solid."""
+    """Return an upright box between two corners (m), as a build123d solid."""
     bd = require("build123d")
     corner = bd.Plane((x0 * MM, y0 * MM, z0 * MM))
     return bd.Solid.make_box((x1 - x0) * MM, (y1 - y0) * MM, (z1 - z0) * MM, corner)
 
 
 def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
-    """A closed path of the plane across the jaw drawn out along it from x0 to x1 (m), as a build123d solid: the path's
-    x becomes y, its y becomes z, and its origin lies at (y, z).
+    """Return a closed path across the jaw, extruded along it from x0 to x1 (m), as a build123d solid.
+
+    The path's x becomes y, its y becomes z, and its origin lies at (y, z).
     """
     bd = require("build123d")
     stand = bd.Plane((x0 * MM, y * MM, z * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
@@ -153,13 +161,13 @@ def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
 
 
 def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) -> Path:
-    """The rectangle between two corners with its corners at the tip of the jaw, at x0, rounded (m)."""
+    """Return the rectangle between two corners with rounded corners (m) at the tip of the jaw, at x0."""
     corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
     return rounded(corners, [radius, 0.0, 0.0, radius])
 
 
 def one_solid(shape: Any, what: str) -> Any:
-    """The single solid that a boolean left; raises `PartsError` when it left none or several."""
+    """Return the single solid of a boolean operation. Raises `PartsError` if there is none or several."""
     found = shape.solids() if shape is not None else []
     if len(found) != 1:
         raise PartsError(f"the {what} falls into {len(found)} pieces; its parts in the spec do not join")
@@ -167,29 +175,33 @@ def one_solid(shape: Any, what: str) -> Any:
 
 
 def without(shape: Any, cuts: Iterable[Any], what: str) -> Any:
-    """A solid less others, which may overlap; raises `PartsError` where they leave nothing or several pieces. All are
-    cut at once, in half the time of one after the other.
+    """Return a solid less others, which may overlap. Raises `PartsError` if no piece or several pieces remain.
+
+    All are cut at once, in half the time of separate cuts.
     """
     tools = list(cuts)
     return one_solid(shape.cut(*tools), what) if tools else shape
 
 
 def tapered(lower: Path, upper: Path, z0: float, z1: float) -> Any:
-    """A solid with straight leaning walls from an outline at one height to another's at a second (m)."""
+    """Return a solid with straight inclined walls from an outline at height `z0` to another at height `z1` (m)."""
     bd, outlines = require("build123d"), ((lower, z0), (upper, z1))
     ends = [face(Region(path)).moved(bd.Location((0, 0, z * MM))).outer_wire() for path, z in outlines]
     return bd.Solid.make_loft(ends, ruled=True)
 
 
 def top_edges(shape: Any) -> Any:
-    """The edges that lie in a solid's highest plane."""
+    """Return the edges in a solid's highest plane."""
     top = shape.bounding_box().max.Z
     lowest = [(edge, float(edge.bounding_box().min.Z)) for edge in shape.edges()]
     return [edge for edge, z in lowest if z > top - 1e-6]
 
 
 def _wire(path: Path) -> Any:
-    """The path as a wire (mm), edge by edge: all at once, OpenCASCADE merges ends by address, and last bits vary."""
+    """Return the path as a wire (mm), built edge by edge.
+
+    From a list of edges, OpenCASCADE merges ends by address, and the last bits vary.
+    """
     bd, wire = require("build123d"), require("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
     for segment in path:
         is_arc = isinstance(segment, Arc)
@@ -206,24 +218,27 @@ TURN = 0.15  # rad, the largest step along a curve
 
 
 class NotManifold(PartsError):
-    """A tessellated solid that does not enclose a volume; never written to a file."""
+    """An error for a tessellated solid that does not enclose a volume. It is never written to a file."""
 
 
 @record(eq=False)
 class TriangleMesh:
-    """Vertices (n, 3) in millimetres as float64 and triangles (m, 3) as indices, outward by the right-hand rule."""
+    """Vertices (n, 3; mm) as float64 and triangles (m, 3) as indices, outward by the right-hand rule."""
 
     name: str
     vertices: Array
     triangles: NDArray[np.int64]
 
     def on_bed(self) -> TriangleMesh:
-        """The mesh moved into the positive octant, standing on z = 0, as printing programs expect."""
+        """Return the mesh moved into the positive octant, standing on z = 0, as printing programs expect."""
         return TriangleMesh(self.name, self.vertices - self.vertices.min(axis=0), self.triangles)
 
 
 def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> TriangleMesh:
-    """A solid's closed mesh within `chord` (mm), by `turn` (rad), cached ones thrown away. Raises `NotManifold`."""
+    """Return a solid's closed mesh within `chord` (mm) and `turn` (rad), without cached meshes.
+
+    Raises `NotManifold`.
+    """
     clean = require("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
     solid.shape.mesh(chord, turn)
@@ -242,8 +257,9 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
 
 
 def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (n, 3; mm) and triangles (m, 3) of a meshed shape. To run through OpenCASCADE's array of triangles, as
-    build123d does, takes ten times as long as to ask for each by its number.
+    """Return vertices (n, 3; mm) and triangles (m, 3) of a meshed shape.
+
+    Iteration over OpenCASCADE's array of triangles, as in build123d, takes ten times as long as access by number.
     """
     tool, reversed_ = require("OCP.BRep").BRep_Tool, require("OCP.TopAbs").TopAbs_Orientation.TopAbs_REVERSED
     place = require("OCP.TopLoc").TopLoc_Location
@@ -262,18 +278,18 @@ def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
 
 @lru_cache(maxsize=1)
 def made(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
-    """The meshes of solids that are printed: one tessellation for all formats of a package."""
+    """Return the meshes of printed solids: one tessellation for all formats of a package."""
     return tuple(tessellate(solid) for solid in solids)
 
 
 @lru_cache(maxsize=1)
 def seen(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
-    """The meshes of solids that are looked at, not made: within 20 um of their faces, curves in steps of 20 degrees."""
+    """Return the meshes of solids for display: within 20 um of their faces, curves in steps of 20 degrees."""
     return tuple(tessellate(solid, 0.02, 0.35) for solid in solids)
 
 
 def manifold(mesh: TriangleMesh) -> Any:
-    """The mesh as a ``manifold3d.Manifold`` in double precision; raises `NotManifold`."""
+    """Return the mesh as a ``manifold3d.Manifold`` in double precision. Raises `NotManifold`."""
     m3 = require("manifold3d")
     body = m3.Manifold(m3.Mesh64(vert_properties=mesh.vertices, tri_verts=mesh.triangles.astype("uint64")))
     if body.status() != m3.Error.NoError or body.volume() <= 0.0:
@@ -286,7 +302,7 @@ SEARCH = 20.0  # mm, the distance beyond which two solids simply are far apart
 
 @record
 class Clearance:
-    """Two solids and the shortest distance between them (m, 0 where they touch); at most `SEARCH` is looked for."""
+    """Two solids and their smallest distance (m, 0 if they touch), up to `SEARCH`."""
 
     first: str
     second: str
@@ -294,13 +310,14 @@ class Clearance:
 
 
 TOUCHING = 1e-15
-"""Solids that share no more than this (m3) touch."""
+"""Largest shared volume (m3) of solids that only touch."""
 
 
 def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid, Any, float]]:
-    """Every two solids, each given with its mesh as a manifold, that share a volume: both, what their meshes share, and
-    the volume (m3). The meshes find the pairs (manifold3d); since two chord meshes of one touching round face overlap
-    by slivers, what they find is then settled on the exact shapes (OpenCASCADE).
+    """Yield all pairs of solids that share a volume: both solids, the shared part of their meshes, and the volume (m3).
+
+    Each solid comes with its mesh as a manifold. The meshes find the pairs (manifold3d). Two chord meshes of one
+    touching round face overlap by slivers. The pairs are therefore confirmed on the exact shapes (OpenCASCADE).
     """
     for (first, a), (second, b) in combinations(pieces, 2):
         if box_gap(a, b) < 0.0:
@@ -310,12 +327,12 @@ def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid
 
 
 def box_gap(one: Any, other: Any) -> float:
-    """How far (mm) the boxes of two meshes are apart along the axis on which it is most; negative where they meet."""
+    """Return the largest gap (mm) between the boxes of two meshes along one axis. Negative if the boxes intersect."""
     a, b = one.bounding_box(), other.bounding_box()
     return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 
 
 def shared_volume(first: Solid, second: Solid) -> float:
-    """Exact volume (m3) that two solids share."""
+    """Return the exact volume (m3) that two solids share."""
     shared = first.shape & second.shape
     return 1e-9 * sum(float(part.volume) for part in shared.solids()) if shared else 0.0

@@ -1,7 +1,7 @@
-"""STEP files that a spec names: whether they can be read, and a jaw's solid against what the spec says of the jaw.
+"""STEP files of a spec: their readability, and the comparison of a jaw's solid with the jaw's figures in the spec.
 
-The estimates and the rules in the plane know a jaw by its written figures alone. The solids are built from its STEP
-file. Both must describe one part, so slices of the placed solid are measured under the coils' middle and both ends.
+Estimates and plane rules use only the written figures of a jaw. The solids are built from its STEP file. Both must
+describe the same part. Slices of the placed solid are therefore measured under the coils' middle and both ends.
 """
 
 from __future__ import annotations
@@ -31,31 +31,39 @@ from sitscad.spec.yaml.source import SpecSource
 STEP_FILE, JAW_FILE, JAW_METAL, FEW_METAL = "step file", "jaw file", "jaw metal", "few jaw metal"
 BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face"
 HALF_SLICE = 1e-3
-"""A slice reaches so far (m) along the jaw to each side: teeth of grasping faces are up to 2 mm apart."""
+"""Half the length (m) of a slice along the jaw: teeth of grasping faces are up to 2 mm apart."""
 FACE_TOLERANCE = 20e-6
-"""Distance (m) of the metal's face from the written one: both are figures rounded to 10 um at most. The jaw shifts the
-coils' inductance by about 1 % over this way if the metal is 0.2 mm behind them.
+"""Largest distance (m) of the metal's face from the written face: both values are rounded to 10 um at most.
+
+The jaw changes the coils' inductance by about 1 % over this distance if the metal is 0.2 mm behind them.
 """
 SIZE_TOLERANCE, SIZE_SHARE = 0.1e-3, 0.02
-"""Difference (m, and share of the size) of two figures of one part: about the general tolerances of drawings
-(ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30 mm; from memory, unverified).
+"""Largest difference (m, and fraction of the size) of two figures of one part.
+
+They are about the general tolerances of drawings (ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30 mm; from
+memory, unverified).
 """
 LEAST_OF_SIZE = 2 / 3
-"""Jaws taper to their tip: the widest slice has the written size, no other slice has less than this share of it."""
+"""Smallest size of a slice, as a fraction of the written size.
+
+Jaws taper to their tip. The widest slice has the written size.
+"""
 LEAST_OF_FACE = 0.75
-"""Least width of a face, as a share of the written one: its edges are chamfered or round."""
+"""Smallest width of a face, as a fraction of the written width: its edges are chamfered or round."""
 EDGE = 0.1e-3
 """Depth (m) below the face at which its width is measured."""
 TEETH = 0.5e-3
 """Depth (m) below the face down to which metal counts as face: the depth of teeth."""
 MOST_MISSING, FAR_TOO_MUCH = 0.10, 0.25
-"""Share of the metal under the coils that may be missing, or be there too much. The jaw takes up to half of a coil's
-inductance, so a tenth of the metal changes that by up to 5 %; holes of pins and rivets are smaller.
+"""Fraction of the metal under the coils that may be missing, or in excess.
+
+The jaw removes up to half of a coil's inductance. A tenth of the metal changes the inductance by up to 5 %. Holes of
+pins and rivets are smaller.
 """
 
 
 def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
-    """Tell of each STEP file of a spec whether it holds one closed solid with the datum that the spec names.
+    """Check for each STEP file of a spec that it holds one closed solid with the datum that the spec names.
 
     Raises `MissingExtra` without a CAD kernel.
     """
@@ -75,9 +83,9 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
 
 @record(eq=False)
 class PlacedJaw:
-    """The jaw's mesh (mm), the height of its written face (m), and the written figures (None: there are none).
+    """The jaw's mesh (mm), the height of its written face (m), and the written figures, None if there are none.
 
-    ``coils`` is the box (m) around all coils, `(x0, y0, x1, y1)`. ``size`` is the solid's size in words.
+    `coils` is the box (m) around all coils, `(x0, y0, x1, y1)`. `size` is the solid's size as text.
     """
 
     body: Any
@@ -89,19 +97,19 @@ class PlacedJaw:
 
     @property
     def half_face(self) -> float:
-        """Half the width (m) across which the written face is looked for: the pocket's, the face's or the coils'."""
+        """Half the width (m) of the search range for the written face: the pocket's, the face's or the coils'."""
         coils = (self.coils[3] - self.coils[1]) / 2
         if self.figures is None:
             return coils
         return min(coils, _face_width(self.figures) / 2)
 
     def tolerance(self, size: float) -> float:
-        """The largest difference (m) from a written size."""
+        """Return the largest permitted difference (m) from a written size."""
         return max(SIZE_TOLERANCE, SIZE_SHARE * size)
 
 
 def _face_width(figures: Jaw) -> float:
-    """The written width (m) of the face or of the pocket's floor."""
+    """Return the written width (m) of the face or of the pocket's floor."""
     wide = section(figures).face
     return min(wide, figures.pocket[1]) if figures.pocket is not None and figures.recess else wide
 
@@ -140,7 +148,7 @@ def _rings(coils: tuple[Coil, ...], spec_coil: CoilSpec) -> Iterator[Ring]:
 
 
 def _stations(jaw: PlacedJaw) -> Iterator[tuple[str, float]]:
-    """The places of the slices along the jaw (m), in words."""
+    """Yield name and x (m) of the slices along the jaw."""
     x0, x1 = jaw.coils[0], jaw.coils[2]
     if jaw.figures is not None:
         low, high = jaw.middle[0] - jaw.figures.length / 2, jaw.middle[0] + jaw.figures.length / 2
@@ -157,12 +165,12 @@ def _slices(jaw: PlacedJaw) -> Iterator[tuple[str, float, Any]]:
 
 
 def _across(body: Any, y: float, half: float) -> Any:
-    """The part of a mesh (mm) within a distance (m) of the jaw's middle."""
+    """Return the part of a mesh (mm) within a distance (m) of the jaw's middle."""
     return body.trim_by_plane((0.0, 1.0, 0.0), (y - half) * MM).trim_by_plane((0.0, -1.0, 0.0), -(y + half) * MM)
 
 
 def _floor(body: Any, face: float, depth: float) -> Any:
-    """The part of a mesh (mm) within a depth (m) below the written face."""
+    """Return the part of a mesh (mm) within a depth (m) below the written face."""
     return body.trim_by_plane((0.0, 0.0, 1.0), (face - depth) * MM).trim_by_plane(
         (0.0, 0.0, -1.0), -(face + FACE_TOLERANCE) * MM)
 
@@ -175,7 +183,7 @@ def _measured(
 
 
 def _face(jaw: PlacedJaw) -> Measured:
-    """The height (m) of the metal's face above the written one, in the slice in which it is farthest from it."""
+    """Return the height (m) of the metal's face above the written face, in the slice with the largest deviation."""
     heights = []
     for place, x, part in _slices(jaw):
         cut = _across(part, jaw.middle[1], jaw.half_face)
@@ -189,7 +197,7 @@ def _face(jaw: PlacedJaw) -> Measured:
 
 
 def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
-    """The widths, heights and rims (m) of the slices, each by the slice that fits the written figure least."""
+    """Yield the widths, heights and rims (m) of the slices, each from the slice with the worst match."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
         return
@@ -216,7 +224,7 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
 
 
 def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
-    """The greatest width (m) of the face of all slices, a little below it."""
+    """Yield the largest width (m) of the face over all slices, a little below the face."""
     written, widest = _face_width(figures), (0.0, "", 0.0)
     for place, x, part in _slices(jaw):
         half = written / 2 if figures.pocket is not None and figures.recess else figures.width
@@ -232,7 +240,7 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
 
 
 def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
-    """Compare how far (m) the file's jaw and the assumed section reach from the closed pair's axis.
+    """Compare the largest distance (m) from the closed pair's axis of the file's jaw and of the assumed section.
 
     The fit holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
     """
@@ -256,7 +264,7 @@ def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
 
 
 def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measured]:
-    """Compare the ends of the file's face with those of the written length: by how much (m) they are short of it.
+    """Compare the ends of the file's face with the written length, and yield their shortfalls (m).
 
     A tip may be round, and a shank may follow behind the heel.
     """
@@ -272,7 +280,7 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
 
 
 def _metal(body: tuple[float, float, float, float], jaw: PlacedJaw) -> Iterator[Measured]:
-    """The area (m2) of metal under the coils, seen from above, against the written face less its window."""
+    """Yield the area (m2) of metal under the coils from above, against the written face less its window."""
     m3 = require("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:

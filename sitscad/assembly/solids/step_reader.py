@@ -1,6 +1,7 @@
-"""The process that reads a STEP file: ``python -m sitscad.assembly.solids.step_reader IN.step OUT.brep``. Writes the
-file's solids in OpenCASCADE's binary form and one line of JSON, ``{"unit_mm": 1.0}``; ends with 1 and a sentence on
-stderr where there is nothing to write.
+"""The process that reads a STEP file: ``python -m sitscad.assembly.solids.step_reader IN.step OUT.brep``.
+
+It writes the file's solids in OpenCASCADE's binary format and one line of JSON, ``{"unit_mm": 1.0}``. If it has nothing
+to write, it ends with exit code 1 and a sentence on stderr.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ UNITS = {"millimetre": 1.0, "millimeter": 1.0, "centimetre": 10.0, "metre": 1000
 
 
 def main(source: str, target: str) -> int:
-    """Read, count, write; the exit code."""
+    """Read the file, check it and write its shape. Return the exit code."""
     _limit()
     from OCP.BinTools import BinTools
     from OCP.IFSelect import IFSelect_RetDone

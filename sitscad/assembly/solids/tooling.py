@@ -1,25 +1,25 @@
-"""What the sensor is put together with: the mould for the elastomer, the jig, and the mould for the skin.
+"""Tools for the assembly of the sensor: moulds for the elastomer and the skin, the jig, and the board's press.
 
-The elastomer's mould, where it is not bought as sheet and cut: an open tray with cavities of the pad's outline, as deep
-as the pad is thick, their walls leaning outwards by the draft so that the cured pad comes out; a groove round each
-takes what runs over, and a lid drawn across from one side leaves the face flat. Its vents let air out. Each pad has its
-nominal size at half its height.
+The elastomer's mould is for pads that are not cut from sheet. It is an open tray with cavities of the pad's outline, as
+deep as the pad is thick. Their walls lean outwards by the draft, so that the cured pad comes out. A groove round each
+cavity takes the excess. A lid drawn across from one side leaves the face flat, and its vents let air out. Each pad has
+its nominal size at half its height.
 
-The jig, in which board, elastomer and target are aligned while their glue sets. Base: the board lies in a recess of its
-own outline, face flush, over holes to push it out by. Two pins of different size guide what is put on it, so that
-nothing goes on the wrong way round. Elastomer and target each have a frame with a well of their outline; its corners
-are drilled out, for glue and because no printer makes a sharp inner corner. A frame touches neither the pad nor what is
-on it, however thick they come out. A press is a foot of the piece's outline that the well guides, with a peg for
-washers. It rests on the piece by its weight alone and stops nowhere: the glue's own line decides how high the piece is.
+The jig aligns board, elastomer and target while their glue sets. In its base, the board lies in a recess of its own
+outline, face flush, over holes to push it out. Two pins of different size guide the frames, so that no frame goes on in
+a wrong orientation. Elastomer and target each have a frame with a well of their outline. The well's corners are drilled
+out for glue, and because no printer makes a sharp inner corner. A frame never touches the pad or the pieces on it, at
+any thickness within tolerance. A press is a foot of the piece's outline, guided by the well, with a peg for washers. It
+rests on the piece by its weight alone and has no stop: the glue line decides the piece's height.
 
-The board's press, with which the board is glued to its mount: a block a little smaller than the board, so that it goes
-into a pocket and past the films that hold the board there. It stands on the board's rim, over a pocket for the pieces
-whose roof presses them through soft foam, however high each has come out.
+The board's press holds the board on its mount while their glue sets. It is a block a little smaller than the board, so
+that it fits into a pocket and past the films that hold the board there. It stands on the board's rim. A pocket
+surrounds the pieces, and its roof presses them through soft foam at any height of the pieces.
 
-The skin's mould: an open cup in which the film round elastomer and target is cast, the board lying on it. The cup goes
-on the jig's base the one way that its pins allow. It is filled lying open, the air taken out, and the base with the
-finished sensor is put on it face down: what is too much leaves by grooves in the parting face, where no mark is on the
-skin that senses. Its walls lean by the draft; at their upper end the skin is as thick as the spec has it.
+The skin's mould is an open cup that casts the film round elastomer and target, with the board on it. The jig's pins fix
+the cup's orientation on the base. The cup is filled while open, and the air is removed. The base with the finished
+sensor is put on it face down. The excess leaves by grooves in the parting face, so that the sensing skin has no mark.
+The cup's walls lean by the draft. At their upper end the skin has the spec's thickness.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ CAVITIES = 4  # A bad pad of four is a pad to throw away, not an afternoon
 SPILL = 1.3  # What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)
 
 LEAST_MIX = 5e-6
-"""Two liquids of less than this (m3) cannot be weighed out well on a laboratory balance (from memory)."""
+"""Smallest volume (m3) of two liquids that can be weighed well on a laboratory balance (from memory)."""
 
 
 @record
 class Pour:
-    """How much silicone a mould takes: how many pads, the volume (m3) of one, and what is to be mixed for all."""
+    """Silicone for a mould: number of pads, the volume (m3) of a pad, and the volume to be mixed for all."""
 
     pads: int
     pad: float
@@ -77,7 +77,7 @@ class Pour:
 
 
 def pour(spec: SensorSpec) -> Pour | None:
-    """What is mixed for one mould; None without an elastomer."""
+    """Return the silicone to mix for one mould. None without an elastomer."""
     body = elastomer(spec)
     if body is None:
         return None
@@ -87,12 +87,12 @@ def pour(spec: SensorSpec) -> Pour | None:
 
 
 def _cavities(spec: SensorSpec) -> int:
-    """How many pads are cast at a time, or pieces of all pads where webs join them."""
+    """Return the number of pads cast at a time. Pads joined by webs count as one piece."""
     return 1 if joints(spec) else CAVITIES
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
-    """Tray and lid, each lying as it is printed, beside the sensor's place; none without an elastomer."""
+    """Return tray and lid, each as it is printed, beside the sensor's place. Empty without an elastomer."""
     pad = joined(layout.spec) or elastomer(layout.spec)
     if pad is None:
         return ()
@@ -117,8 +117,9 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _pieces(spec: SensorSpec, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
-    """What is cast together about a point, each with its middle: the pad alone, or all pads with their webs, which
-    reach into these.
+    """Yield the pieces cast together about a point, each with its middle.
+
+    They are the pad alone, or all pads with their webs, which reach into the pads.
     """
     if not joints(spec):
         yield pad, centre
@@ -150,7 +151,7 @@ def _plan(pad: Body, cavities: int) -> Path:
 
 
 def _outline(pad: Body, centre: Point, room: float) -> Path:
-    """The pad's outline about a point, so much larger on each side (m)."""
+    """Return the pad's outline about a point, grown by `room` (m) on each side."""
     x, y = (side / 2 + room for side in pad.footprint.size)
     if pad.footprint.is_round:
         return circle(centre, x)
@@ -163,29 +164,29 @@ PINS = (3.0e-3, 2.0e-3)
 PIN_INSET = 3.0e-3
 PIN_HEIGHT = 1.8e-3
 PUSH_HOLES = (2.5e-3, 5.0e-3)
-"""Diameters (m) of the holes under a board whose shorter side is below or above `WIDE_BOARD`."""
+"""Diameters (m) of the push holes under a board whose shorter side is below or above `WIDE_BOARD`."""
 WIDE_BOARD = 12.0e-3
 PUSH_PITCH = 16.0e-3
-"""Largest distance (m) between two holes to push by: a film that holds the board must give way at all of them."""
+"""Largest distance (m) between two push holes: a film that holds the board must yield at all of them."""
 CORNER_RELIEF = 0.5e-3
 ROOM_ROUND_PAD = 1.0e-3
 OVER_PAD = 0.1e-3
-"""Air (m) between a pad of the largest thickness and the frame of the piece on it."""
+"""Air gap (m) between a pad of the largest thickness and the frame of the piece on it."""
 WELL = 2.5e-3
-"""Depth of a well (m) above the highest piece, by which the press is guided; frames are higher than the pins therefore.
-"""
+"""Depth of a well (m) above the highest piece, which guides the press. Frames are therefore higher than the pins."""
 COLLAR = 4.0e-3
 LIFT = 1.0e-3
-"""Air (m) between the frame and the press's collar above what the piece's tolerance takes."""
+"""Air gap (m) between the frame and the press's collar, in addition to the piece's tolerance."""
 PEG = (8.0e-3, 15.0e-3)
 """Diameter and height (m) of the peg: M8 washers have a hole of 8.4 mm (ISO 7093)."""
 
 
 @record
 class JigFrame:
-    """A frame of the jig, by its geometry alone: what is glued in it, the height of its upper face (m) over the board's
-    top face, the level of the piece's upper face once it is glued, and what is cut out of the frame: outlines with the
-    heights between which they are cut (m).
+    """A frame of the jig as geometry.
+
+    Fields are the piece glued in it, the height (m) of its upper face over the board's top face, and the height of the
+    glued piece's upper face. They also are the cutouts: outlines with their lower and upper heights (m).
     """
 
     kind: str
@@ -197,12 +198,12 @@ class JigFrame:
 
     @property
     def collar(self) -> float:
-        """Height (m) of the lower side of the press's collar, of a piece as thick as drawn."""
+        """Height (m) of the lower side of the press's collar, for a piece of nominal thickness."""
         return self.height + LIFT + self.face.spread
 
 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
-    """The frames in the order of gluing; none for a sensor with nothing on its board."""
+    """Return the frames in the order of gluing. Empty for a sensor without pieces on its board."""
     rows = [row for part in ("elastomer", "target") if (row := glued_pieces(layout.spec, part))]
     at, gap, found = levels(on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
@@ -224,7 +225,7 @@ def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
 
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
-    """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
+    """Return the pieces of the jig, standing as in use. Empty for a sensor without pieces on its board."""
     frames = jig_frames(layout)
     if not frames:
         return ()
@@ -247,7 +248,7 @@ BOARD_PRESS = "jig-board-press"
 
 
 def _press(frame: JigFrame) -> Any:
-    """The press of a frame, its foot on the piece: of several alike pieces on the first one."""
+    """Return the press of a frame, its foot on the piece. On the first piece if the frame has several."""
     body, start = frame.pieces[0], frame.collar
     foot = prism(body.outline(), frame.face.nominal, start)
     slope = tapered(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
@@ -258,23 +259,26 @@ def _press(frame: JigFrame) -> Any:
 
 
 FOAM = 5.0e-3
-"""Thickness (m) of the soft foam between pieces and the roof of the board's press."""
+"""Thickness (m) of the soft foam between the pieces and the roof of the board's press."""
 
 FOAM_STRAIN = 0.3
-"""Share of its thickness that the foam is pressed by: soft polyurethane foam presses with some kilopascals there, and
-with little more a tenth of a millimetre further on. From memory, not verified.
+"""Compression of the foam, as a fraction of its thickness.
+
+Soft polyurethane foam then presses with some kilopascals, and with little more a tenth of a millimetre further. From
+memory, not verified.
 """
 
 FOOT_INSET = 0.1e-3
-"""How far (m) the board's press stays inside the board's edge, beside which films stand."""
+"""Distance (m) of the board's press from the board's edge, beside which films stand."""
 
 FOOT_ROOM = (0.2e-3, 0.5e-3)
-"""Least and usual air (m) between the pieces and the feet of the board's press, which is put round them by eye."""
+"""Least and usual air gap (m) between the pieces and the feet of the board's press, which is placed by eye."""
 
 
 def foot_pockets(layout: Layout) -> tuple[Path, ...]:
-    """Outlines of the pockets in the board's press; empty if there are no pieces, or if too little rim is left for its
-    feet.
+    """Return outlines of the pockets in the board's press.
+
+    Empty if there are no pieces, or if the rim is too narrow for the feet.
     """
     pads, (x0, y0, x1, y1) = glued_pieces(layout.spec, "elastomer"), layout.body
     bodies = (*pads, *plates(layout.spec, "target"))
@@ -315,18 +319,18 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
 
 
 def _reach(body: Body, centre: Point) -> float:
-    """Distance (m) of a body's farthest point from a centre."""
+    """Return the distance (m) of a body's farthest point from a centre."""
     away, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
     return away + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
 
 
 def _round_boxes(boxes: Sequence[Box]) -> Box:
-    """The box (m) round some boxes."""
+    """Return the box (m) round several boxes."""
     return (min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes))
 
 
 def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
-    """The press of the board: feet on its rim, pockets over the pieces, a plate with a peg."""
+    """Return the press of the board: feet on its rim, pockets over the pieces, and a plate with a peg."""
     bd, (x0, y0, x1, y1) = require("build123d"), layout.body
     film = layout.spec.encapsulation
     base = film.thickness if film is not None and is_cast(layout) else 0.0
@@ -344,7 +348,7 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
 
 
 def _plate(layout: Layout, wider: float) -> Path:
-    """The disc or the box of the board's body, so much larger on each side (m)."""
+    """Return the disc or the box of the board's body, grown by `wider` (m) on each side."""
     x0, y0, x1, y1 = layout.body
     if has_round_body(layout.spec.fpc.body):
         return circle(Point((x0 + x1) / 2, (y0 + y1) / 2), (x1 - x0) / 2 + wider)
@@ -352,7 +356,7 @@ def _plate(layout: Layout, wider: float) -> Path:
 
 
 def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
-    """Centres (m) of the holes in the base that the board is pushed out by, and their diameter (m)."""
+    """Return the centres (m) of the push holes in the base, and their diameter (m)."""
     x0, y0, x1, y1 = layout.body
     along, across = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
     size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
@@ -363,8 +367,10 @@ def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
 
 
 def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
-    """The walls between wells of neighbours that would be thinner than can be made, which are left out and the wells
-    joined; and how far corners are drilled out (m), so that thin walls stay in one piece with the frame.
+    """Return the walls between neighbouring wells that are too thin to be made, and the radius (m) of drilled corners.
+
+    The walls are left out, which joins the wells. The corners are drilled so that thin walls stay in one piece with the
+    frame.
     """
     wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF
@@ -383,7 +389,7 @@ def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], floa
 
 
 def _base(layout: Layout, plan: Box) -> Any:
-    """The jig's base: a block with the board's outline sunk in, holes to push it out, and pins."""
+    """Return the jig's base: a block with a recess of the board's outline, push holes, and pins."""
     under = board_heights(layout.spec.fpc.stackup)[0]
     body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
@@ -404,7 +410,7 @@ def _base(layout: Layout, plan: Box) -> Any:
 
 
 def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
-    """Where the pins stand, and how thick they are: in two corners, clear of board and tail."""
+    """Return the positions and diameters of the pins: in two corners, clear of board and tail."""
     low = Point(plan[0] + PIN_INSET, plan[1] + PIN_INSET)
     high = Point(plan[2] - PIN_INSET, plan[3] - PIN_INSET)
     return (low, PINS[0]), (high, PINS[1])
@@ -414,11 +420,11 @@ ROOF = 2.5e-3  # Plastic over the highest point of the skin (m)
 SKIN_VENT = (1.0e-3, 0.5e-3)  # Width and depth of the grooves that let air and silicone out (m)
 
 LEAST_OVER_TOLERANCE = 2.0
-"""A skin thinner than so many tolerances of the printed cup would come out with holes in it."""
+"""Smallest thickness of a skin, in tolerances of the printed cup. A thinner skin would have holes."""
 
 
 def skin_mould(layout: Layout) -> Solid | None:
-    """The cup as it is printed, open side up; None without a film, or where the film is too thin to be cast."""
+    """Return the cup as it is printed, open side up. None without a film, or if the film is too thin to be cast."""
     if not is_cast(layout):
         return None
     plan, film = plate_plan(layout, 0.0), layout.spec.encapsulation
@@ -453,7 +459,7 @@ def skin_mould(layout: Layout) -> Solid | None:
 
 
 def is_cast(layout: Layout) -> bool:
-    """Whether the film is cast in a mould: thick enough for the process that prints the cup, no contacts under it."""
+    """Whether the film is cast in a mould: thick enough for the process of the cup, and without contacts under it."""
     film = layout.spec.encapsulation
     if film is None or not above_board(layout.spec):
         return False
@@ -469,7 +475,7 @@ def is_cast(layout: Layout) -> bool:
 
 
 def skin_pour(layout: Layout) -> Pour | None:
-    """How much silicone the skin takes, and what is mixed for it; None where it is not cast."""
+    """Return the silicone of the skin and the volume to mix. None if the skin is not cast."""
     film = layout.spec.encapsulation
     if film is None or not is_cast(layout):
         return None
@@ -483,7 +489,7 @@ def skin_pour(layout: Layout) -> Pour | None:
 
 
 def _area(body: Body, room: float) -> float:
-    """A piece's area from above, so much larger all round (m), its corners rounded by that."""
+    """Return a piece's area from above, grown by `room` (m) all round with corners of this radius."""
     x, y = body.footprint.size
     if body.footprint.is_round:
         return math.pi * (x / 2 + room) ** 2

@@ -1,15 +1,14 @@
-"""The whole assembly as it is glued, closed in its jaws: every film of the board, copper, glue, the tail as it runs.
+"""The whole glued assembly, closed in its jaws: all films of the board, copper, glue, and the tail on its path.
 
-The board film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail. Copper is
-drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside the rings
-is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads, stubs, pads and contacts are too fine to
-be solids: what they take is worked out from the layout, track by track, and `sitscad.assembly.solids.whole` weighs it
-with the film that it lies in. Where a track runs into a pad both are counted, and the plating in the holes is left out:
-a few per cent either way.
+The board is drawn film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail.
+Copper is a ring for each coil on each layer, from the outermost to the innermost track. The adhesive of the coverlay or
+bonding sheet fills the space between and beside the rings. Leads, stubs, pads and contacts are too fine for solids.
+Their volume is computed from the layout, track by track. `weigh` adds it to the film around them. The overlap of a
+track and a pad counts twice, and the plating in the holes is left out: a few per cent in either direction.
 
-Flat pieces of the tail are laid along its way, straight parts moved, bent ones drawn out round the bend's axis. Glue
-lies between every two pieces that lie on each other, as wide as both faces reach; solids are drawn where the pieces
-alone would stand, and lifted here.
+Flat pieces of the tail are laid along its path: straight parts are moved, bent parts are revolved about the bend's
+axis. Glue lies between all touching pieces, over their common area. Solids are drawn at their heights without glue and
+lifted here.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are fille
 
 
 def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
-    """The board's films from the top down, those of its body and, along `path`, those of its tail."""
+    """Return the board's films from the top down, those of its body and, along `path`, those of its tail."""
     found: list[Solid] = []
     upper, number = 0.0, 0
     body = _body_face(layout.body, layout.outline)
@@ -77,12 +76,12 @@ def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
 
 
 def _body_face(body: tuple[float, float, float, float], outline: Path) -> Any:
-    """The board's outline up to the body's end, as a face in the plane z = 0."""
+    """Return the board's outline up to the body's end, as a face in the plane z = 0."""
     return (face(Region(outline)) & face(Region(rectangle(*body)))).faces()[0]
 
 
 def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
-    """The ring that a coil's tracks cover on one of its layers, seen from above."""
+    """Return the ring that a coil's tracks cover on one of its layers, from above."""
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
     outer = _turned(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
@@ -98,7 +97,7 @@ def _turned(path: Path, coil: Coil) -> Path:
 def _of_body(
     layout: Layout, body: Any, layer: StackLayer, index: int, number: int, heights: Heights
 ) -> Iterator[Solid]:
-    """One film of the body; of a copper layer the rings of its coils and what fills the rest."""
+    """Yield one film of the body. For a copper layer: its coils' rings and the fill around them."""
     kind = layer.kind.value
     if layer.kind is not LayerKind.COPPER:
         name, shape = f"board-{index + 1}-{kind}", raised(body, *heights)
@@ -131,7 +130,10 @@ CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
 
 
 def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
-    """Copper (m3) in the films that fill copper layers, by their names; `drawn` rings are solids of their own."""
+    """Return the copper (m3) in the films that fill copper layers, by their names.
+
+    `drawn` rings are separate solids.
+    """
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
     tail = dict(_copper("tail", tail_layers(layout)))
@@ -146,7 +148,7 @@ def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
 
 
 def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
-    """The numbers of the copper layers of a part of the board, and the names of the films that fill them."""
+    """Yield the numbers of the copper layers of a part of the board, and the names of the films that fill them."""
     number = 0
     for index, layer in enumerate(layers):
         if layer.kind is LayerKind.COPPER:
@@ -155,7 +157,7 @@ def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, st
 
 
 def _areas(layout: Layout, number: int, drawn: frozenset[str], names: dict[str, str]) -> Iterator[tuple[float, float]]:
-    """Areas (m2) of copper on a layer that no ring has, each with its place along the board (m)."""
+    """Yield areas (m2) of copper outside the rings on a layer, each with its place along the board (m)."""
     for trace in layout.on_layer(number):
         ring = f"copper-{number}-{names.get(trace.net, '')}"
         if trace.role is not Role.WINDING or ring not in drawn:
@@ -178,8 +180,10 @@ BEYOND = 1e-3
 
 @record(eq=False)
 class FlatPart:
-    """A part of a flat region on one stretch of the tail's way: where that begins, flat (x, m) and laid, and for a
-    straight one its faces (build123d, in the plane z = 0).
+    """A part of a flat region on one stretch of the tail's path.
+
+    Fields are the start of the stretch, flat (x, m) and laid, and the faces of a straight part (build123d, in the plane
+    z = 0).
     """
 
     first: float
@@ -190,15 +194,16 @@ class FlatPart:
 
 @record(eq=False)
 class FlatPlan:
-    """A flat region cut into the stretches of the tail's way, bent between two places across (``width``, m)."""
+    """A flat region cut into the stretches of the tail's path. Bent parts have the y range `width` (m)."""
 
     parts: tuple[FlatPart, ...]
     middle: float
     width: tuple[float, float]
 
     def laid(self, lower: float, upper: float) -> Any:
-        """The region from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in
-        millimetres. Raises `PartsError` where nothing of the region is there, or it falls apart.
+        """Return the region from height `lower` to `upper` (m, of the flat board) along the path.
+
+        The result is one build123d solid in millimetres. Raises `PartsError` if it is empty or in several pieces.
         """
         pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
         if not pieces:
@@ -224,7 +229,7 @@ class FlatPlan:
 
 
 def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
-    """What of a flat region lies beyond the body, cut into the stretches of the tail's way."""
+    """Return the part of a flat region beyond the body, cut into the stretches of the tail's path."""
     x0, y0, x1, y1 = bounding_box((region.outline,))
     whole, here, first, parts = face(region), path.start, path.start.x, []
     for stretch in path.stretches:
@@ -240,7 +245,7 @@ def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
 
 
 def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
-    """The plate under the contacts, where the tail's end has gone."""
+    """Return the plate under the contacts, at the end of the laid tail."""
     plate = stack.stiffener(layout)
     if plate is None:
         return None
@@ -250,7 +255,7 @@ def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
 
 
 def _moved(flat: Any, part: FlatPart, middle: float) -> Any:
-    """A flat piece, its middle at height `middle` (m), moved to its station."""
+    """Return a flat piece moved to its station, with its middle at height `middle` (m)."""
     bd = require("build123d")
     to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
     to_place = bd.Location((part.here.x * MM, 0, part.here.z * MM), (0, -math.degrees(part.here.angle), 0))
@@ -262,11 +267,11 @@ SAME_LEVEL = 1e-6  # mm
 
 
 SOFT_LINES = ("elastomer", "target")
-"""Kinds of pieces with the glue of the pad under them; the others have the glue of hard faces."""
+"""Kinds of pieces with the pad's glue under them. The others have the glue of hard faces."""
 
 
 def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None = None) -> tuple[Solid, ...]:
-    """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0.
+    """Return a solid for each glue line between pieces at their glued heights. Empty for a line of 0.
 
     `hard` is the adhesive of the lines up to the board, the spec's if None.
     """
@@ -294,8 +299,9 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
 
 
 def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
-    """The glue (thickness in mm) under a piece, by the level faces of all: its lower face, at height `low` (mm), as far
-    as what is below reaches; None over nothing.
+    """Return the glue (thickness in mm) under a piece. None if no piece lies below.
+
+    It covers the piece's lower face, at height `low` (mm), clipped to the level faces of the pieces below.
     """
     bd, height = require("build123d"), low - line
     below = [each for name, plate in plates.items() if name != part for each in _at(plate, height)]
@@ -314,18 +320,18 @@ def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> A
 
 
 def _at(faces: list[Any], height: float) -> list[Any]:
-    """The faces in a level plane (mm)."""
+    """Return the faces in a level plane (mm)."""
     return [each for each in faces if abs(each.center().Z - height) < SAME_LEVEL]
 
 
 def _level(shape: Any) -> list[Any]:
-    """A shape's level faces. Level corners tell most others apart, without the kernel's exact and slow boxes."""
+    """Return a shape's level faces. Level corners exclude most other faces without the kernel's exact, slow boxes."""
     corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
     return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
 def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
-    """The solids lifted by the glue lines below them, the board staying where it is."""
+    """Return the solids lifted by the glue lines below them. The board stays in place."""
     bd = require("build123d")
     lifts = _lifts(layout)
     stands = ((s, lifts.get(_kind(s.name))) for s in solids)
@@ -333,13 +339,13 @@ def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
 
 
 def _kind(name: str) -> str:
-    """A piece's name without the number of its cell; a web is of its pads."""
+    """Return a piece's name without the number of its cell. Webs count as pads."""
     kind, _, number = name.rpartition("-")
     return kind.removesuffix("-web") if number.isdecimal() else name
 
 
 def _lifts(layout: Layout) -> dict[str, float]:
-    """How far (m) glue lifts every piece: its lower face in the plane tier, less that of the solids."""
+    """Return the lift (m) of each piece by glue: its lower face with glue, less that of the solids."""
     at, mount = levels(column(layout)), layout.spec.mount
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
@@ -368,13 +374,14 @@ SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on i
 def whole(
     layout: Layout, pieces: tuple[Solid, ...] | None = None, hard_glue: Adhesive | None = None
 ) -> tuple[Solid, ...]:
-    """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
-    ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed; of a finger
-    of metal the end in its cap; metal behind the board.
+    """Return all pieces in their places, from the jaw upwards.
 
-    `pieces` are those of `sitscad.assembly.solids.pieces.assemble` where somebody has them already; `hard_glue` is the
-    adhesive of the lines up to the board, the spec's if None. Heights are those of the glued assembly, z = 0 the
-    board's top face. Raises `PartsError` where a part cannot exist, `MissingExtra` without a CAD kernel.
+    They are jaw, seat, shield, the board's films with a copper ring for each coil on each layer, stiffener, elastomer,
+    target, the glue lines between them, film, and the closed opposing jaw. A metal finger is drawn in its cap. Metal
+    behind the board is included. `pieces` are the result of `sitscad.assembly.solids.pieces.assemble`, if it is already
+    known. `hard_glue` is the adhesive of the lines up to the board, the spec's if None. Heights are those of the glued
+    assembly, z = 0 at the board's top face. Raises `PartsError` if a part cannot exist, `MissingExtra` without a CAD
+    kernel.
     """
     alone = assemble(layout) if pieces is None else pieces
     pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))
@@ -394,9 +401,9 @@ def whole(
 
 @record(eq=False)
 class Solids:
-    """The solids of a board's sensor, each made when it is first asked for, and once (importing a CAD kernel).
+    """The solids of a board's sensor, computed at the first access (which imports a CAD kernel) and cached.
 
-    ``hard_glue`` is the adhesive of the lines up to the board, the spec's if None.
+    `hard_glue` is the adhesive of the lines up to the board, the spec's if None.
     """
 
     layout: Layout
@@ -404,29 +411,32 @@ class Solids:
 
     @cached_property
     def alone(self) -> tuple[Solid, ...]:
-        """Every solid that the spec contains, without glue."""
+        """All solids of the spec, without glue."""
         return assemble(self.layout)
 
     @cached_property
     def whole(self) -> tuple[Solid, ...]:
-        """Every piece of the assembly as it is glued and closed."""
+        """All pieces of the glued and closed assembly."""
         return whole(self.layout, self.alone, self.hard_glue)
 
     @cached_property
     def aids(self) -> tuple[Solid, ...]:
-        """The solids of what the sensor is put together with: jig and moulds."""
+        """Solids of the assembly tools: jig and moulds."""
         return aids(self.layout)
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
-"""What the sensor is put into, and is no part of."""
+"""Roles of the instrument's pieces, which are no parts of the sensor."""
 
 
 @record
 class Weight:
-    """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m); mass and density None where no density
-    is known. ``share`` is how much of the volume is the material: a coil's ring is tracks and gaps. ``copper`` (m3) is
-    what of it is copper in a film of another material, leads and contacts; it is in the mass.
+    """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m).
+
+    Mass and density are None if no density is known.
+
+    `share` is the fraction of the volume that is material: a coil's ring has tracks and gaps. `copper` (m3) is the
+    volume of copper leads and contacts in a film of another material. The mass includes it.
     """
 
     name: str
@@ -443,7 +453,7 @@ class Weight:
 
 @record
 class Balance:
-    """Mass (kg) and centre (m) of several pieces, and the names of those that could not be weighed."""
+    """Mass (kg) and centre (m) of several pieces, and the names of the pieces without a known mass."""
 
     mass: float
     centre: Vector
@@ -451,7 +461,10 @@ class Balance:
 
 
 def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
-    """Every piece of the whole assembly, in its order, without a finger and metal behind, which are drawn in part."""
+    """Return the weight of each piece of the assembly, in its order.
+
+    A finger and metal behind are left out, because they are drawn in part.
+    """
     # Densities (kg/m3) of the spec's silicones, with their sources
     spec = layout.spec
     parts = (spec.elastomer, spec.encapsulation)
@@ -464,7 +477,7 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:
-    """The mass and the centre of all pieces together."""
+    """Return the mass and the centre of all pieces together."""
     known = [(w, w.mass) for w in weights if w.mass is not None]
     mass = math.fsum(m for _, m in known)
     centre = [math.fsum(m * w.centre[axis] for w, m in known) / mass if mass else 0.0 for axis in range(3)]
@@ -473,7 +486,7 @@ def balance(weights: tuple[Weight, ...]) -> Balance:
 
 @cache
 def density(material: str) -> tuple[float, str] | None:
-    """A material's density (kg/m3) and its source; None where the data have none."""
+    """Return a material's density (kg/m3) and its source. None if the data have no density."""
     of = (row for row in rows("densities") if row["material"] == material)
     return next(((float(row["density"]), cited(row)) for row in of), None)
 
@@ -481,7 +494,7 @@ def density(material: str) -> tuple[float, str] | None:
 def _weight(
     coils: tuple[Coil, ...], trace_width: float, solid: Solid, own: dict[str, tuple[float, str]], copper: float
 ) -> Weight:
-    """A solid's mass (kg), `copper` (m3) of it copper, and its centre (m); no mass, and why, without a density."""
+    """Return a solid's mass (kg) with `copper` (m3), and its centre (m). Without a density: no mass, and the reason."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
     share = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     found, of_copper = own.get(solid.material) or density(solid.material), density("copper")
@@ -493,7 +506,7 @@ def _weight(
 
 
 def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> float:
-    """How much of a coil's ring its tracks fill: their length times their width over its area."""
+    """Return the fraction of a coil's ring that its tracks fill: their length times their width over its area."""
     _, number, name = solid.name.split("-", 2)
     coil = next(coil for coil in coils if coil.name == name)
     winding = next(winding for winding in coil.windings if winding.layer == int(number))
