@@ -1,1 +1,1 @@
-"""What presses on a pad, how far it gives, and up to where that is looked at."""
+"""Loads on a pad, its deformation, and the range of loads that is computed."""

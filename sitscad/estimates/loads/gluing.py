@@ -1,6 +1,4 @@
-"""Glue between two faces: how much there is, whether it lies flat before it sets, and what may weigh on a soft pad
-meanwhile.
-"""
+"""Glue between two faces: its amount, its flow before it sets, and the weight that a soft pad can bear meanwhile."""
 
 from __future__ import annotations
 
@@ -23,14 +21,13 @@ from sitscad.spec.sensor import SensorSpec
 STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
 
 PIECE_STRAIN = 0.02
-"""Compression of the pad, in parts of its thickness, while a piece is glued to it. It comes back when the weight goes.
-"""
+"""Compression of the pad, over its thickness, while a piece is glued to it. It recovers when the weight is removed."""
 
 LEAST_MASS = 5e-3
-"""Least mass (kg) of a press with what is on it: a printed press alone weighs about 2 g."""
+"""Least mass (kg) of a press with its load. A printed press alone weighs about 2 g."""
 
 HARD_PRESSURE = 5e3
-"""Pressure (Pa) on a piece without a soft pad below it. From memory: thin liquids need no more."""
+"""Pressure (Pa) on a piece without a soft pad below it. From memory: enough for thin liquids."""
 
 MOST_PRESSURE = 50e3
 """Largest pressure (Pa) of a weight on a board: 5 kg on 10 cm2. An assumption."""
@@ -39,42 +36,44 @@ SPREADING = 1e4
 """Time (s/m2) in which glue is spread by hand: 1 s for each cm2. From memory, not verified."""
 
 PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
-"""Time (s) from where the faces meet until the weight is on: of a piece in a well, its press ready in the other hand,
-and of shield, mount and board, which are pushed against films, gauges or a block first. Assumptions, not verified.
+"""Time (s) from the contact of the faces until the weight is on.
+
+The first is for a piece in a well, its press ready in the other hand. The second is for shield, mount and board, which
+are first pushed against films, gauges or a block. Assumptions, not verified.
 """
 
 FLAT_SHARE = 0.8
-"""Share of the time in which glue flows that it may take to lie flat under a weight chosen for it. An assumption."""
+"""Fraction of the glue's working time in which it lies flat under a weight chosen for it. An assumption."""
 
 
 @record
 class Press:
-    """A dead weight on a piece: its mass (kg, the press with it), and how far it presses the pad (m)."""
+    """Dead weight on a piece: its mass (kg, press included), and the compression of the pad (m)."""
 
     mass: float
     travel: float
 
     @property
     def force(self) -> float:
-        """The weight (N)."""
+        """Weight (N)."""
         return self.mass * STANDARD_GRAVITY
 
 
 def piece_press(spec: SensorSpec, part: str) -> Press:
-    """Weight on a piece of elastomer, or on a target, while the glue sets."""
+    """Return the weight on a piece of elastomer, or on a target, while the glue sets."""
     alone = spec if part == "target" else replace(spec, target=None)
     one = _press(alone, plates(spec, part)[0].footprint.area, PIECE_STRAIN)
     return Press(_rounded(one.mass * _plates_in_one(spec, part)), one.travel)
 
 
 def _plates_in_one(spec: SensorSpec, part: str) -> int:
-    """The number of pads in a piece of elastomer; 1 for targets."""
+    """Return the number of pads in a piece of elastomer; 1 for targets."""
     return len(plates(spec, part)) // len(glued_pieces(spec, part))
 
 
 def _press(spec: SensorSpec, area: float, strain: float) -> Press:
     try:
-        pad = soft_pad(replace(spec, encapsulation=None))  # the film comes later
+        pad = soft_pad(replace(spec, encapsulation=None))  # the film is applied later
     except NoResponse:
         return Press(max(LEAST_MASS, _rounded(HARD_PRESSURE * area / STANDARD_GRAVITY)), 0.0)
     force = float(pad.pressure(np.array([strain]))[0])
@@ -83,7 +82,7 @@ def _press(spec: SensorSpec, area: float, strain: float) -> Press:
 
 
 def pressed_by(spec: SensorSpec, force: float) -> float | None:
-    """How far (m) a force (N) on one whole target, or pad, presses the pad; None if no pad carries it."""
+    """Return the pad's compression (m) by a force (N) on one whole target or pad. None if no pad carries it."""
     try:
         pad = soft_pad(replace(spec, encapsulation=None))
         return pad.thickness * float(pad.strain(np.array([force]))[0])
@@ -92,7 +91,7 @@ def pressed_by(spec: SensorSpec, force: float) -> float | None:
 
 
 def force_for(spec: SensorSpec, travel: float) -> float | None:
-    """The force (N) on one whole target, or pad, that presses the pad by so much (m); None if no pad carries it."""
+    """Return the force (N) on one whole target or pad for a compression (m). None if no pad carries it."""
     try:
         pad = soft_pad(replace(spec, encapsulation=None))
     except NoResponse:
@@ -105,12 +104,15 @@ def _rounded(mass: float) -> float:
 
 
 def glued_plan(spec: SensorSpec, part: str) -> Footprint:
-    """The plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
+    """Return the plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
     return glued_pieces(spec, part)[0].footprint
 
 
 def may_set_first(spec: SensorSpec, part: str) -> bool:
-    """Whether glue may set before a piece lies flat; False is certain, by less than the pad's real stiffness."""
+    """Return whether glue may set before a piece lies flat.
+
+    False is certain, because it is for less than the pad's real stiffness.
+    """
     glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
     if glue is None or glue.open_time is None:
         return False
@@ -120,7 +122,7 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
-    """The area (m2) of the glue under a piece of elastomer, or under a target."""
+    """Return the area (m2) of the glue under a piece of elastomer, or under a target."""
     own, pad = plates(spec, part)[0].footprint, elastomer(spec)
     if part == "elastomer" or pad is None:
         return own.area * _plates_in_one(spec, part)
@@ -129,7 +131,7 @@ def glued_area(spec: SensorSpec, part: str) -> float:
 
 
 def board_plan(layout: Layout) -> tuple[Footprint, float]:
-    """The box round the board's body, or the disc that it is, and its area (m2)."""
+    """Return the box around the board's body, or the disc if it is one, and its area (m2)."""
     x0, y0, x1, y1 = layout.body
     body = layout.spec.fpc.body
     centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
@@ -156,7 +158,7 @@ def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, h
 
 
 def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
-    """Force times time (N s) that presses glue under a plate to a line (m)."""
+    """Return force times time (N s) that presses glue under a plate to a line (m)."""
     assert adhesive.viscosity is not None
     long, short = max(plan.size), min(plan.size)
     torsion = math.pi * (long / 2) ** 4 / 2
@@ -166,7 +168,10 @@ def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
 
 
 def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Adhesive, ...]:
-    """Adhesives by name that lie flat in time at their own lines, and hold on silicone if asked; no tapes."""
+    """Return adhesives by name that lie flat in time at their own lines. Tapes are left out.
+
+    If `on_silicone`, they also hold on silicone.
+    """
     found = (presets.adhesive(name) for name in presets.names("adhesive"))
     return tuple(
         each for each in found if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
@@ -175,8 +180,9 @@ def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Ad
 
 
 def board_force(layout: Layout, glue: Adhesive | None) -> float:
-    """Force (N) that presses the board on its mount until a glue lies flat at the spec's line; infinite if none does
-    before the glue sets.
+    """Return the force (N) that presses the board on its mount until a glue lies flat at the spec's line.
+
+    Infinite if no glue lies flat before it sets.
     """
     (plan, area), line = board_plan(layout), layout.spec.assembly.glue_line
     least = HARD_PRESSURE * area
@@ -187,15 +193,17 @@ def board_force(layout: Layout, glue: Adhesive | None) -> float:
 
 
 def board_press(layout: Layout) -> float:
-    """Mass (kg) of the weight on the board, its press with it, while the board is glued to its mount."""
+    """Return the mass (kg) of the weight on the board, press included, while the board is glued to its mount."""
     force = board_force(layout, hard_adhesive(layout))
     area = board_plan(layout)[1]
     return max(LEAST_MASS, _rounded(min(force, MOST_PRESSURE * area) / STANDARD_GRAVITY))
 
 
 def hard_adhesive(layout: Layout) -> Adhesive | None:
-    """The adhesive of all hard faces, from what carries the sensor up to the board: the spec's, or the first of the
-    table that the board can be laid and pressed with before it sets; else the one that wants the least force.
+    """Return the adhesive of all hard faces, from the sensor's carrier up to the board.
+
+    It is the spec's, or the first in the table with which the board can be laid and pressed before it sets. If there is
+    none, it is the one with the least force.
     """
     glue, most = layout.spec.assembly.adhesive, MOST_PRESSURE * board_plan(layout)[1]
     if glue is None or board_force(layout, glue) <= most:

@@ -1,4 +1,4 @@
-"""From loads to poses of the target and back: the part of the pad that it covers, by the law of `mechanics.pad`."""
+"""Poses of the target from loads and back, for the part of the pad that it covers, by the law of `mechanics.pad`."""
 
 from __future__ import annotations
 
@@ -18,28 +18,29 @@ if TYPE_CHECKING:
     from sitscad.kernels.mechanics.pad import BondedPad
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
-"""Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
+"""Steps (m, rad) of differences: a thousandth of relevant changes, far above rounding."""
 
 
 class NoResponse(ValueError):
-    """The design has nothing that could respond; the text says what it lacks."""
+    """Error for a design that cannot respond. Its text names the missing part."""
 
 
 GIVES_WAY = "the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target held level"
 TOO_SOFT = "the pad gives way sideways under this load even with the target held level: a straight estimate"
-"""What is said of loads that have no equilibrium of their kind."""
+"""Note for loads without an equilibrium."""
 
 
 def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
-    """The part of the pad that the target covers with what is around it, loads acting on the outermost face.
+    """Return the part of the pad under the target with its surroundings. Loads act on the outermost face.
 
-    As in the states: with the pad's rim and the film of an encapsulation, cut out of the pad where its rim differs from
-    side to side. For scatter the shear modulus times a factor. Raises NoResponse where no pad carries the target.
+    As in the states, it has the pad's rim and the film of an encapsulation. It is cut out of the pad if the rim differs
+    from side to side. `modulus` multiplies the shear modulus, for scatter. Raises NoResponse if no pad carries the
+    target.
     """
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
-    from sitscad.kernels.mechanics.pad import BondedPad  # rules ask for its refusals alone
+    from sitscad.kernels.mechanics.pad import BondedPad  # rules need only this module's errors
 
     above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
@@ -49,11 +50,11 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
 def pushed(
     spec: SensorSpec, loads: Array, held: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
-    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N),
-    or (n, 5) with moments about x and y (N m); and what there is to say of each, nothing as a rule.
+    """Return poses (n, 6; m, rad) of the target under loads, and a note for each (usually empty).
 
-    `held` (n,) tells which targets are kept level, against any moment; all of them where it is left out. `modulus` is a
-    factor on the pad's. Raises NoResponse where no pad carries the target, ValueError for a pull.
+    Loads are (n, 3; N): normal, towards the board, and shear along +x and +y. Or (n, 5), with moments about x and y (N
+    m). `held` (n,) is True for targets that are kept level against any moment; all are if it is left out. `modulus`
+    multiplies the pad's modulus. Raises NoResponse if no pad carries the target, and ValueError for a pull.
     """
     pad = soft_pad(spec, modulus)
     loads = np.asarray(loads, dtype=float)
@@ -75,8 +76,10 @@ def pushed(
 
 
 def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
-    """How the pad holds a target that is free to move, under loads (n, 3 or 5; N, N m), against a moment about x and y
-    on its outermost face: (n, 2; N m/rad), by central differences of `BondedPad.pose`. NaN if the pad gives way.
+    """Return the tilt stiffness of the pad about x and y, (n, 2; N m/rad). NaN if the pad buckles.
+
+    It is for a free target under loads (n, 3 or 5; N, N m), against a moment on its outermost face, by central
+    differences of `BondedPad.pose`.
     """
     whole = np.zeros((len(loads), 5))
     whole[:, : np.shape(loads)[1]] = loads
@@ -88,11 +91,10 @@ def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
 
 
 def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array:
-    """One sigma, relative, of `tilt_stiffness` (2; N m/rad) at the pose (6) of its load: (2,). Infinite for strains at
-    which it was not held against finite elements.
+    """Return the relative standard deviation of `tilt_stiffness` (2; N m/rad) at its load's pose (6): (2,).
 
-    A press takes stiffness away, and near the load at which the pad gives way nothing is left of it: the pad's own
-    sigma is of the stiffness against tilts about the near face's middle.
+    It is infinite for strains outside the tests with finite elements. Compression reduces the stiffness, to zero at the
+    load at which the pad buckles. The pad's own sigma is for the stiffness against tilts about the near face's middle.
     """
     own = np.diag(pad.stiffness(pose[None])[0])[3:5]
     strain = -float(pose[2]) / pad.thickness
@@ -101,16 +103,19 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
-"""Strains up to which that stiffness is within so many times the pad's sigma (tests/mechanics/test_pad.py)."""
+"""Strain limits, and the multiple of the pad's sigma that bounds this stiffness up to each
+(tests/mechanics/test_pad.py).
+"""
 
 SMALL_TILT = 3e-3
-"""Moment, over modulus, area and thickness, of those differences: it tilts a pad by some thousandths of a radian."""
+"""Moment of these differences, over modulus, area and thickness.
+
+It tilts a pad by some thousandths of a radian.
+"""
 
 
 def straight(pad: BondedPad, loads: Array) -> Array:
-    """Poses (n, 6) under loads (n, 3 or 5; N, N m) of a target that only goes down and aside: compression, and travel
-    by F / (G A).
-    """
+    """Return linear poses (n, 6) under loads (n, 3 or 5; N, N m), without tilt: compression, and travel F / (G A)."""
     found = np.zeros((len(loads), 6))
     found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
     found[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
@@ -118,9 +123,11 @@ def straight(pad: BondedPad, loads: Array) -> Array:
 
 
 def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
-    """Force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses; None without pad.
+    """Return force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses.
 
-    The moment is about the displaced middle of the near face; NaN where the pad would be shut.
+    None if no pad.
+
+    The moment is about the displaced middle of the near face. NaN if the pad would be fully compressed.
     """
     if spec.elastomer is None or not rests_on_pad(spec):
         return None
@@ -129,8 +136,9 @@ def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
 
 
 def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
-    """Change of what coils read (n, coils) at (n, 6) poses with every number of the pose (per m and rad): (poses,
-    coils, 6).
+    """Return derivatives of readings (n, coils) at (n, 6) poses by each number of the pose (per m and rad).
+
+    Their shape is (poses, coils, 6).
     """
     moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
     found = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
@@ -138,8 +146,9 @@ def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
 
 
 def compliance(pad: BondedPad, poses: Array) -> Array:
-    """Change of the pose (m, rad) with the load (N; normal, shear along x, along y) where the target keeps its turn:
-    (poses, 6, 3), the inverse of the pad's stiffness there; NaN for a pad that is shut.
+    """Return derivatives of the pose (m, rad) by the load (N; normal, shear along x, along y): (poses, 6, 3).
+
+    The target keeps its rotation. It is the inverse of the pad's stiffness at the pose. NaN for a fully compressed pad.
     """
     found = np.zeros((len(poses), 6, 3))
     found[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]

@@ -1,4 +1,4 @@
-"""The pad under the required force: how far it gives way, and by how much that scatters."""
+"""Pad under the required force: its deformation and the scatter of the deformation."""
 
 from __future__ import annotations
 
@@ -21,23 +21,26 @@ MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elas
 FILM, FILM_THICKNESS, GLUE = "encapsulation modulus", "encapsulation thickness", "glue lines"
 TARGET_SIZE = "target size"
 BLOCK = "bonded-block formula"
-"""What scatters the gap; GLUE stands beside the pressed pad, which it makes no softer. PART and BLOCK are no scatter of
-manufacture: by how much the careful strain may be too large, and what the formula of the pad's stiffness is off by."""
+"""Names of causes that scatter the gap.
 
-WHOLE = 0.99  # Share of a pad from which on it counts as loaded all over
-LEAST = 0.05  # Share of its modulus and of its thickness that a pad has at least, however large one sigma is
+GLUE adds to the pressed pad without making it softer. PART and BLOCK are no manufacturing scatter. PART is the possible
+excess of the careful strain, and BLOCK the error of the formula for the pad's stiffness.
+"""
+
+WHOLE = 0.99  # Fraction of a pad from which on all of it counts as loaded
+LEAST = 0.05  # Least factor of a pad's modulus and thickness, however large one sigma is
 
 BESIDE_PAD = "the target stands wholly beside the elastomer, so no force on it presses that"
-"""Why such a design has no state pressed."""
+"""Reason for a missing pressed state."""
 
 SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its two cases
 
 
 @record
 class PressingScatter:
-    """One standard deviation of strain, thickness left (m) and apparent modulus (Pa) of the pressed pad.
+    """Standard deviations of strain, remaining thickness (m) and apparent modulus (Pa) of the pressed pad.
 
-    `cause` is what the strain's owes most to; `shares` are the standard deviations of the strain by cause.
+    `cause` is the largest contribution to the strain's. `shares` are the strain's standard deviations by cause.
     """
 
     strain: float
@@ -48,8 +51,9 @@ class PressingScatter:
 
 
 def rests_on_pad(spec: SensorSpec) -> bool:
-    """Whether a force on the target, or on the pad where there is none, presses the pad: not where the target stands
-    wholly beside it.
+    """Return whether a force on the target, or on the pad without a target, presses the pad.
+
+    It does not if the target stands wholly beside the pad.
     """
     pad, over = elastomer(spec), target(spec)
     return pad is not None and (
@@ -58,7 +62,7 @@ def rests_on_pad(spec: SensorSpec) -> bool:
 
 @lru_cache(maxsize=256)
 def _shares(one: Footprint, other: Footprint) -> bool:
-    """Whether they cover something together."""
+    """Return whether both footprints overlap."""
     return one.common(other) is not None
 
 
@@ -66,10 +70,10 @@ def pressed(
     spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
     thicker_film: float = 0.0, load: float = 1.0,
 ) -> Compression:
-    """The pad under the required normal force, carried by the target where there is one, with what is around that.
+    """Return the pad under the required normal force, with its surroundings. A target, if any, carries the force.
 
-    `load` is the part of that force that acts. For scatter: the shear modulus times a factor, the pad thicker and wider
-    by so much (m), the film's modulus times a factor, and the film thicker by so much (m).
+    `load` is the acting fraction of this force. The other arguments are for scatter: `modulus` and `film` multiply the
+    moduli of pad and film, `thicker`, `wider` and `thicker_film` (m) enlarge them.
     """
     pad = spec.elastomer
     assert pad is not None
@@ -88,8 +92,9 @@ def pressed(
 def surround(
     spec: SensorSpec, wider: float = 0.0, film: float = 1.0, thicker_film: float = 0.0
 ) -> Surround | None:
-    """What is around the part of the pad that the target loads: the pad's rim and the encapsulation's film. None where
-    the pad reaches beyond the target by more on one side than on another.
+    """Return the surroundings of the loaded part of the pad: the pad's rim and the encapsulation's film.
+
+    None if the pad reaches beyond the target by more on one side than on another.
     """
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
@@ -111,7 +116,7 @@ def surround(
 
 
 def joined(spec: SensorSpec) -> Webs:
-    """The webs of a pad; for several cells those of a mean pad."""
+    """Return the webs of a pad. For several cells they are those of a mean pad."""
     if spec.elastomer is None:
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
@@ -121,8 +126,9 @@ def joined(spec: SensorSpec) -> Webs:
 
 
 def formula_sigma(spec: SensorSpec) -> float:
-    """One sigma, relative, of the loaded pad's stiffness by the law. For several cells it is that of their mean pad,
-    with the difference between pads that have more and fewer webs.
+    """Return the relative standard deviation of the loaded pad's stiffness by the law.
+
+    For several cells it is that of their mean pad, with the difference between pads that have more and fewer webs.
     """
     pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None
@@ -132,18 +138,17 @@ def formula_sigma(spec: SensorSpec) -> float:
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
-    """Factor, by cell, by which webs make its pad stiffer against a press."""
+    """Return the factor, by cell, by which webs make its pad stiffer against compression."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
     return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
-    """The part of the pad that the target loads, all of it without one, the pad being wider by so much (m); and how far
-    (m) that part's middle lies from the target's.
+    """Return the part of the pad that the target loads, and the distance (m) of its middle from the target's.
 
-    What pad and target cover together keeps its area; of its widths, along the target's sides or the pad's, those are
-    taken that it fills best.
+    Without a target it is the whole pad. The pad is wider by `wider` (m). The area that pad and target share is kept.
+    Its widths are along the target's sides or the pad's, whichever box it fills best.
     """
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
@@ -153,7 +158,7 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
 
 @lru_cache(maxsize=256)
 def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
-    """`loaded_face` of pad and target as they lie: every state and every cause of scatter asks for the same few."""
+    """Return `loaded_face` for footprints of pad and target, cached because all states and causes need the same few."""
     whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
         return whole, 0.0
@@ -162,7 +167,7 @@ def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face,
     if shared is None:
         return whole.grown(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
     area, beside, faces = enclosed_area(shared), centroid(shared).distance(over.centre), []
-    for turn in dict.fromkeys((over.rotation, 0.0)):  # as round as what is shared fills its bounding box
+    for turn in dict.fromkeys((over.rotation, 0.0)):  # the shared area is as round as it fills its bounding box
         x0, y0, x1, y1 = bounding_box([shared.rotated(-turn)])
         filled = area / ((x1 - x0) * (y1 - y0))
         face = Face(x1 - x0, y1 - y0, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
@@ -174,8 +179,9 @@ def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face,
 def pressed_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """The pad under a part of the required force one sigma to either side, by cause; of PART from the stated strain to
-    two sigma less.
+    """Return the pad under a fraction of the required force, one sigma to either side, by cause.
+
+    PART goes from the stated strain to two sigma less.
     """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
@@ -206,7 +212,8 @@ def pressed_cases(
 def straight_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """`pressed_cases` roughly, from the pad as it is pressed, by straight lines through it: of modulus and thickness.
+    """Return linearised `pressed_cases`, by modulus and thickness, about the pressed pad.
+
     The formula's error acts as the modulus does.
     """
     assert spec.elastomer is not None
@@ -214,7 +221,7 @@ def straight_cases(
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
 
     def straight(one: Compression, part: float) -> tuple[Compression, Compression]:
-        """Part of the way from what is stated to one case, and as far to the other side."""
+        """Return the case at a fraction of the way from the stated pad, and its mirror image."""
         ways = {name: part * (getattr(one, name) - getattr(stated, name))
                 for name in ("strain", "gap", "apparent_modulus")}
         less, more = ({name: getattr(stated, name) + side * way for name, way in ways.items()} for side in (1, -1))
@@ -229,7 +236,7 @@ def straight_cases(
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
-    """The scatter of a pressed pad with these cases, which are independent of each other."""
+    """Return the scatter of a pressed pad with these independent cases."""
     strain, gap, modulus = (
         {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}
         for name in ("strain", "gap", "apparent_modulus")
@@ -239,8 +246,9 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
 
 
 def _of_part(stated: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
-    """Where there is a doubt, also a pad that gives way by two sigma of it less; the modulus remains that of the loaded
-    part alone.
+    """Return the stated pad and, if it has a doubt, a pad with two sigma less strain.
+
+    The modulus remains that of the loaded part alone.
     """
     if not stated.doubt > 0.0:
         return {}

@@ -1,4 +1,4 @@
-"""The loads that a design is looked at for: what is required of it, and how far its pad goes."""
+"""Range of computed loads of a design: its required loads and the limits of its pad."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
-DIRECTIONS = 16  # Directions of the full shear at the edge of a range in which both shears are told apart
-USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is required
+DIRECTIONS = 16  # Directions of the full shear at the edge of a range with both shears
+USUAL_STRAIN = 0.2  # Strain of the pad at full scale without a required normal force
 
 OTHER_JAW = (
     "the map is of open jaws: closed, the other jaw's metal takes inductance from what the target leaves open of the "
     "coils, and that is read as force (SIT221; in newtons in the data sheet's rows of the other jaw's metal); tare "
     "with the jaws as near as in use, or see what force is read when it comes as near and touches nothing"
 )
-"""What is said of every sensor in a jaw."""
+"""Note for every sensor in a jaw."""
 
 
 @record
 class WorkingRange:
-    """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
-    any direction: of two shears together their root of the sum of squares; and `moments` (N m) about x and y, 0 of
-    those that are not told. Two of these sideways axes share one limit in parts of their full scales. `notes` say where
-    that is less than what is required.
+    """Loads (N): normal force up to `normal`, and shear along the measured `axes` up to `shear` in any direction.
+
+    Two shears together are limited by their root sum of squares. `moments` (N m) are about x and y, and 0 if not
+    measured. Two of these sideways axes share one limit in fractions of their full scales. `notes` report limits below
+    the requirements.
     """
 
     axes: tuple[str, ...]
@@ -48,12 +49,12 @@ class WorkingRange:
 
     @property
     def has_moments(self) -> bool:
-        """Whether moments are told. Targets are free to tilt then, and else kept level."""
+        """Whether moments are measured. Targets are then free to tilt, and otherwise kept level."""
         return any(self.moments)
 
     @property
     def width(self) -> int:
-        """The numbers of a load: three forces, and the moments where some are told."""
+        """Number of components of a load: three forces, and the moments if any are measured."""
         return len(AXES) if self.has_moments else len(FORCES)
 
     @property
@@ -63,47 +64,49 @@ class WorkingRange:
 
     @property
     def limits(self) -> dict[str, float]:
-        """The largest load (N, N m) of every axis of a load, told apart or not."""
+        """Largest load (N, N m) of every axis of a load, measured or not."""
         return dict(zip(AXES, (self.normal, self.shear, self.shear, *self.moments), strict=True))
 
     @property
     def full_scales(self) -> Array:
-        """The largest load (N, N m) on every axis that is told apart."""
+        """Largest load (N, N m) on every measured axis."""
         return np.array([self.limits[name] for name in self.axes])
 
     def pressed(self, normal: float) -> Array:
-        """The load (3 or 5) of a normal force (N) alone."""
+        """Return the load (3 or 5) of a normal force (N) alone."""
         found = np.zeros(self.width)
         found[0] = normal
         return found
 
     @property
     def columns(self) -> list[int]:
-        """Where the axes stand in a load."""
+        """Indices of the measured axes in a load."""
         return [AXES.index(name) for name in self.axes]
 
     @property
     def lowest(self) -> Array:
-        """Where the axes begin, in full scales."""
+        """Lower ends of the axes, in full scales."""
         return np.array([0.0 if name == "normal" else -1.0 for name in self.axes])
 
     def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
-        """Loads (n, 3 or 5; N, N m) at places (n, axes) in full scales."""
+        """Return loads (n, 3 or 5; N, N m) at places (n, axes) in full scales."""
         found = np.zeros((len(places), self.width))
         found[:, self.columns] = np.asarray(places) * self.full_scales
         return found
 
     @property
     def corners(self) -> Array:
-        """The loads at its corners, (n, 3 or 5)."""
+        """Loads at the corners of the range, (n, 3 or 5)."""
         ends = [(0.0, self.normal), *((-self.limits[name], 0.0, self.limits[name]) if name in self.axes else (0.0,)
                                       for name in AXES[1 : self.width])]
         return np.array(list(product(*ends)))
 
     @property
     def rim(self) -> Array:
-        """The loads at its edge, (n, 3 or 5): the full shear in `DIRECTIONS`, or both ways where one is told, with the
-        full normal force and without; and that force alone. Moments as shears.
+        """Loads at the edge of the range, (n, 3 or 5).
+
+        They are the full shear in `DIRECTIONS`, or in both directions if one shear is measured, with and without the
+        full normal force. The full normal force alone follows. Moments are treated as shears.
         """
         shears = [k for k in self.columns if k]
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
@@ -115,7 +118,7 @@ class WorkingRange:
         return np.vstack([found.reshape(-1, self.width), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
-        """Loads (count, 3 or 5) that fill it evenly, always the same."""
+        """Return loads (count, 3 or 5) that fill the range evenly. They are deterministic."""
         part = spread(count, 3, skip)
         found = np.zeros((count, self.width))
         found[:, 0] = self.normal * part[:, 0]
@@ -130,9 +133,11 @@ class WorkingRange:
 
 
 def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
-    """The required forces; where there are none, the one that presses the pad by 20 %, and the shear at slip on tissue,
-    as far as half the pad's thickness, up to where its law was held against finite elements. Raises NoResponse without
-    a pad, and for moments that nothing can be computed for.
+    """Return the required forces, or default forces up to the tested range of the pad's law.
+
+    The defaults are a normal force that compresses the pad by 20 %, and the shear at slip on tissue, up to half the
+    pad's thickness of travel. Limits come from tests with finite elements. Raises NoResponse without a pad, and for
+    moments that cannot be computed.
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
@@ -149,11 +154,12 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
 
 
 def working_range(spec: SensorSpec) -> WorkingRange:
-    """The loads for which a sensor is calibrated: those required, shear as far as the pad's thickness, two shears
-    together within one limit. Raises NoResponse without a pad.
+    """Return the calibrated range of loads: the required loads, shear up to the pad's thickness of travel.
+
+    Two shears together share one limit. Raises NoResponse without a pad.
     """
     found, notes = required_range(spec), []
-    most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear half pressed
+    most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
     shear, held = found.shear, held_shear(spec)
     if any(name in found.axes for name in FORCES[1:]) and shear > held:
         notes.append(beyond_held_shear(held))
@@ -173,7 +179,7 @@ def working_range(spec: SensorSpec) -> WorkingRange:
 
 
 def shared_shear_limit(shear: float) -> str:
-    """What is said of two shears that share one limit (N)."""
+    """Return the note on two shears that share one limit (N)."""
     return (
         f"the calibration's map is made for shear up to {shear:.3g} N in any direction: along x and y together, the "
         f"root of the sum of their squares stays within that ({shear / math.sqrt(2.0):.3g} N of each); beyond, all "
@@ -183,8 +189,10 @@ def shared_shear_limit(shear: float) -> str:
 
 @lru_cache(maxsize=64)
 def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
-    """The shear force (N) under which a level target travels by so many of its pad's thicknesses, along x or y and with
-    each of the `presses` (full normal forces), whichever is least; or under which the pad gives way.
+    """Return the shear force (N) under which a level target travels by `travel` pad thicknesses.
+
+    It is the least along x or y and with each of the `presses` (full normal forces), or the force at which the pad
+    buckles.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     starts = [(along, share * normal) for along in (0, 1) for share in presses]
@@ -192,7 +200,7 @@ def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0,
 
 
 def _sheared(pad: BondedPad, along: int, normal: float, travel: float) -> float:
-    # By the law itself: film, rim, exponent and the press make it stiffer or softer than G A over the thickness.
+    # By the law itself: film, rim, exponent and compression change the stiffness from G A over the thickness.
     loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
     loads[:, 0] = normal
     for _ in range(DOUBLED):
@@ -201,22 +209,23 @@ def _sheared(pad: BondedPad, along: int, normal: float, travel: float) -> float:
         if not reached[-1] < travel:
             break
         most *= 2.0
-    held = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first on that is lost
+    held = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first one without equilibrium
     return float(np.interp(travel, reached[:held], loads[:held, 1 + along])) if held else 0.0
 
 
 LOADS, DOUBLED = 25, 8
-"""Shear forces that are looked at, first up to G A, and how often twice as far where the pad does not go far enough."""
+"""Number of shear forces in the search, first up to G A, and largest number of doublings of this range."""
 
 
 def held_shear(spec: SensorSpec) -> float:
-    """The shear force (N) up to which the pad's law was held against finite elements."""
+    """Return the shear force (N) up to which the pad's law was tested with finite elements."""
     return shear_at(spec, HELD_SHEAR)
 
 
 def read_shear(spec: SensorSpec) -> float:
-    """`held_shear` (N) at a tenth of its cost: read off the forces on a level target that stands so far aside, at some
-    heights.
+    """Return `held_shear` (N) at a tenth of its cost.
+
+    It is read from the forces on a level target at this travel, at some heights.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     poses = np.zeros((2, len(DEPTHS), 6))
@@ -227,12 +236,13 @@ def read_shear(spec: SensorSpec) -> float:
                for along in (0, 1) for pressed in (0.0, normal))
 
 
-DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad at which those forces are looked at
+DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad for these forces
 
 
 def beyond_held_shear(held: float) -> str:
-    """What is said, in every paper alike, where shear goes beyond the force (N) that `held_shear` gives; none is
-    held where the pressed pad gives way by itself.
+    """Return the note for shear beyond the force (N) of `held_shear`, for all documents.
+
+    The force is 0 if the pressed pad buckles by itself.
     """
     if not held:
         return (
@@ -245,19 +255,21 @@ def beyond_held_shear(held: float) -> str:
 
 
 def full_normal(spec: SensorSpec) -> float:
-    """The normal force (N) that is required, else the one that presses the pad by `USUAL_STRAIN`."""
+    """Return the required normal force (N), or the force that compresses the pad by `USUAL_STRAIN`."""
     return spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
 
 
 def normal_at(spec: SensorSpec, strain: float) -> float:
-    """The normal force (N) that presses the pad by a strain."""
+    """Return the normal force (N) that compresses the pad by a strain."""
     pad = soft_pad(spec)
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 
 def moment_at(spec: SensorSpec, tilt: float) -> dict[str, float]:
-    """Moments (N m) by the axis, with the full normal force or without whichever is less, that tilt a free target by an
-    angle (rad), up to which the pad's law was held against finite elements (`HELD_TILT`).
+    """Return moments (N m) by axis that tilt a free target by an angle (rad).
+
+    They are the smaller of those with and without the full normal force. The pad's law was tested up to `HELD_TILT`
+    with finite elements.
     """
     pad, found = soft_pad(spec), {}
     for k, name in enumerate(MOMENTS):
@@ -271,15 +283,16 @@ def moment_at(spec: SensorSpec, tilt: float) -> dict[str, float]:
 
 
 FARTHER = 3.0
-"""Times the moment by which a target tilts at rest that are looked at: a pressed pad holds more."""
+"""Largest moment in the search, over the moment that tilts the target at rest: a compressed pad holds more."""
 
 INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
-"""The moment that moves the readings of an array as a shear does: coils on one side more, on the other side less."""
+"""Moment with the same pattern of readings as a shear: coils on one side read more, on the other side less."""
 
 
 def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
-    """The axes of load that are computed: those that the coils of one target tell apart, a moment that is asked for in
-    place of the shear that reads as it does.
+    """Return the measured axes of load: those that the coils of one target can distinguish.
+
+    A required moment replaces the shear with the same pattern of readings.
     """
     asked = {name for name in MOMENTS if getattr(spec.requirements, name) is not None}
     told = axes_told_apart(cell_placements(spec)[0])
@@ -288,8 +301,9 @@ def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
 
 
 def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
-    """The axes that the coils of an array can tell apart: one coil the normal force alone, coils in a line also shear
-    along it, others all three.
+    """Return the axes that the coils of an array can distinguish.
+
+    One coil has the normal force alone. Coils in a line also have shear along the line. Others have all three.
     """
     places = np.array([place.centre for place in placements])
     away = places - places.mean(axis=0)

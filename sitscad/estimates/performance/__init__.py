@@ -1,1 +1,1 @@
-"""What the sensor feels, in newtons: range, resolution, crosstalk, and every error by its cause."""
+"""Sensing performance in newtons: range, resolution, crosstalk, and every error by its cause."""

@@ -1,4 +1,4 @@
-"""A design on the bench: loads or poses go in, the coils' readings since the tare come out."""
+"""Load model of a design: readings since the tare, for loads or poses of the target."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class Bench:
-    """A design and the loads that are required of it (`required_range`), its metals at the required temperature and its
-    target held level. `frequencies` gives those (Hz) of the coils, (n, coils), at (n, 6) poses, of turns the first
-    order at least; `turned` gives all orders.
+    """A design with its required loads (`required_range`), and with its metals at the required temperature.
+
+    The target is kept level if no moments are measured. `frequencies` returns the coils' frequencies (Hz; n, coils) at
+    (n, 6) poses, at least to first order in rotations. `turned` has all orders.
     """
 
     spec: SensorSpec
@@ -33,23 +34,24 @@ class Bench:
 
     @property
     def full(self) -> Mapping[str, float]:
-        """Full scales (N, N m) of all axes, told apart or not; 0 of moments that are not."""
+        """Full scales (N, N m) of all axes, measured or not. Moments that are not measured have 0."""
         return self.range.limits
 
     @cached_property
     def pad(self) -> BondedPad:
-        """The part of the pad under the target."""
+        """Part of the pad under the target."""
         return soft_pad(self.spec)
 
     @cached_property
     def overload(self) -> float:
-        """Normal force (N) at which the pad is pressed as far as its law is trusted."""
+        """Normal force (N) at which the pad reaches the largest strain at which its law is trusted."""
         return normal_at(self.spec, VALID_STRAIN)
 
     @cached_property
     def gives_way(self) -> float | None:
-        """The normal force (N), below `overload`, at which the pad gives way sideways under a target that is free to
-        tilt: a level one is borne farther. None where it does not.
+        """Normal force (N), below `overload`, at which the pad buckles sideways under a target that is free to tilt.
+
+        A level target can carry more. None if the pad does not buckle.
         """
         least, most = 0.0, self.overload
         for _ in range(NARROWED):
@@ -64,14 +66,15 @@ class Bench:
 
     @cached_property
     def farthest(self) -> Mapping[str, float]:
-        """The largest load (N, N m) of every axis by the pad's strain, shear and tilt."""
+        """Largest load (N, N m) of every axis by the pad's strain, shear and tilt."""
         shear = shear_at(self.spec, VALID_SHEAR)
         found = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         return found | moment_at(self.spec, HELD_TILT) if self.range.has_moments else found
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
-        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another, or of one that is free to tilt
-        under (n, 5); a straight estimate where it gives way.
+        """Return poses (n, 6) under loads, on this pad or another. A linear estimate if the pad buckles.
+
+        Under (n, 3) loads the target is level; under (n, 5) loads it is free to tilt.
         """
         pad = pad or self.pad
         found = pad.pose(loads, is_held=not self.range.has_moments)
@@ -80,12 +83,13 @@ class Bench:
         return found
 
     def is_held(self, loads: Array) -> Flags:
-        """Whether the pad holds the target under each of (n, 3 or 5) loads: it gives way sideways under the others."""
+        """Whether the pad holds the target under each of (n, 3 or 5) loads. Under the others it buckles sideways."""
         return ~np.isnan(self.pad.pose(loads, is_held=not self.range.has_moments)[:, 0])
 
     def compliance(self, loads: Array, poses: Array) -> Array:
-        """Change of the pose (m, rad) with each axis of load told apart (per N, N m) at loads (n, 3 or 5) and their
-        `poses`: (n, 6, axes). A level target keeps its turn; a free one tilts.
+        """Return derivatives of the pose (m, rad) by each measured axis of load (per N, N m): (n, 6, axes).
+
+        They are at loads (n, 3 or 5) and their `poses`. A level target keeps its rotation; a free target tilts.
         """
         if not self.range.has_moments:
             return compliance(self.pad, poses)[:, :, self.range.columns]
@@ -93,7 +97,7 @@ class Bench:
         for column, size in zip(self.range.columns, self.range.full_scales, strict=True):
             step = np.zeros(self.range.width)
             step[column] = STEP * size
-            # a normal force at rest is put on alone: pads are not pulled
+            # at rest a normal force is only added, because pads are not pulled
             back = step * (loads[:, column] >= step[column])[:, None] if column == 0 else step
             moved = self.pad.pose(loads + step) - self.pad.pose(loads - back)
             found.append(moved / (step + np.broadcast_to(back, loads.shape))[:, column, None])
@@ -105,23 +109,26 @@ class Bench:
         return np.asarray(self.frequencies(np.zeros((1, 6)))[0])
 
     def readings(self, poses: Array) -> Array:
-        """Ln of the frequency over that at rest, (n, coils)."""
+        """Return ln of the frequency over the frequency at rest, (n, coils)."""
         return np.asarray(np.log(self.frequencies(poses) / self.rest))
 
     def slopes(self, poses: Array) -> Array:
-        """Change of the readings with the six numbers of every pose (per m and rad): (poses, coils, 6)."""
+        """Return derivatives of the readings by the six numbers of every pose (per m and rad): (poses, coils, 6)."""
         return slopes(self.readings, poses)
 
     @cached_property
     def noise(self) -> Array:
-        """One sigma of every coil's reading at the scan rate."""
+        """Standard deviation of every coil's reading at the scan rate."""
         conversion = self.estimates.readout.conversion
         assert conversion is not None
         return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
 
 
 STEP = 1e-3
-"""Step of a load, in full scales, for how the pose changes with it: far above what is left of a pose's search."""
+"""Step of a load, in full scales, for derivatives of the pose: far above the residual of a pose's solution."""
 
 SEARCHED, NARROWED = 33, 3
-"""Forces that are looked at between two for the one at which a pad gives way, and how often: to 3e-5 of overload."""
+"""Number of forces in each interval of the search for the buckling force, and number of searches.
+
+The result is within 3e-5 of overload.
+"""

@@ -1,10 +1,9 @@
-"""Errors in newtons by their cause: what the curved map makes of units that are each off by one cause of `scatter`, and
-what the straight map at a working point makes of every disturbance.
+"""Errors in newtons by their cause, from the nonlinear map for units and from the linear map for disturbances.
 
-Units here are the quick way, by loads and causes, for checks and working points. What data sheets state of units is
-simulated: `calibration.map_fit.error_on_others` draws all causes at once, what the pad's law and the model are off by
-among them. Over one range of loads the root of the sum of squares here is within a quarter of
-that (tests/estimates/test_scatter.py).
+Each unit has an error of one cause in `scatter`. These units are the quick method, by loads and causes, for checks and
+working points. Data sheets state simulated units: `calibration.map_fit.error_on_others` draws all causes at once,
+errors of the pad's law and of the model among them. Over one range of loads, the root sum of squares here is within a
+quarter of that (tests/estimates/test_scatter.py).
 """
 
 from __future__ import annotations
@@ -44,16 +43,18 @@ from sitscad.kernels.mechanics.motion import rotations
 from sitscad.spec.sensor import Requirements
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}
-"""Which number of the pose at rest a cause moves."""
+"""Number in the pose at rest that a cause moves, by the cause's name."""
 
 CANCEL = (CAPACITOR, CLOCK)
-"""Causes that leave the ratio of a frequency to its tare as it was (tests/estimates/test_performance.py)."""
+"""Causes that do not change the ratio of a frequency to its tare (tests/estimates/test_performance.py)."""
 
 
 @record(eq=False)
 class Units:
-    """Errors (N) of one unit a cause that is off by one sigma, (loads, axes) by cause: as the design's map reads it
-    after its own tare, and after gains and cross gains were fitted at those `loads` (3; N), too.
+    """Errors (N; loads, axes) by cause, for units with an error of one sigma of a single cause.
+
+    `before` is by the design's map after the unit's own tare. `after` is also after a fit of gains and cross gains at
+    the `loads` (3; N).
     """
 
     loads: Array
@@ -61,13 +62,13 @@ class Units:
     after: Mapping[str, Array]
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
-        """One sigma (N) of all causes together at a share of full normal force (N), of every axis."""
+        """Return one sigma (N) of all causes together on every axis, at a fraction of full normal force (N)."""
         found = self.after if is_calibrated else self.before
         each = [self._near(error, share, normal) for error in found.values()]
         return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
 
     def by_modulus(self, share: float, normal: float) -> Array:
-        """The part of the pad's modulus in what `at` gives before a calibration (N), of every axis."""
+        """Return the contribution of the pad's modulus to `at` before a calibration (N), on every axis."""
         return self._near(self.before[MODULUS], share, normal)
 
     def _near(self, error: Array, share: float, normal: float) -> Array:
@@ -77,16 +78,16 @@ class Units:
 
 
 def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
-    """One unit for every cause of manufacture that moves what is read after a tare; clocks cancel in it."""
+    """Return a unit for each manufacturing cause that moves readings after a tare. Clocks cancel."""
     bench = working.bench
-    # nothing, half and full on the normal axis, to both sides on the others
+    # zero, half and full load on the normal axis, both signs on the others
     lines = [(0.0, 0.5, 1.0) if name == "normal" else (-1.0, 1.0) for name in bench.range.axes]
     loads = bench.range.loads(list(product(*lines)))
     true = loads[:, bench.range.columns]
     scaled = true / bench.range.full_scales
 
     def calibrated(error: Array) -> Array:
-        """What is left once the straight part of the errors is taken away."""
+        """Return the errors without their linear part."""
         return np.asarray(error - scaled @ np.linalg.lstsq(scaled, error, rcond=None)[0])
 
     before: dict[str, Array] = {}
@@ -100,24 +101,26 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
 
 
 def root_sum_of_mean_squares(ways: Sequence[Sequence[Array]]) -> Array:
-    """One sigma of what differs independently (outer), each one way or the other (inner)."""
+    """Return the standard deviation of independent causes (outer), each with alternative signs (inner)."""
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in ways)))
 
 
 def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:
-    """What units read that are off by one sigma of a cause: one, or one for every coil that has it to itself; each one
-    way, or both where they are far from alike.
+    """Return readings of units with an error of one sigma of a cause.
+
+    There is one unit, or one for every coil if each coil has the cause by itself. Each has one sign, or both if their
+    effects differ much.
     """
     if cause.name in CANCEL:
         return []
-    if cause.per == COIL:  # a winding that is larger by a share changes by that much less of itself
+    if cause.per == COIL:  # a relative excess of inductance reduces the relative change by as much
         nominal = bench.readings(bench.poses(loads))
         return [[nominal * (1.0 - cause.sigma * one)] for one in np.eye(nominal.shape[1])]
-    if cause.name == MODULUS:  # a third softer moves the target much farther than a third stiffer
+    if cause.name == MODULUS:  # a third softer moves the target much more than a third stiffer
         pads = [replace(bench.pad, shear_modulus=bench.pad.shear_modulus * math.exp(way * cause.sigma))
                 for way in (1.0, -1.0)]
         return [[bench.readings(bench.poses(loads, each)) for each in pads]]
-    if cause.name in (*BEHIND, TARGET):  # metal changes a target's effect as it does from rest to pressed
+    if cause.name in (*BEHIND, TARGET):  # metal scales the target's effect as from rest to pressed
         nominal = bench.readings(bench.poses(loads))
         return [[nominal * (1.0 + np.array([signal_share(coil, cause.name) for coil in bench.estimates.coils]))]]
     moved, pad = np.zeros(6), bench.pad
@@ -133,48 +136,52 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
     return [[np.log(found[1:] / found[0])]]
 
 
-WARMER = 10.0  # Kelvin by which the sensor is warmed to see what copper and other metal do
+WARMER = 10.0  # Warming (K) for the effect of copper and other metal
 
 
 def farthest(needs: Requirements) -> float:
-    """The temperature (degrees Celsius) of the required range that is farthest from the tare's; that after `WARMER`
-    where none is required.
+    """Return the temperature (degrees Celsius) of the required range that is farthest from the tare's.
+
+    Without a range it is the temperature after `WARMER`.
     """
     ends = needs.temperature_range or (needs.temperature + WARMER,)
     return max(ends, key=lambda end: abs(end - needs.temperature))
 
 
 def warming(needs: Requirements) -> float:
-    """By how many kelvin the sensor is warmed or cooled after the tare, in the budget of errors and in checks."""
+    """Return the temperature change (K) after the tare, for the error budget and for checks."""
     return abs(farthest(needs) - needs.temperature)
 
 
 TARED_DRIFT = "drift with a tare before each grasp"
-"""Name of the drift with temperature that such a tare leaves."""
+"""Name of the remaining temperature drift with a tare before each grasp."""
 
 FLAT = 3.0
-"""Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
+"""Thickness expansion of a flat bonded pad over its linear expansion: it cannot grow sideways, so its volume grows
+upwards.
+"""
 
-BESIDE = 0.1e-3  # How far (m) the force is put beside the middle to see what that does
+BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
 UNTOLD = 0.01
-"""By how much what the straight map makes of 1 N may differ from it: least squares leave out what no reading tells."""
+"""Largest deviation of the linear map's result for 1 N. Least squares leave out loads without a reading."""
 
-BRANCH = 0.5  # Part of a loop of hysteresis by which either branch lies beside the middle of both
+BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
 
 DEGREE = math.radians(1.0)
 
 SMALL_TILT = 1e-3
-"""Tilt (rad) by which the moment of a small one is found."""
+"""Tilt (rad) for the moment of a small tilt."""
 
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-"""The turns that are looked at, in angles of tilt: about x and y, either way."""
+"""Directions of tilts: about x and y, either sign."""
 
 
 @record(eq=False)
 class Tilts:
-    """Working points of a bench: loads (points, 3 or 5; N, N m) and poses (points, 6) of their target, which no moment
-    tilts.
+    """Working points of a bench: loads (points, 3 or 5; N, N m) and poses (points, 6) of the target.
+
+    No moment tilts the target.
     """
 
     bench: Bench
@@ -183,15 +190,15 @@ class Tilts:
     kept: dict[float, tuple[Array, Array]] = field(default_factory=dict)
 
     def at(self, angle: float) -> Array:
-        """Change of the readings by a tilt (rad) in every one of `WAYS`: (points, ways, coils).
+        """Return changes of the readings by a tilt (rad) in every direction of `WAYS`: (points, ways, coils).
 
-        As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force. What the
-        pad cannot hold counts as level, and turned.
+        As in the load case `scissor`, a sticking face turns the target and presses it with equal force. If the pad
+        cannot hold the target, it is the level target, turned.
         """
         return self._at(angle)[0]
 
     def moments(self, angle: float) -> Array:
-        """Moments (points, ways, 2; N m) about x and y of that face on the middle of the outermost face."""
+        """Return moments (points, ways, 2; N m) about x and y of this face, on the middle of the outermost face."""
         return self._at(angle)[1]
 
     def _at(self, angle: float) -> tuple[Array, Array]:
@@ -214,11 +221,13 @@ class Tilts:
 
 @record(eq=False)
 class Disturbed:
-    """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6) and by
-    the load on the axes told apart (per N; coils, axes), the straight map `inverse` (N per reading; axes, coils), what
-    temperature does to readings at rest (per K; coils), and the tilts of all working points, of which this is the one
-    of that `number`. `by_pose_at_rest` (coils, 6) are the slopes at rest, and `by_metal_loaded` (per K; coils) is what
-    temperature does to readings under full normal load.
+    """Working point with its errors.
+
+    It has its load (3; N), fraction of full scale and pose. It has slopes of the readings by pose (coils, 6) and by
+    measured axes of load (per N; coils, axes), and the linear map `inverse` (N per reading; axes, coils). It has the
+    effect of temperature on readings at rest (per K; coils), and the tilts of all working points, with its own
+    `number`. `by_pose_at_rest` (coils, 6) are slopes at rest, and `by_metal_loaded` (per K; coils) is the effect of
+    temperature on readings under full normal load.
     """
 
     bench: Bench
@@ -236,13 +245,15 @@ class Disturbed:
 
     @cached_property
     def carried(self) -> Array:
-        """The force (N) on every axis where all carry their share of full scale."""
+        """Force (N) on every axis at its fraction of full scale."""
         return np.asarray(self.share * self.bench.range.full_scales)
 
     @property
     def tilts(self) -> Array:
-        """Slopes (N/rad) of every axis by rx, ry, rz at none: what a coil alone hardly has, and feels tilts all the
-        same. Of a moment what is read beside that which the tilt itself takes.
+        """Slopes (N/rad) of every axis by rx, ry, rz at zero tilt.
+
+        A single coil has almost none, but still responds to finite tilts. For moments, the tilt's own moment is
+        subtracted.
         """
         found = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
@@ -251,7 +262,7 @@ class Disturbed:
         return np.asarray(found)
 
     def _of_moments(self, moments: Array) -> Array:
-        """Moments (..., 2; N m) about x and y as loads on the axes told apart (..., axes): nothing on the others."""
+        """Return moments (..., 2; N m) about x and y as loads on the measured axes (..., axes). Others are 0."""
         found = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
         for k, name in enumerate(self.bench.range.axes):
             if name in MOMENTS:
@@ -259,20 +270,22 @@ class Disturbed:
         return found
 
     def by_tilt(self, angle: float) -> Array:
-        """Errors (N, N m) of every axis by a tilt (rad) about x and y, either way: (2, 2, axes). Of a moment what is
-        read beside the moment that the tilt takes.
+        """Return errors (N, N m) of every axis by a tilt (rad) about x and y, either sign: (2, 2, axes).
+
+        For moments, the tilt's own moment is subtracted.
         """
         read = self.tilted.at(angle)[self.number] @ self.inverse.T
         return np.asarray(read - self._of_moments(self.tilted.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
-        """Their sizes, the worse of both ways: (axes, 2) for tilts (rad) about x and y."""
+        """Return error magnitudes, the worse of both signs: (axes, 2) for tilts (rad) about x and y."""
         return np.asarray(np.abs(self.by_tilt(angle)).max(axis=1).T)
 
     @cached_property
     def contact(self) -> Array:
-        """Errors (N/mm) of every axis by the force standing beside the middle along x and y, the target free to tilt;
-        NaN where the pad gives way. Of a moment what is read beside that of the force.
+        """Errors (N/mm) of every axis by a force beside the middle, along x and y, on a target that is free to tilt.
+
+        NaN if the pad buckles. For moments, the force's own moment is subtracted.
         """
         force = float(self.load[0])
         wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
@@ -283,7 +296,10 @@ class Disturbed:
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
-        """Errors (N/K) of every axis by what warms after the tare; the capacitors' as one sigma, each its own."""
+        """Errors (N/K) of every axis by each part that warms after the tare.
+
+        Capacitors have one sigma, each its own.
+        """
         pad = self.bench.spec.elastomer
         assert pad is not None
         material = pad.material
@@ -298,32 +314,32 @@ class Disturbed:
 
     @property
     def warming(self) -> float:
-        """By how many kelvin the budget of errors has the sensor warmed or cooled after the tare."""
+        """Temperature change (K) after the tare in the error budget."""
         return warming(self.bench.spec.requirements)
 
     @property
     def warmed_by(self) -> str:
-        """The name of `drift`, in words: drift differs with the load."""
+        """Name of `drift` in text: drift differs with the load."""
         drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
         return f"{drift}, {self.warming:.3g} K"
 
     @property
     def drift(self) -> Array:
-        """One sigma (N) of every axis by `warming` after the tare, at this load."""
+        """Standard deviation (N) of every axis by `warming` after the tare, at this load."""
         return np.asarray(self.warming * self.temperature)
 
     @property
     def temperature(self) -> Array:
-        """One sigma (N/K, N m/K) of every axis: what has a known sign added up, capacitors beside it."""
+        """Standard deviation (N/K, N m/K) of every axis: the sum of errors with known signs, and capacitors."""
         known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
         return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
 
     @property
     def tared_drift(self) -> Array:
-        """Error (N, N m) of every axis by `warming` if a tare is taken after it, before each grasp.
+        """Error (N, N m) of every axis by `warming` with a tare after it, before each grasp.
 
-        The tare takes away what temperature does at rest. What metal and the pad's expansion do otherwise under load
-        remains, and the modulus; metal in proportion to the load.
+        The tare removes the effect of temperature at rest. The changed effect of metal and of the pad's expansion under
+        load remains, and the modulus. The effect of metal is proportional to the load.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -335,24 +351,25 @@ class Disturbed:
 
     @property
     def noise(self) -> Array:
-        """One sigma (N) of every axis by the converter's noise; infinite where no reading moves with the axis, or only
-        as with another.
+        """Standard deviation (N) of every axis by the converter's noise.
+
+        It is infinite if no reading moves with the axis, or only as with another axis.
         """
         found = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
         return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, found, np.inf))
 
     @property
     def hysteresis(self) -> Array:
-        """Force (N) by which either branch of the loop is off on every axis, of its full scale."""
+        """Error (N) on every axis by either branch of the hysteresis loop of full scale."""
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, names = pad.material, self.bench.range.axes
-        # a tilt presses one half of the pad and pulls the other one: its loop is that of a press
+        # a tilt presses one half of the pad and pulls the other: its loop is that of a press
         widths = [material.hysteresis_shear if name in FORCES[1:] else material.hysteresis_normal for name in names]
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Errors (N, N m) of every axis by full scale on each axis of force that the array does not tell apart."""
+        """Return errors (N, N m) of every axis by full scale on each force axis that the array cannot measure."""
         found = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
@@ -362,9 +379,9 @@ class Disturbed:
         return found
 
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
-        """One sigma (N, N m) of every axis by each cause that does not differ from unit to unit.
+        """Return one sigma (N, N m) of every axis by each cause that is equal for all units.
 
-        Tilts are of one degree, the worse of both ways. Infinite on an axis that no reading tells.
+        Tilts are of one degree, the worse of both signs. It is infinite on an axis without a signal.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -383,26 +400,26 @@ class Disturbed:
         })
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
-        """One sigma (N, N m) of every axis by each cause, also by those that differ from unit to unit."""
+        """Return one sigma (N, N m) of every axis by each cause, including those that differ between units."""
         normal, scattered = self.bench.full["normal"], sigmas(self.bench.spec)
         return self.errors_of_any_unit(map_errors) | self._if_told({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
-            # what would be off in a map in hertz
+            # the error of a map in hertz
             "clock, without a tare": scattered[CLOCK] * np.abs(self.inverse.sum(axis=1)),
             "capacitors, without a tare": 0.5 * scattered[CAPACITOR] * np.sqrt(np.sum(self.inverse**2, axis=1)),
         })
 
     def _if_told(self, found: Mapping[str, Array]) -> dict[str, Array]:
-        """Errors by cause, infinite on an axis that no reading tells: nothing is known of it."""
+        """Return errors by cause, infinite on an axis without a signal."""
         untold = np.isinf(self.noise)
         return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
 
     def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
-        """Errors of shear over normal by cause, at the working point's share of full scale.
+        """Return errors of the ratio of shear to normal force by cause, at the working point's fraction of full scale.
 
-        Modulus and its temperature leave the ratio as it is. The required tilt counts where there is one.
+        Modulus and its temperature dependence do not change the ratio. The required tilt counts if there is one.
         """
         names = self.bench.range.axes
         k, n = names.index(shear), names.index("normal")
@@ -427,8 +444,9 @@ class Disturbed:
 
 
 def by_metal(estimates: Estimates, warmer: Estimates, rest: Array, state: str = REST) -> Array:
-    """Change of the readings in a state (coils; per K) with the temperature of copper and other metal, by the estimates
-    at two temperatures. The readings at `rest` say how many coils are read.
+    """Return derivatives of the readings in a state (coils; per K) by the temperature of copper and other metal.
+
+    They come from the estimates at two temperatures. The readings at `rest` set the number of coils.
     """
     apart, known = warmer.temperature - estimates.temperature, []
     for coil, warm in zip(estimates.coils, warmer.coils, strict=True):
@@ -439,13 +457,14 @@ def by_metal(estimates: Estimates, warmer: Estimates, rest: Array, state: str = 
     return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)
 
 
-MOVING = 1.0 / 3.0  # Share of the pad's mass that moves with the target: its lower face stands still (Rayleigh)
+MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its lower face is at rest (Rayleigh)
 
 
 def resonances(bench: Bench, pose: Array) -> dict[str, float]:
-    """Frequency (Hz) at which target and pad swing by themselves along every axis told apart, at a pose (6,) of a level
-    target with nothing on it: sqrt(k / m) / (2 pi), without damping; m is that of target, film over it and a third of
-    the pad under it. Nothing where a density is not known.
+    """Return the undamped natural frequency (Hz) of target and pad along every measured axis: sqrt(k / m) / (2 pi).
+
+    It is at a pose (6,) of a level target with nothing on it. m is the mass of the target, of the film over it and of a
+    third of the pad under it. Empty if a density is unknown.
     """
     target, pad, skin = bench.spec.target, bench.spec.elastomer, bench.spec.encapsulation
     assert target is not None and pad is not None

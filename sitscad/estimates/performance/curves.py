@@ -1,4 +1,4 @@
-"""What a data sheet draws: the converter's inductances over the loads, with the band that manufacture makes of them."""
+"""Curves of a data sheet: the converter's inductances over the loads, with their manufacturing bands."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the m
 
 @record(eq=False)
 class Curve:
-    """One axis' course: forces (n; N) or moments (n; N m), the normal force under it, every coil's inductance as the
-    converter makes it (n, coils; H), and one sigma of it by manufacture since the tare.
+    """Curve of one axis: forces (n; N) or moments (n; N m), and the normal force under them.
+
+    It has every coil's inductance by the converter's formula (n, coils; H), and its standard deviation by manufacture
+    since the tare.
     """
 
     axis: str
@@ -33,9 +35,11 @@ class Curve:
 
 @record(eq=False)
 class Curves:
-    """The courses of all axes that are told apart, shear at rest, half and full normal force; the places of the coils
-    (coils, 2; m), and for every shear axis the inductances (normal, shear, coils; H) over the working range; the shear
-    force (N) up to which the pad's law was `held` against finite elements: beyond, curves are extrapolated.
+    """Curves of all measured axes, with shear at rest, half and full normal force.
+
+    It has the coils' places (coils, 2; m), and for every shear axis the inductances (normal, shear, coils; H) over the
+    working range. `held` (N) is the shear force up to which the pad's law was tested with finite elements. Beyond,
+    curves are extrapolated.
     """
 
     coils: tuple[str, ...]
@@ -48,7 +52,7 @@ class Curves:
 
 @one_thread
 def curves(felt: Felt) -> Curves:
-    """The curves of a design by its response, with bands of one sigma of each cause."""
+    """Return the curves of a design by its response, with bands of one sigma of each cause."""
     spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench
     full = bench.full["normal"]
     shears = [name for name in bench.range.axes if name != "normal"]  # and moments
@@ -72,7 +76,10 @@ def _curve(felt: Felt, axis: str, normal: float) -> Curve:
 
 
 def _inductance(coils: tuple[CoilEstimate, ...], readings: Array) -> Array:
-    """What the converter's formula makes of readings (n, coils), with its own capacitor: 1 / (C omega^2)."""
+    """Return the inductance by the converter's formula 1 / (C omega^2), for readings (n, coils).
+
+    C is its own capacitor.
+    """
     rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in coils]
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))
 

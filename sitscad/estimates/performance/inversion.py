@@ -1,9 +1,9 @@
-"""From readings to loads: a curved map of one design, and whether there is only one load to a reading.
+"""Inversion of readings to loads: a nonlinear map of one design, and a test for ambiguous loads.
 
-The map is a polynomial in exact readings over the box of required loads: what the design itself leaves, found at a
-check's cost. The map that firmware gets is another, `calibration.inverse_map`: its form serves noisy readings of all
-units of a design, and it is made for both shears within one limit and says where it ends. Crosstalk of the two differs
-by up to 1 % of full scale (tests/documents/test_datasheet.py); data sheets tell both.
+The map is a polynomial in exact readings over the box of required loads. It states the design's own error at a check's
+cost. The firmware's map is another: `calibration.inverse_map`. Its form serves noisy readings of all units of a design.
+It is for both shears within one limit, and states its range. Crosstalk of both maps differs by up to 1 % of full scale
+(tests/documents/test_datasheet.py). Data sheets state both.
 """
 
 from __future__ import annotations
@@ -22,43 +22,53 @@ from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance_values import Loads, along
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares
 
-GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the grid that the map is fitted to, by how many axes there are
-HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the grid that it is judged at
+GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the map's fit, by the number of axes
+HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the map's test
 MOST_DEGREE = 6  # Highest degree of the map
 
 APART, SAME = 0.1, 1e-3
-"""Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
+"""Distance of loads (in full scales) that count as two, and of readings (in their span) that count as equal."""
 
 ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
-"""Loads and readings as near, of what the response itself says of two loads, and of what a chart says that errs by a
-few per cent of the span; by how much (in full scales) a load is moved to see how its reading changes."""
+"""Distances of readings, in their span, that count as equal; and a step of loads.
 
-DRAWN = 3e-3  # What readings may be off by (rms), of their span, where loads are drawn: less than the width of a line
+`ALIKE` is for the response itself, and `DOUBTED` for a surrogate with errors of some per cent of the span. `NEARBY` is
+the step of a load (in full scales) for the change of its reading.
+"""
+
+DRAWN = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
 TOLD = 0.1
-"""Singular values of the readings' slopes, over the largest, from which on a step goes along them: along what is hardly
-told any load reads alike, and a step there would bring two loads together."""
+"""Least singular value of the readings' slopes, over the largest, along which a step goes.
 
-SWEEP = 5  # Loads along an axis at which crosstalk is looked for
-Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that makes them
+Along smaller ones all loads have nearly equal readings, and a step would bring two loads together.
+"""
 
-TRIED = 12  # Pairs of loads from which two with one reading are searched
+SWEEP = 5  # Loads along an axis at which crosstalk is computed
+Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that causes them
+
+TRIED = 12  # Pairs of loads from which the search for equal readings starts
 
 LEAST_TOLD, POLISHED, POLISHING = 4, 8, 8
-"""Places where readings tell least that are looked at, pairs of loads that the response is asked about with those that
-the polynomials found, and the steps it brings them nearer by."""
+"""Numbers of the search for ambiguous loads.
+
+They are the places with the least sensitivity that are tested, the pairs of loads tested with the response (including
+those by the polynomials), and the refinement steps.
+"""
 
 
 LEAST_SHARE, LEAST_SHARE_REDUNDANT = 1e-10, 1e-4
-"""Combinations of terms that the points hardly change (singular values over the largest) are left out. With more
-variables than outputs the points lie on a surface, and what is off it by less than 1e-4 is how one design's leads and
-manufacture lie: coefficients made of that err by several full scales on the next unit (four coils, three forces).
+"""Least singular values, over the largest, of combinations of terms that are kept.
+
+With more variables than outputs the points lie on a surface. Deviations from it below 1e-4 come from one design's leads
+and manufacture. Coefficients from them err by several full scales on the next unit (four coils, three forces).
 """
 
 
 def fitted(points: Array, values: Array, degree: int) -> Polynomial:
-    """The polynomial through (n, variables) points and (n, outputs) values without constant term: nothing read is no
-    load. Raises ValueError where the points are fewer than its terms.
+    """Return the polynomial through (n, variables) points and (n, outputs) values, without a constant term.
+
+    Zero readings are zero load. Raises ValueError if there are fewer points than terms.
     """
     powers = exponents([1.0] * points.shape[1], degree, 1)
     if len(points) < len(powers):
@@ -69,7 +79,7 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
 
 
 def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
-    """The one of the polynomials up to a degree that errs least (rms over the values' spread) at points held out."""
+    """Return the polynomial up to a degree with the least rms error, over the values' spread, at held-out points."""
     found, apart = None, np.inf
     spread = np.maximum(np.ptp(values, axis=0), 1e-300)
     for degree in range(1, most + 1):
@@ -85,8 +95,10 @@ def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], mos
 
 @record(eq=False)
 class SolvedRange:
-    """Loads (n, 3; N) from nothing to full scale on the normal axis, to both sides on those of shear that the array
-    tells apart, with their readings (n, coils): those that the map is fitted to, then those that it is judged at.
+    """Loads (n, 3; N) of the range with their readings (n, coils).
+
+    The normal axis goes from zero to full scale, and measured shear axes to both sides. `loads` are for the fit of the
+    map, and `held_out` for its test.
     """
 
     bench: Bench
@@ -96,42 +108,44 @@ class SolvedRange:
 
     @cached_property
     def map(self) -> Polynomial:
-        """Loads (N, of the axes told apart) by readings: the polynomial that errs least at loads held out."""
+        """Polynomial from readings to loads (N, of measured axes), with the least error at held-out loads."""
         columns = self.bench.range.columns
         return best_fitted(self.readings, self.loads[:, columns],
                            (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
 
     @cached_property
     def forward(self) -> Polynomial:
-        """Readings by loads (of the axes told apart)."""
+        """Polynomial from loads (of measured axes) to readings."""
         columns = self.bench.range.columns
         return best_fitted(self.loads[:, columns], self.readings,
                            (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)
 
     @cached_property
     def map_errors(self) -> Array:
-        """Rms error (N) of the map at loads held out, of every axis told apart."""
+        """Rms error (N) of the map at held-out loads, for every measured axis."""
         loads, readings = self.held_out
         return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.range.columns]) ** 2, axis=0)))
 
     @cached_property
     def interpolated(self) -> bool:
-        """Whether `forward` errs by less than `DRAWN` of every coil's span (rms over the loads held out)."""
+        """Whether the error of `forward` is below `DRAWN` of every coil's span (rms over held-out loads)."""
         loads, readings = self.held_out
         off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
         return bool(np.all(off < DRAWN * np.ptp(self.readings, axis=0)))
 
     def read(self, loads: Array) -> Array:
-        """Readings (n, coils) under loads (n, 3; N) of the range, off by less than `DRAWN` of the coils' spans (rms):
-        through those that are solved for the map, or else each solved.
+        """Return readings (n, coils) under loads (n, 3; N) of the range, within `DRAWN` of the coils' spans (rms).
+
+        They are interpolated if that is accurate enough, or else solved.
         """
         if self.interpolated:
             return self.forward(loads[:, self.bench.range.columns])
         return self.bench.readings(self.bench.poses(loads))
 
     def twins(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
-        """Two loads in the range that give one reading by another bench, which is asked about those only that read
-        nearly alike by this one; None where none are found.
+        """Return two loads in the range with equal readings by another bench. None if no such pair is found.
+
+        The other bench computes only loads whose readings are nearly equal by this one.
         """
         ranged = self.bench.range
         pairs = islice(chain(self._unseen(), _alike(self.forward, ranged)), POLISHED)
@@ -142,8 +156,9 @@ class SolvedRange:
         return next(((_load(one), _load(other)) for one, other in loads), None)
 
     def _unseen(self) -> Iterator[tuple[Array, Array]]:
-        """Two places (in full scales) on either side of where the readings tell least, along what they do not tell
-        there: where they turn back, or nearly so.
+        """Return two places (in full scales) on either side of the least sensitivity, along the insensitive direction.
+
+        There the readings reverse, or nearly so.
         """
         names, coils = self.bench.range.axes, self.readings.shape[1]
         count, lowest = GRID[len(names)], self.bench.range.lowest
@@ -158,12 +173,15 @@ class SolvedRange:
             yield middle + way, middle - way
 
     def _polished(self, one: Array, other: Array, alike: float) -> tuple[Array, Array] | None:
-        """Two places (in full scales) whose readings differ by less than `alike` of their span by the bench itself, the
-        second moved by steps of Gauss-Newton from where it was thought to be; None where the steps lead to none.
+        """Return two places (in full scales) whose readings differ by less than `alike` of their span.
+
+        None if not found.
+
+        The bench itself computes the readings. Gauss-Newton steps move the second place from its estimate.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(POLISHING):
-            aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from wherever the steps have led
+            aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from any place
             loads = self.bench.range.loads(np.vstack([one, other, other + np.diag(aside)]))
             read = self.bench.readings(self.bench.poses(loads)) / span
             lacking = read[0] - read[1]
@@ -180,7 +198,7 @@ def _load(load: Array) -> Loads:
 
 
 def solved_range(bench: Bench) -> SolvedRange:
-    """The loads that are required of a bench, and what they read."""
+    """Return the required loads of a bench, with their readings."""
     axes = len(bench.range.axes)
 
     def grid(count: int, inside: float) -> Array:
@@ -193,8 +211,10 @@ def solved_range(bench: Bench) -> SolvedRange:
 
 
 def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
-    """Two places (in full scales) of one reading by the polynomials: the likeliest of a grid, the second moved by steps
-    of Gauss-Newton until it reads the same, where these lead to such a place apart from the first.
+    """Return two places (in full scales) with equal readings by the polynomials.
+
+    They are the best pair of a grid. Gauss-Newton steps move the second until its reading is equal, if it stays apart
+    from the first.
     """
     lowest, full = scope.lowest, scope.full_scales
     count = {1: 41, 2: 13, 3: 7}[len(lowest)]
@@ -218,8 +238,9 @@ def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Ar
 
 
 def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
-    """Crosstalk by the curved map and by a `straight` one (N per reading; axes, coils), from a working point's `load`
-    (3; N).
+    """Return crosstalk by the nonlinear map and by a linear map `straight` (N per reading; axes, coils).
+
+    It is from a working point's `load` (3; N).
     """
     bench = working.bench
     loads = axis_sweeps(bench.range, load)
@@ -228,15 +249,19 @@ def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Cross
 
 
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
-    """Loads (axes, n, 3 or 5; N, N m): a `load`, the first of each axis, then both ends of one axis after the other."""
+    """Return loads (axes, n, 3 or 5; N, N m).
+
+    For each axis they begin with `load`, then go from one end of the axis to the other.
+    """
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
     return np.array([np.vstack([load, along(load, name, np.linspace(low, 1.0, SWEEP) * full)])
                      for name, low, full in sweeps])
 
 
 def crosstalk_of(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
-    """How far every axis errs, of its full scale, while another goes over its own, by the forces (axes * n, axes told
-    apart; N) that a map reads of `axis_sweeps` (axes, n, 3; N).
+    """Return each axis's error, over its full scale, while another axis covers its own.
+
+    `read` are the loads (axes * n, measured axes; N) that a map returns for `axis_sweeps` (axes, n, 3; N).
     """
     found = read.reshape(*loads.shape[:2], -1)
     true = loads[:, :, scope.columns]

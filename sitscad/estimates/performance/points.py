@@ -1,8 +1,8 @@
-"""What the sensor feels, in newtons: range, resolution, nonlinearity, crosstalk and errors by cause, at working points.
+"""Sensing performance in newtons at working points: range, resolution, nonlinearity, crosstalk and errors by cause.
 
-Everything is after a tare at rest. Disturbances go through the straight inverse of the map at the working point:
-weighted least squares of the coils' readings (ln of the frequency over that at rest), each with its own noise;
-crosstalk and manufacture go through the curved map of the whole working range.
+All values are after a tare at rest. Disturbances go through the linear inverse of the map at the working point. It is
+weighted least squares of the coils' readings (ln of the frequency over that at rest), each with its own noise.
+Crosstalk and manufacture go through the nonlinear map of the whole working range.
 """
 
 from __future__ import annotations
@@ -48,13 +48,14 @@ from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
 
-HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
-COURSE = 9  # Loads along an axis that are looked at
+HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # Limits of a bandwidth
+COURSE = 9  # Number of loads along an axis
 
 
 def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:
-    """How far (N) an axis goes and what ends it: the normal one from nothing, shear along + on top of the working
-    point's load.
+    """Return the range (N) of an axis and its limit.
+
+    The normal axis starts at zero. Shear goes along + on top of the working point's load.
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
@@ -76,7 +77,7 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
 
 @record(eq=False)
 class Felt:
-    """What a sensor feels by a bench; each figure is worked out when it is asked for."""
+    """Sensing performance by a bench. Each figure is computed at its first use."""
 
     layout: Layout
     estimates: Estimates
@@ -84,12 +85,12 @@ class Felt:
 
     @cached_property
     def working(self) -> SolvedRange:
-        """The required loads with their readings, and the map that they give."""
+        """Required loads with their readings, and the map from them."""
         return solved_range(self.bench)
 
     @cached_property
     def points(self) -> tuple[Disturbed, ...]:
-        """The working points, what metal does left out."""
+        """Working points, without the temperature effect of metal."""
         bench, loads, found = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
@@ -104,56 +105,58 @@ class Felt:
 
     @cached_property
     def warmed(self) -> tuple[Disturbed, ...]:
-        """The working points with what copper and other metal do."""
+        """Working points with the temperature effect of copper and other metal."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
         warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
         at_rest = by_metal(self.estimates, warmer, self.bench.rest)
-        # without a state under the required force nothing says that metal does otherwise there
+        # without a pressed state, the effect of metal is taken as at rest
         loaded = by_metal(self.estimates, warmer, self.bench.rest, PRESSED)
         loaded = np.where(loaded == 0.0, at_rest, loaded)
         return tuple(replace(one, by_metal=at_rest, by_metal_loaded=loaded) for one in self.points)
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
-        """Points at which the pad holds the target: where it gives way, their figures mean nothing."""
+        """Points at which the pad holds the target. At other points figures are meaningless."""
         return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
 
     @cached_property
     def is_range_held(self) -> bool:
-        """Whether the pad holds the target under all the required loads."""
+        """Whether the pad holds the target under all required loads."""
         return bool(np.all(self.bench.is_held(self.working.loads)))
 
     @cached_property
     def units(self) -> Units:
-        """Units as manufacture makes them."""
+        """Units with manufacturing errors."""
         return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
 
     @cached_property
     def modulus_error(self) -> Array:
-        """One sigma (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
+        """Standard deviation (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
         scatter = manufacturing_scatter(self.layout.spec, self.estimates)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
         return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
 
     @cached_property
     def lasting_errors(self) -> dict[str, Array]:
-        """One sigma (N, N m) of every axis at full load, by each cause that neither a calibration nor a tare before
-        each grasp takes away. Shear that the array does not tell is a cause if the spec requires shear.
+        """Standard deviation (N, N m) of every axis at full load, by each lasting cause.
+
+        Neither a calibration nor a tare before each grasp removes these causes. Unmeasured shear is a cause if the spec
+        requires shear.
         """
         is_shear_required = self.bench.spec.requirements.shear_force is not None
         return {cause: error for cause, error in self.warmed[-1].errors_of_any_unit(self.working.map_errors).items()
                 if lasts_tared(cause) or (is_shear_required and UNMEASURED in cause)}
 
     def friction(self, shear: str) -> dict[str, float]:
-        """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
+        """Return errors of the ratio of shear to normal force at full load by cause (`Disturbed.friction`)."""
         full = self.warmed[-1]
         return full.friction(full.errors(self.units, self.working.map_errors), shear)
 
 
 @one_thread
 def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> Felt:
-    """What a sensor feels: by its response, or for screening (without a `model`) by a surrogate (`screen`).
+    """Return the sensing performance by the response, or by a surrogate (`screen`) without a `model`.
 
     Raises NoResponse if target, pad or a tank that the converter can count are missing, and for screening if a coil has
     no state at rest.
@@ -175,8 +178,9 @@ def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = Non
 def performance(
     felt: Felt, model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]
 ) -> tuple[Performance, ...]:
-    """Performance at rest, half and full load; nothing where the pad gives way under full load. `twins` gives two loads
-    of one reading (`Design.twins`).
+    """Return the performance at rest, half and full load. Empty if the pad buckles under full load.
+
+    `twins` returns two loads of equal readings (`Sensing.twins`).
     """
     if not all(felt.held):
         return ()
@@ -186,8 +190,10 @@ def performance(
 
 
 def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array], ...]:
-    """Errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`, for a
-    tare with open jaws; empty without such a jaw. Readings between rest and full load are straight between these two.
+    """Return errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`.
+
+    They are for a tare with open jaws. Readings between rest and full load are interpolated linearly. Empty without
+    such a jaw.
     """
     from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
 
@@ -195,7 +201,7 @@ def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array]
         return ({},) * len(felt.points)
     ends = np.array([felt.points[0].pose, felt.points[-1].pose])
     change = changes_in_front(model.wound, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
-    # the tanks run at 1 / (2 pi sqrt(L C)), so a reading changes by half of what the inductance does
+    # f = 1 / (2 pi sqrt(L C)), so a reading changes by half of the inductance's relative change
     read = -0.5 * change / model.on_pad(ends).inductance[:, None, :]
     each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in felt.points]
     return tuple({cause: np.abs(point.inverse @ reading) for cause, reading in zip(OTHER_JAW_CAUSES, at, strict=True)}
@@ -203,7 +209,7 @@ def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array]
 
 
 def working_loads(bench: Bench) -> Array:
-    """The loads (points, 3 or 5; N, N m) of the working points."""
+    """Return the loads (points, 3 or 5; N, N m) of the working points."""
     return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
@@ -211,8 +217,9 @@ def _at(
     at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None,
     more: Mapping[str, Array],
 ) -> Performance:
-    """What the sensor feels at one working point, a normal load (N) of the full one; `more` are errors (N) by causes
-    that are worked out for all points together.
+    """Return the performance at one working point.
+
+    `more` are errors (N) by causes that are computed for all points together.
     """
     bench, names, working = point.bench, point.bench.range.axes, felt.working
     courses = {name: course(bench, model, point.load, name) for name in names}
@@ -248,8 +255,9 @@ def _at(
 def _axes(
     point: Disturbed, working: SolvedRange, courses: Mapping[str, tuple[float, str]], errors: Mapping[str, Array]
 ) -> dict[str, AxisPerformance]:
-    """What every axis of load feels at a working point; its nonlinearity is the largest distance of what the straight
-    map reads from the best straight line, over the full scale.
+    """Return the performance of every axis of load at a working point.
+
+    Nonlinearity is the largest distance of the linear map's result from the best straight line, over full scale.
     """
     bench, found = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
@@ -283,7 +291,7 @@ TURNED_ROUND = "; a round target turned about z reads nothing"
 
 
 def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
-    """What whoever reads the performance has to know; `free` is its free overload (N)."""
+    """Return notes about the performance. `free` is its free overload (N)."""
     bench, names, pad = felt.bench, felt.bench.range.axes, felt.bench.spec.elastomer
     assert pad is not None and bench.spec.target is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"

@@ -1,7 +1,8 @@
-"""Performance at the screen level: a surrogate of what shares of an endless plate's effect give.
+"""Performance at the screen level: a surrogate of the frequencies by correction ratios of an infinite plate.
 
-Full checks and papers have the response's own solution instead. A target that tilts slightly counts, for every coil, as
-a level one at the height that it has over the middle of what both share. `NEARLY` is how far off figures may be.
+Full checks and documents use the response's own solution instead. A slightly tilted target counts, for every coil, as a
+level target. Its height is taken over the middle of the area that target and coil share. `NEARLY` is the error of the
+figures.
 """
 
 from __future__ import annotations
@@ -31,19 +32,19 @@ NEARLY = 0.08
 """Relative error of noise and drift at the screen level."""
 
 HEIGHTS, PLACES, REACH = 4, 3, 0.25
-"""Heights and places along each axis of the surrogate, and how far aside it goes (in thicknesses of the pad)."""
+"""Number of heights and of places along each axis of the surrogate, and its lateral range (in pad thicknesses)."""
 
 DEEPER = 10
-"""Additional heights for each thickness of the pad that the surrogate goes deeper than `DEPTH`."""
+"""Additional heights for each pad thickness that the surrogate goes deeper than `DEPTH`."""
 
 AMPLY = 1.02
-"""How much farther than the pressed state it goes."""
+"""Depth of the surrogate relative to the pressed state's."""
 
 LIFTED = 0.1
-"""How far above rest it goes, in thicknesses of the pad: for edges that a tilt lifts."""
+"""Height of the surrogate above rest, in pad thicknesses, for edges that a tilt lifts."""
 
 DEPTH = VALID_STRAIN + LIFTED
-"""How far below rest it goes at least, in thicknesses of the pad."""
+"""Least depth of the surrogate below rest, in pad thicknesses."""
 
 
 @one_thread
@@ -51,8 +52,8 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     """Return a function of poses (n, 6; m, rad) whose values are the coils' frequencies (n, coils; Hz).
 
     Every coil must have a state at rest. The surrogate interpolates the logarithm of the frequency over that at rest
-    between Chebyshev points of x, y and z. Only points on the axes are worked out: for others the changes along both
-    axes are added.
+    between Chebyshev points of x, y and z. Only points on the axes are computed: for others the changes along both axes
+    are added.
     """
     spec = layout.spec
     pad = spec.elastomer
@@ -78,7 +79,7 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
 
     def frequencies(poses: Array) -> Array:
         found = np.empty((len(poses), len(middles)))
-        for k, at in enumerate(middles):  # of what the coil shares with the target at rest
+        for k, at in enumerate(middles):  # middle of the area that coil and target share at rest
             found[:, k] = through[k](np.column_stack([poses[:, :2], _height_over(poses, at)]))
         return np.asarray(frequency * np.exp(found))
 
@@ -86,19 +87,20 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
 
 
 def _middles(spec: SensorSpec) -> Array:
-    """The middles (coils, 2; m) of what the coils share with the target at rest."""
+    """Return the middles (coils, 2; m) of the areas that coils share with the target at rest."""
     return np.array([(at.x, at.y) for at in shared_middles(spec)])
 
 
 def _height_over(poses: Array, middle: Array) -> Array:
-    """The heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
+    """Return the heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
     away = middle - poses[:, :2]
     return np.asarray(poses[:, 2] + away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4]))
 
 
 def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
-    """How much more or less a tank's frequency follows its inductance than a free one's: by the states at rest and
-    pressed, for shares leave out what the target changes of the loss.
+    """Return the sensitivity of a tank's frequency to inductance, relative to a lossless tank's.
+
+    It comes from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
     """
     found = np.ones(len(coils))
     for k, coil in enumerate(coils):
@@ -111,7 +113,7 @@ def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
 
 @one_thread
 def screen_bench(layout: Layout, estimates: Estimates) -> Bench:
-    """A design with a target on its pad, by the surrogate. Raises NoResponse if a coil has no state at rest."""
+    """Return a design with a target on its pad, by the surrogate. Raises NoResponse if a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
     spec, level = warmed(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)

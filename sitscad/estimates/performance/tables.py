@@ -1,4 +1,4 @@
-"""What a sensor feels as tables, for texts, pages and data sheets."""
+"""Tables of sensing performance, for texts, pages and data sheets."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class MapFigures:
-    """What a map from readings to newtons reaches: its ``end`` (N, pressed alone) and its ``crosstalk``."""
+    """Range and crosstalk of a map from readings to newtons: its ``end`` (N, pressed alone) and its ``crosstalk``."""
 
     end: float
     crosstalk: Mapping[str, Mapping[str, float]]
@@ -36,8 +36,9 @@ class MapFigures:
 
 @record(eq=False)
 class PerformanceReport:
-    """What a sensor feels at the working points, rest to full load, for all forms. ``points`` is empty if it cannot be
-    felt with.
+    """Performance at the working points, rest to full load, for all forms.
+
+    ``points`` is empty if the sensor cannot respond.
     """
 
     points: Sequence[Performance]
@@ -57,7 +58,7 @@ class PerformanceReport:
 
 
 def axis_table(found: PerformanceReport) -> Table:
-    """Return what every axis can do, the ends of the map to newtons too if they are known."""
+    """Return the performance of every axis, with the ends of the map to newtons if they are known."""
     felt, spec, newtons = found.points, found.spec, found.map
     rest, full, half = felt[0], felt[-1], next(point for point in felt if point.at == "half")
     has_cells, names = spec.cells is not None, list(full.axes)
@@ -122,32 +123,32 @@ def axis_table(found: PerformanceReport) -> Table:
 
 
 def drifts(point: Performance) -> list[str]:
-    """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
+    """Return the temperature errors at a working point: the drift, and its remainder with a tare before each grasp."""
     return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
 
 
 def _since(cause: str) -> str:
-    """A cause of errors; of a drift also from when on its kelvins count."""
+    """Return the text of a cause of errors. For a drift it includes the start of its temperature change."""
     if "drift" not in cause:
         return cause
     return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
 
 
 def _with_unmeasured(errors: Mapping[str, float]) -> float:
-    """Root of the squares of what `combined_error` counts and of the errors by forces that are not measured."""
+    """Return the root sum of squares of `combined_error` and of the errors by unmeasured forces."""
     return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNMEASURED in cause))
 
 
-LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
+LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which digits are meaningless
 
 FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
-"""Causes that differ between units: tables have them as a calibration has them."""
+"""Causes that differ between units. Tables show them by the kind of calibration."""
 
 BESIDE = "contact 0.1 mm beside the middle"
 
 
 def error_table(felt: Sequence[Performance]) -> Table:
-    """Return one sigma by cause at full load, of every unit alike."""
+    """Return one sigma by cause at full load, for causes that are equal for all units."""
     full = felt[-1]
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
@@ -161,7 +162,7 @@ TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of square
 
 
 def drift_table(felt: Sequence[Performance]) -> Table:
-    """Return what a kelvin does, by what warms, with its sign if that is known."""
+    """Return errors per kelvin by the part that warms, with signs if they are known."""
     full = felt[-1]
     names = list(full.axes)
     rows = []
@@ -171,7 +172,7 @@ def drift_table(felt: Sequence[Performance]) -> Table:
     return Table(("by a kelvin after the one tare", *(AXIS_WORDS[name] for name in names)), rows)
 
 
-SIDEWAYS = "the pad gives way sideways"  # Ends a normal force before the pad is strained too far
+SIDEWAYS = "the pad gives way sideways"  # Limit of a normal force before the pad's largest strain
 
 
 def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
@@ -214,23 +215,23 @@ def _newtons(force: float) -> str:
 
 
 def amount(value: float, name: str) -> str:
-    """A force (N) or a moment (N m) on an axis of that name."""
+    """Return a force (N) or a moment (N m) on an axis as text."""
     if math.isinf(value):
         return "no reading tells it"
     unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
     return show(value, unit, 3) if abs(value) >= least else f"0 {'N mm' if name in MOMENTS else unit}"
 
 
-LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that are told apart from nothing
+LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that tables show
 
 
 def share_text(part: float) -> str:
-    """Return a part in per cent, with two digits and no fewer than a whole per cent from 10 % on."""
+    """Return a fraction in per cent, with two digits, or whole per cents from 10 % on."""
     return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
 
 
 def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
-    """The largest crosstalk that an axis has in any of some tables."""
+    """Return the largest crosstalk of an axis in some tables."""
     shares = [share for table in tables for share in table[name].values()]
     if not shares:
         return NONE

@@ -246,7 +246,7 @@ class ResponseModel:
 
         One solution of the target serves all poses within the pad's limits. Raises NoResponse without a pad.
         """
-    # + 0.0 removes the sign of zeros, so that equal poses have equal bytes
+        # + 0.0 removes the sign of zeros, so that equal poses have equal bytes
         poses = np.asarray(poses, dtype=float).reshape(-1, 6) + 0.0
         new = [row for key, row in {row.tobytes(): row for row in poses}.items() if key not in self.known]
         for first in range(0, len(new), AT_ONCE):

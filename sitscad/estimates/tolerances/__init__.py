@@ -1,1 +1,1 @@
-"""What differs from unit to unit, with its band and its source."""
+"""Differences between units, with their bands and sources."""

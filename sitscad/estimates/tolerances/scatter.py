@@ -1,11 +1,12 @@
-"""What differs from one unit of a design to the next: every cause once, with its band, its source, and what it moves.
+"""Causes of differences between units of a design, each with its band, its source and its effect.
 
-Units are simulated on three levels, all by this list. `performance.causes` moves pad and pose of a unit by one sigma of
-a cause at a time and adds up squares, the part of the pad under the target staying as drawn. `calibration.sensors`
-draws all causes together and reads a chart. `study.spreads` makes a spec of each unit and works out the whole design,
-which costs a hundred times as much. tests/estimates/test_scatter.py holds them together: what one cause does to the
-readings is on the first two levels within a tenth, of what all causes do, of what it does on the third, and what all
-causes do within 1 %.
+Units are simulated on three levels, all with this list. `performance.causes` moves pad and pose of a unit by one sigma
+of a cause at a time, and adds squares. The part of the pad under the target stays as drawn. `calibration.sensors` draws
+all causes together, with a surrogate. `study.spreads` makes a spec of each unit and computes the whole design, at a
+hundred times the cost.
+
+tests/estimates/test_scatter.py compares the levels. The effect of one cause on the readings, on the first two levels,
+agrees with the third level within a tenth of the effect of all causes. The effect of all causes agrees within 1 %.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
 ACCEPTED_SIGMAS = 3.0
-"""Standard deviations of manufacture within which a bare coil is accepted, in every paper."""
+"""Manufacturing standard deviations within which a bare coil is accepted, in every document."""
 
 WIDTH, FOIL, PLATING = "trace width", "copper foil", "copper plating"
 DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
@@ -54,10 +55,10 @@ TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
 HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
 SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
 THICKNESS = "copper thickness"
-"""Foil and plating together; not in `CAUSES`."""
+"""Foil and plating together. Not in `CAUSES`."""
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
-"""What has a cause to itself: the board, the assembled unit, or each of its coils."""
+"""Scope of a cause: the board, the assembled unit, or each of its coils."""
 
 BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
 """Causes that move metal behind the board."""
@@ -65,10 +66,12 @@ BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
 
 @record
 class Cause:
-    """One cause. Its `tolerance` gives half of its band in `unit` (``m``, ``rad``; ``1`` is relative), evenly filled,
-    or where it `is_logarithmic` one sigma of the figure's logarithm; None where the sensor has no such part. A unit
-    that is off by so much has its resting target off in that number of its `pose` (x, y, z, rx, ry, rz), where there is
-    one, and is the spec that `moved` gives, where a spec can say it: studies know it by the `key`.
+    """One cause of scatter.
+
+    `tolerance` returns half of its band in `unit` (``m``, ``rad``; ``1`` is relative), with a uniform distribution. If
+    `is_logarithmic`, it returns one sigma of the value's logarithm. None if the sensor lacks the part. `pose` is the
+    number in the resting target's pose (x, y, z, rx, ry, rz) that the error moves, if any. `moved` returns the spec of
+    a unit with the error, if a spec can have it. `key` is the name in studies.
     """
 
     name: str
@@ -81,7 +84,7 @@ class Cause:
     is_logarithmic: bool = False
 
     def sigma(self, spec: SensorSpec) -> float:
-        """The standard deviation, in the cause's unit; 0 where the sensor has no such part."""
+        """Return the standard deviation in the cause's unit. 0 if the sensor lacks the part."""
         found = self.tolerance(spec)
         if found is None:
             return 0.0
@@ -90,7 +93,7 @@ class Cause:
 
 @record
 class Scatter:
-    """A cause as a design has it: its standard deviation in `unit`, what it is drawn for anew (`per`), its source."""
+    """A cause in a design: its standard deviation in `unit`, its scope (`per`), and its source."""
 
     name: str
     sigma: float
@@ -100,7 +103,7 @@ class Scatter:
 
     @property
     def verified(self) -> bool:
-        """Whether the source was seen."""
+        """Whether the source was verified."""
         return not is_unverified(self.source)
 
 
@@ -185,7 +188,7 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
-    """Return the joint tolerance of glue lines and of what lies between board or shield and the metal."""
+    """Return the joint tolerance of glue lines and of the parts between board or shield and the metal."""
     found = metal_tolerances(assembly, mount)
     if found is not None:
         return _glued(assembly, lines, found[0])
@@ -237,7 +240,10 @@ def _turn_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
-    """A tilt by glue that is thicker at one of two edges, as far apart as the target's side of that number is long."""
+    """Return the tolerance of a tilt by thicker glue at one of two edges.
+
+    The edges are as far apart as the target's side with this number.
+    """
 
     def tolerance(spec: SensorSpec) -> SizeTolerance | None:
         glue = _glue_band(spec)
@@ -280,8 +286,10 @@ CAUSES = (
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
 )
-"""All causes; independent, and of mean nothing. Glue raises the target over the board without making the pad softer, as
-a thicker pad does. Where the target lies beside, tilted and turned is at rest, in the axes and signs of a pose.
+"""All causes, independent and with mean zero.
+
+Glue raises the target over the board without making the pad softer, as a thicker pad does. Lateral shift, tilt and
+rotation of the target are at rest, in the axes and signs of a pose.
 """
 
 MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
@@ -289,7 +297,7 @@ MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
 
 
 def scatter(spec: SensorSpec) -> dict[str, Scatter]:
-    """All causes that a sensor has the parts of, by name."""
+    """Return all causes for which a sensor has the parts, by name."""
     found = {}
     for cause in CAUSES:
         tolerance = cause.tolerance(spec)
@@ -299,13 +307,14 @@ def scatter(spec: SensorSpec) -> dict[str, Scatter]:
 
 
 def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
-    """What differs between assembled units: in place of the board's own causes their sum, `coil_scatter`."""
+    """Return the differences between assembled units. `coil_scatter` replaces the board's own causes."""
     return (*(one for one in scatter(spec).values() if one.per != BOARD), *coil_scatter(estimates.coils))
 
 
 def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
-    """How the inductance of the bare coils with their leads scatters by all causes of the board, of the coil that
-    scatters most; nothing where it has no numbers.
+    """Return the scatter of the inductance of bare coils with leads, by all causes of the board.
+
+    It is for the coil with the most scatter. Empty if that coil has no values.
     """
     free = [coil.states[FREE] for coil in coils if FREE in coil.states]
     known = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
@@ -337,8 +346,9 @@ NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
 
 
 def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
-    """One sigma, relative, of the inductance at rest and of what a coil reads of its target, by all that is behind the
-    board and by the target's thickness; of the coil that scatters most.
+    """Return relative standard deviations of the inductance at rest and of a coil's signal.
+
+    They are by all metal behind the board and by the target's thickness, for the coil with the most scatter.
     """
     causes = (*BEHIND, TARGET)
     inductances, signals = [0.0], [0.0]
@@ -352,7 +362,7 @@ def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
 
 
 def production_limits(coils: Sequence[CoilEstimate]) -> dict[str, dict[str, float]]:
-    """Limits of every coil's L and f before assembly: a coil outside is faulty even if it oscillates."""
+    """Return limits of every coil's L and f before assembly. A coil outside is faulty even if it oscillates."""
     found = {}
     for coil in coils:
         free = coil.states.get(FREE)

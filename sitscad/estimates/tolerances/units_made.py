@@ -1,4 +1,4 @@
-"""Specs of units that are off by one cause of scatter: each function takes the spec as drawn and how far it is off."""
+"""Specs of units with an error of one cause of scatter. Each function takes the drawn spec and the error."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 
 LEAST_FACTOR = 0.05
-"""What a figure of a unit is scaled by at least, however large its sigma is."""
+"""Least factor of a unit's value, however large its sigma is."""
 
 Moved = Callable[[SensorSpec, float], SensorSpec]
 
 
 def with_width(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with tracks wider by a share; their centre lines stay, for the film of the artwork keeps the pitch."""
+    """Return the spec with tracks wider by a fraction.
+
+    Their centre lines stay, because the artwork's film keeps the pitch.
+    """
     coil = spec.coil
     width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
     x, y = (side + width - coil.trace_width for side in coil.size)
@@ -26,7 +29,7 @@ def with_width(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_layers(*kinds: LayerKind) -> Moved:
-    """Moves the thickness of all layers of some kinds by a share: foils and films are of one delivery."""
+    """Return a move of the thickness of all layers of some kinds by a fraction: foils and films are of one delivery."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         stackup = spec.fpc.stackup
@@ -40,7 +43,7 @@ def with_layers(*kinds: LayerKind) -> Moved:
 
 
 def with_plating(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with every step of plating thicker by so much (m)."""
+    """Return the spec with every step of plating thicker (m)."""
     stackup, layers, number = spec.fpc.stackup, [], 0
     for one in stackup.layers:
         number += one.kind is LayerKind.COPPER
@@ -52,7 +55,7 @@ def with_plating(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_diameter(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with coils drawn larger by a share, their tracks as wide as before."""
+    """Return the spec with coils larger by a fraction, and tracks of unchanged width."""
     coil = spec.coil
     x, y = (side + off * (side - coil.trace_width) for side in coil.size)
     pitch = (1.0 + off) * coil.pitch
@@ -60,7 +63,7 @@ def with_diameter(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_permittivity(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with all films of a larger permittivity, by a share."""
+    """Return the spec with the permittivity of all films larger by a fraction."""
     stackup = spec.fpc.stackup
     layers = tuple(
         one if one.relative_permittivity is None else replace(
@@ -71,7 +74,7 @@ def with_permittivity(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a tank capacitor larger by a share, where it has one."""
+    """Return the spec with a tank capacitor larger by a fraction, if it has one."""
     chosen = spec.readout.capacitance
     return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
 
@@ -103,12 +106,12 @@ def with_modulus(part: str) -> Moved:
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a target that stands higher by so much (m)."""
+    """Return the spec with a higher target (m)."""
     return _farther(spec, target=max(off, -target_lines(spec)))
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with shield and metal lower by so much (m): with the glue over them, and what is printed there."""
+    """Return the spec with shield and metal lower (m), by the glue over them and by printed parts."""
     mount, sheet, offsets = spec.mount, shield_heights(spec.fpc.stackup, spec.shield), spec.assembly.offsets
     room = 0.0 if mount is None else offsets.metal + (
         mount.standoff if mount.metal_behind is None else mount.metal_behind.distance)
@@ -121,12 +124,12 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_room_under_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with metal farther below the shield by so much (m)."""
+    """Return the spec with metal farther below the shield (m)."""
     return _farther(spec, metal=off)
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a shield thicker by so much (m), and the metal behind it as much lower."""
+    """Return the spec with a thicker shield (m), and the metal behind it lower by an equal amount."""
     sheet = spec.shield
     if sheet is None:
         return spec
@@ -139,7 +142,7 @@ def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a jaw higher, or metal behind the board thicker, by so much (m)."""
+    """Return the spec with a higher jaw, or thicker metal behind the board (m)."""
     mount = spec.mount
     if mount is None:
         return spec
@@ -153,7 +156,7 @@ def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def beside(axis: int) -> Moved:
-    """Moves the target along an axis (0: x, 1: y) by so much (m)."""
+    """Return a move of the target along an axis (0: x, 1: y) (m)."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         if spec.target is None:
@@ -166,7 +169,7 @@ def beside(axis: int) -> Moved:
 
 
 def turned(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a target turned by an angle (rad)."""
+    """Return the spec with a target turned by an angle (rad)."""
     target = spec.target
     return spec if target is None else replace(spec, target=replace(target, rotation=target.rotation + off))
 
