@@ -219,10 +219,9 @@ BY_FOIL = re.compile("(coil_)?trace_(width|spacing)_([1-9][0-9]{0,2})um")
 
 
 class RulesDocument(Section):
-    """A fabricator's design rules written out, in the spec or in a file.
+    """Design rules written out. A figure can also be `{value: 80 um, source: their page, status: unverified}`.
 
-    Omitted figures come from `based_on`. You can write a figure with its source: `{value: 80 um, source: their page,
-    status: unverified}`.
+    They are in the spec or in a file. Omitted figures come from `based_on`.
     """
 
     name: str | None = key(

@@ -222,11 +222,9 @@ class ElastomerPad(Section):
 
 @record
 class Cells(Section):
-    """Groups of coils, each with a target and a pad of its own.
+    """Groups of coils with their own target and pad; sizes and offsets in `target` and `elastomer` are for one cell.
 
-    Coils that follow each other in the array form a cell.
-
-    The sections `target` and `elastomer` describe one cell, with offsets from the mean of its coils' centres. Without
+    Coils that follow each other in the array form a cell. Offsets are from the mean of its coils' centres. Without
     ``web`` the pads are separate.
     """
 

@@ -208,9 +208,9 @@ class Finger(Section):
 
 @record
 class MetalBehind(Section):
-    """Metal behind the board that is not part of the package: a tube, a finger's bone, a battery.
+    """Metal behind the board, like a tube or a battery, modelled as an infinite plate of its thickness with air behind.
 
-    The model is an infinite plate of its thickness with air behind it.
+    It is not part of the package.
     """
 
     material: Conductor = key(ConductorChoice, "its metal")
@@ -296,10 +296,7 @@ class Mount(Section):
 
 
 class TolerancesDocument(Section):
-    """Tolerance (half the band) of each part as delivered.
-
-    Write the tolerances that you measured; others come from the process.
-    """
+    """Tolerance (half the band) of each delivered part. Write measured values; others come from the part's process."""
 
     board: float | None = key(Tolerance, "thickness of the board's body; fpc.rules if left out", None)
     outline: float | None = key(Tolerance, "length and width of the board; fpc.rules if left out", None)
