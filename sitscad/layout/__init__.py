@@ -83,7 +83,7 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
     round_it += round_it <= -0.5 + 1e-9
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
-    # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
+    # a lead round a single coil needs room beside it; lanes past several coils already have it
     tried = list(dict.fromkeys(breadth for _, breadth in boards(level, bus)))
     ground = tried[: 1 + int(bool(round_it) and len(none) == 1) + wider][-1]
     bare = _assemble(level, _unrouted(level, bus, none, (), ground))
@@ -189,7 +189,7 @@ def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: 
         if routing is None and spec.fpc.body is not None and in_line(spec) and bus.is_stacked:
             # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
             routing = route_freely(spec, bus, wound, front, searches)
-        if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
+        if routing is None:  # only trials show the room for leads or outer vias beside or between the coils
             stuck = None if searches.stuck is None else spec.array.placements[searches.stuck].name
             shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("count", 1), ("coil", stuck)) if stuck else ()))
         elif not _tail_is_clear(spec.fpc.rules, routing):
@@ -381,7 +381,7 @@ def _about_axis(spec: SensorSpec) -> SensorSpec:
 
 def _axis_height(array: ArraySpec) -> float:
     height = array.middle[1]
-    return height if abs(height) > 1e-9 else 0.0  # less is what rounding leaves of a sum
+    return height if abs(height) > 1e-9 else 0.0  # smaller values are rounding errors of a sum
 
 
 def _placed(layout: Layout, spec: SensorSpec) -> Layout:

@@ -286,7 +286,7 @@ class Layout:
         for trace in self.traces:
             for segment in trace.path:
                 if isinstance(segment, Arc) and abs(segment.centre.x - middle) > half + segment.radius:
-                    continue  # a coil's, as most are: far from the tail, and its box takes time
+                    continue  # a coil's trace, like most: far from the tail, and its box is slow to compute
                 x0, _, x1, _ = segment.box
                 if x0 < high and x1 > low:
                     found.append((trace, segment))
@@ -512,7 +512,7 @@ class _CopperAround:
         if kind == "pad":
             return self._layout.all_pads[number].holds(leg.start)
         if number == index:
-            return False  # what is left of it lies farther along it
+            return False  # the remaining part lies farther along the track
         other = self._layout.traces[number].path
         if min(p.distance(leg.start) for p in (other.start, other.end)) < SLACK:
             return True
@@ -532,7 +532,7 @@ def as_made(layout: Layout, spec: SensorSpec) -> Layout:
     # by centre lines: wider tracks make a coil larger, but do not move them
     larger = (coil.size[0] - coil.trace_width) / (drawn.size[0] - drawn.trace_width)
 
-    # a coil's tracks are the board's own, not others that look alike
+    # a coil's tracks are the same objects as the board's, not equal copies
     traces = tuple(replace(trace, width=wider * trace.width) for trace in layout.traces)
     etched = {id(own): trace for own, trace in zip(layout.traces, traces, strict=True)}
 

@@ -206,7 +206,7 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
     asked = np.full(len(i), spacing)
     gap = _gaps(copper, i, j, asked, along=DETOUR)
     bad = np.flatnonzero((gap > ROUNDING) & (gap < spacing - ROUNDING))
-    bad = bad[_gaps(copper, i[bad], j[bad], asked[bad]) >= spacing - ROUNDING]  # what is farther along is a clearance
+    bad = bad[_gaps(copper, i[bad], j[bad], asked[bad]) >= spacing - ROUNDING]  # the rest has a clearance
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
 
 

@@ -354,7 +354,7 @@ def _beside_via(rules: DesignRules) -> float:
 
 
 def chip_of(tail: Tail | None, chip: Chip | None, bus: Bus) -> Chip | None:
-    """Return the capacitor across each pair before its contacts. None without a tail, or if pairs lie side by side."""
+    """Return capacitor across each pair before its contacts. None if there is no tail, or if pairs lie side by side."""
     return chip if tail is not None and bus.is_stacked else None
 
 

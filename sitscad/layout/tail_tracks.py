@@ -224,7 +224,7 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
 
 
 def contact_rows(layout: Layout) -> list[tuple[str, ...]]:
-    """Return the table of the contacts, with the column heads first. Empty without contacts."""
+    """Return the table of the contacts, with the column heads first. Empty if there are no contacts."""
     head = "contact", "pin", "net", "coil", layout.spec.readout.device.part, "channel", "its pin"
     rows = [contact.cells for contact in contacts(layout)]
     return [head, *rows] if rows else []

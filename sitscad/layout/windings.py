@@ -41,7 +41,7 @@ SHARPEST = math.cos(math.radians(82.0))
 """Cosine of the least angle by which a straight stub turns away from its turn. Sharper corners hold etchant."""
 
 AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
-ROUNDING = 0.5e-6  # What points a little apart may miss (m)
+ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
 
 
 @record
@@ -97,7 +97,7 @@ def place_inner_vias(
     places = _clear_places(inside, joins[0][0].point, distinct, hole_keep_out(hole, rules, spacing), width)
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
         for turn, count in zip(innermost, turns, strict=True):
-            if count > 1.0 - 1e-9:  # less than a turn goes round nothing
+            if count > 1.0 - 1e-9:  # less than a turn encloses no point
                 # whether a turn, closed by a straight line, goes round each place (n): its winding
                 # number about it is not 0
                 points = Path(tuple(turn.segments)).flattened(SAMPLE / 6)
@@ -199,7 +199,7 @@ class _StubRoom:
     def __init__(self, points: dict[int, Array], wanted: float, asked: float) -> None:
         self.points, self.wanted, self.asked = points, wanted, asked
         self._ways: dict[int, Array] = {}  # from each point along the turn to its end (m)
-        self.alike: dict[int, int] = {}  # of every layer the first that lies as it does: layers of a stack repeat
+        self.alike: dict[int, int] = {}  # for each layer, the first layer with the same position
         for layer, turn in points.items():
             steps = np.hypot(*np.diff(turn, axis=0).T)
             self._ways[layer] = np.append(np.cumsum(steps[::-1])[::-1], 0.0)

@@ -134,18 +134,18 @@ def joints(spec: SensorSpec) -> tuple[Body, ...]:
 
 
 def joined(spec: SensorSpec) -> Body | None:
-    """Return the box round the pads that webs join. None without webs."""
+    """Return the box round the pads that webs join. None if there are no webs."""
     pad, piece = elastomer(spec), joined_part(spec)
     return None if pad is None or piece is None else replace(pad, plan=piece.place)
 
 
 def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return all soft pads. Empty without an elastomer."""
+    """Return all soft pads. Empty if there is no elastomer."""
     return _each(spec, elastomer)
 
 
 def targets(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return all conducting plates. Empty without a target."""
+    """Return all conducting plates. Empty if there is no target."""
     return _each(spec, target)
 
 
@@ -173,7 +173,7 @@ def board_heights(stackup: Stackup) -> Heights:
 def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
     """Return the heights of the shield behind the board.
 
-    None without a shield. Its fit above the jaw's metal is not checked.
+    None if there is no shield. Its fit above the jaw's metal is not checked.
     """
     if shield is None:
         return None
@@ -184,7 +184,7 @@ def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
 def seat_heights(stackup: Stackup, mount: Mount | None) -> Heights | None:
     """Return the heights of the standoff: from the face under the mount to the board's bottom face.
 
-    None without a mount.
+    None if there is no mount.
     """
     lower = board_heights(stackup)[0]
     return None if mount is None else (lower - mount.standoff, lower)
@@ -193,7 +193,7 @@ def seat_heights(stackup: Stackup, mount: Mount | None) -> Heights | None:
 def seat_spans(spec: SensorSpec) -> list[Heights]:
     """Return the heights (m) that the seat on a jaw fills: from metal to shield, and from shield to the board's bottom.
 
-    Empty without a mount. Its pieces are printed. Their names are those of `MOUNT_PIECES` in this order.
+    Empty if there is no mount. Its pieces are printed. Their names are those of `MOUNT_PIECES` in this order.
     """
     seat, shield = seat_heights(spec.fpc.stackup, spec.mount), shield_heights(spec.fpc.stackup, spec.shield)
     if seat is None:
@@ -233,14 +233,14 @@ def lines_below_target(spec: SensorSpec) -> int:
 def target_gap(spec: SensorSpec) -> float | None:
     """Return the gap (m) from the board's top face to the target's near face at rest, with glue.
 
-    None without a target.
+    None if there is no target.
     """
     plate = target(spec)
     return None if plate is None else plate.lower + target_lines(spec)
 
 
 def shield_span(spec: SensorSpec) -> Heights | None:
-    """Return the heights (m) of the shield's faces, with the glue between shield and board. None without a shield."""
+    """Return heights (m) of the shield's faces, with the glue between shield and board. None if there is no shield."""
     sheet = shield_heights(spec.fpc.stackup, spec.shield)
     if sheet is None:
         return None
@@ -258,7 +258,7 @@ def lines_over_shield(stackup: Stackup, mount: Mount | None, shield: Shield | No
 
 
 def shield_gap_text(spec: SensorSpec) -> str:
-    """Return the distance from board to shield as text, as drawn and with glue lines. Empty without a shield."""
+    """Return the distance from board to shield as text, as drawn and with glue lines. Empty if there is no shield."""
     if spec.shield is None:
         return ""
     glue = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
@@ -276,7 +276,7 @@ def lines_over_carrier(spec: SensorSpec) -> int:
 def carrier_face(spec: SensorSpec) -> float | None:
     """Return the height (m) of the face below the mount, with glue lines (those in a jaw included).
 
-    None without a mount.
+    None if there is no mount.
     """
     seat = seat_heights(spec.fpc.stackup, spec.mount)
     if seat is None:
@@ -285,7 +285,7 @@ def carrier_face(spec: SensorSpec) -> float | None:
 
 
 def metal_face(spec: SensorSpec) -> float | None:
-    """Return the height (m) of the metal's face behind the board, with glue lines. None without a mount.
+    """Return the height (m) of the metal's face behind the board, with glue lines. None if there is no mount.
 
     For a mount without metal, it is the height of the face below the mount.
     """

@@ -124,7 +124,7 @@ Levels = dict[str, tuple[Toleranced, Toleranced]]
 def column(layout: Layout) -> tuple[Layer, ...]:
     """Return the layers between the backs of the closed jaws, from the jaw's lowest point upwards.
 
-    Empty without a jaw.
+    Empty if there is no jaw.
 
     The layout caches them, because each piece made to measure uses them.
     """
@@ -225,7 +225,7 @@ def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
 
 
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
-    """Return the tolerances of the distance and the thickness of `mount.metal_behind`. None without it.
+    """Return tolerances of the distance and the thickness of `mount.metal_behind`. None if the spec has no such metal.
 
     If the spec has none, they are those of a piece of the mount and of a rolled sheet.
     """

@@ -111,7 +111,7 @@ class ClosedSection:
 def fit(layout: Layout) -> tuple[Measure, ...]:
     """Return the fit measurements of a sensor in a jaw.
 
-    Empty without a jaw. Raises `PartsError` if the shield does not fit.
+    Empty if there is no jaw. Raises `PartsError` if the shield does not fit.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
@@ -144,7 +144,7 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
 
 
 def closed_section(layout: Layout) -> ClosedSection | None:
-    """Return the closed pair from the spec's figures, with all glue lines. None without a jaw.
+    """Return the closed pair from the spec's figures, with all glue lines. None if there is no jaw.
 
     Only corners and the ends of rounded edges can be farthest from the axis. Raises `PartsError` if the shield does not
     fit.
@@ -306,7 +306,7 @@ class Shaft:
 
 
 def shaft(own: Assembly, jaw: Jaw | None) -> Shaft | None:
-    """Return the shaft behind the spec's jaw: as in the spec, otherwise as usual for its port. None without a jaw."""
+    """Return shaft behind the spec's jaw: as in the spec, otherwise as usual for its port. None if there is no jaw."""
     if jaw is None:
         return None
     table, port = rows("shafts"), jaw.port_diameter
@@ -366,8 +366,8 @@ class PinGap:
 def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     """Return the gaps at the pin, with the jaws closed and wide open.
 
-    Empty without a hinge, or if the tail is led along the jaw. Raises `PartsError` if the shield does not fit into the
-    standoff.
+    Empty if there is no hinge, or if the tail is led along the jaw. Raises `PartsError` if the shield does not fit into
+    the standoff.
     """
     jaw, behind, pivot = layout.spec.jaw, shaft(layout.spec.assembly, layout.spec.jaw), hinge_pivot(layout)
     closed = tail_path(layout)
@@ -385,7 +385,7 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
 def closing(layout: Layout) -> Closing | None:
     """Return the closing motion of the sensor's jaws.
 
-    None without a jaw. Raises `PartsError` if the shield does not fit.
+    None if there is no jaw. Raises `PartsError` if the shield does not fit.
 
     Backs on the port's circle are parallel when the pair is as high as the port. The port's height less that of the
     closed pair with the sensor is left for tissue.

@@ -84,7 +84,7 @@ def pivot_along(body: tuple[float, float, float, float], jaw: Jaw | None) -> flo
 def closed_span(spec: SensorSpec) -> Heights | None:
     """Return the heights (m) of the backs of the jaw and of the opposing jaw, closed without force.
 
-    None without a jaw.
+    None if there is no jaw.
 
     The hinge keeps both jaws level. The closed pair's axis therefore lies half way between these heights.
     """

@@ -26,7 +26,7 @@ from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention
 TIGHT = 0.15e-3
 """Gap (m), on each side, between printed parts that are joined by hand. Coarser processes leave more."""
 
-STOP = 0.5e-3  # Thickness of a ledge (m) where the process makes it so thin
+STOP = 0.5e-3  # Thickness of a ledge (m), if the process can make it
 
 LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
 """Largest length (m) of the tongue under the tail behind the body, and the smallest useful length (m)."""
@@ -67,7 +67,7 @@ def ledge(mount: Mount | None) -> float:
 def stop_place(
     body: tuple[float, float, float, float], fitted: Jaw | None, mount: Mount | None
 ) -> tuple[float, float] | None:
-    """Return the range along the jaw (m) of the ledge before the board's end at the tip. None without room for it."""
+    """Return the range along the jaw (m) of the ledge before the board's end at the tip. None if there is no room."""
     inner = body[0] - clearance(mount)
     outer = inner - ledge(mount)
     return None if fitted and jaw_range(body, fitted)[0] > outer + 1e-9 else (outer, inner)
@@ -92,7 +92,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
 
 
 def relief(layout: Layout) -> Relief | None:
-    """Return the tongue under the tail. None without a tail, or if jaw and stiffener leave it no room."""
+    """Return the tongue under the tail. None if there is no tail, or if jaw and stiffener leave it no room."""
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
@@ -166,7 +166,7 @@ def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
 
 
 def metal_below(layout: Layout) -> float | None:
-    """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None without a dovetail."""
+    """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None if there is no dovetail."""
     found, jaw = retention(layout.body, layout.spec.mount), layout.spec.jaw
     if found is None or jaw is None or found.kind != "dovetail":
         return None
@@ -179,7 +179,7 @@ def metal_below(layout: Layout) -> float | None:
 
 
 def pin_places(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[tuple[float, float], ...]:
-    """Return the positions of pins (m): two in the jaw's middle. Empty without pins."""
+    """Return the positions of pins (m): two in the jaw's middle. Empty if there are no pins."""
     found = retention(body, mount)
     if found is None or found.kind != "pins" or found.spacing is None:
         return ()

@@ -102,7 +102,7 @@ def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
 
 
 def shield_part(layout: Layout) -> tuple[CutPart, ...]:
-    """Return the shield as a part to be cut. Empty without a shield. Raises `PartsError` if it does not fit."""
+    """Return the shield as a part to be cut. Empty if there is no shield. Raises `PartsError` if it does not fit."""
     sheet, body = layout.spec.shield, shield(layout)
     if sheet is None or body is None:
         return ()

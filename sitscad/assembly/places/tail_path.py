@@ -165,7 +165,7 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 
 def _drop(layout: Layout) -> float | None:
-    """Return the descent (m) of the tail to the face of the jaw or the finger. None without either."""
+    """Return the descent (m) of the tail to the face of the jaw or the finger. None if there is neither."""
     mount, jaw, face = layout.spec.mount, layout.spec.jaw, carrier_face(layout.spec)
     if mount is None or face is None or (jaw is None and mount.finger is None):
         return None
@@ -309,7 +309,7 @@ def own_bend(layout: Layout) -> Bend | None:
 def room_for_own(layout: Layout) -> tuple[float, float] | None:
     """Return the range of x (m) of straight tracks for the spec's own bend, beyond the mount and its bends.
 
-    None without room.
+    None if there is no room.
     """
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
@@ -321,7 +321,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 
 def pivot_line(layout: Layout) -> float | None:
-    """Return x (m) on the flat tail that lies under the hinge's pivot in the mounted sensor. None without a hinge."""
+    """Return x (m) on the flat tail that lies under the hinge's pivot when mounted. None if there is no hinge."""
     pivot, path = pivot_along(layout.body, layout.spec.jaw), tail_path(layout)
     if pivot is None or path is None:
         return pivot

@@ -45,9 +45,9 @@ RED = "#d00000"
 """Colour of excess volume."""
 PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
 BOARD = "board"
-BEFORE, BEHIND = 11.0, 4.0  # What is shown of the tail before and behind the pin (mm)
+BEFORE, BEHIND = 11.0, 4.0  # Drawn length of the tail before and behind the pin (mm)
 MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
-MOST = 4  # Clashes that are drawn of one sensor: the gravest of each pair, and no more pictures than anybody looks at
+MOST = 4  # Largest number of drawn clashes per sensor: the worst of each pair
 ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across the jaw, and along it
 
 
@@ -257,7 +257,10 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
 
 
 def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
-    """Return the volume (m3) that a mount's STEP file shares with the rod for the tail's bend. Empty without both."""
+    """Return volume (m3) that a mount's STEP file shares with the rod for the tail's bend.
+
+    Empty if there is no file or no rod.
+    """
     mount, down = layout.spec.mount, [bend for bend in bends(layout) if bend.direction == "down" and bend.radius]
     if mount is None or mount.step is None or mount.kind != "custom" or not down:
         return ()

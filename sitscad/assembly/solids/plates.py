@@ -212,7 +212,7 @@ CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
 
 
 def metal_below(layout: Layout) -> tuple[Solid, ...]:
-    """Return a metal finger or `mount.metal_behind`, as far as they are drawn. Empty without either.
+    """Return a metal finger or `mount.metal_behind`, as far as they are drawn. Empty if there is neither.
 
     They are not manufactured, weighed or printed. A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a
     coil's size beyond the board's body, or fills the finger around it.

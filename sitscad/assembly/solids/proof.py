@@ -26,13 +26,13 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount
 from sitscad.spec.sensor import SensorSpec
 
-TIP_STEP = 0.5e-3  # How far (m) the other jaw's tip goes between two positions that it is tried in
-SEARCH = 2.0  # Gaps (mm) are looked for up to here: what is farther apart is said to be this far
+TIP_STEP = 0.5e-3  # Step (m) of the opposing jaw's tip between two tested positions
+SEARCH = 2.0  # Largest gap (mm) that is measured: larger gaps are reported with this value
 SLIVER = 1e-12
 """Largest volume (m3) of an overlap of two chord meshes of a touching round face: 10 um by 0.3 mm by 0.3 mm."""
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
-SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # What is measured
+SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # Kinds of measurements
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
 """Pieces whose gaps are reported together. All others appear under their own names."""
@@ -101,7 +101,7 @@ class Meshed:
 
 
 def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
-    """Measure the solids of `sitscad.assembly.solids.whole.whole`. None without a jaw.
+    """Measure the solids of `sitscad.assembly.solids.whole.whole`. None if there is no jaw.
 
     Raises `MissingExtra`, `PartsError`.
     """
@@ -191,7 +191,7 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
             when = f"open by {math.degrees(angle):.3g} deg"
             for other in (other for other in still if box_gap(there, other.body) < 0.0):
                 shared, key, names = there ^ other.body, (other.group, one.group), (other.solid.name, one.solid.name)
-                volume = float(shared.volume()) * 1e-9  # that both take
+                volume = float(shared.volume()) * 1e-9  # shared by both
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
                     worst[key] = Measured(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
     if worst:
@@ -307,7 +307,7 @@ COARSE = (0.05, 0.5)
 
 FACING = 0.9  # Cosine between two faces from which on they are the two sides of one wall
 SUPPORTED = math.cos(math.radians(45.0))  # Faces that look down more steeply than this want support: 45 degrees
-GRAIN = 2e-6  # What is thinner than a limit by less than this (m) is not
+GRAIN = 2e-6  # Shortfalls below this (m) do not count
 
 BEDS: dict[str, tuple[int, float]] = {
     f"{sign}{axis}": (i, s) for i, axis in enumerate("xyz") for sign, s in (("-", -1.0), ("+", 1.0))

@@ -207,7 +207,7 @@ def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
 def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     """Return the ledges on both sides of the board with the feet that join them to the slab.
 
-    Empty without room for them.
+    Empty if there is no room for them.
     """
     halves = side_ledges(layout)
     if halves is None:

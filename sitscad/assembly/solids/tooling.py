@@ -60,8 +60,8 @@ DRAFT = math.radians(3.0)
 FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
 GROOVE, RIM = 1.0e-3, 1.0e-3
 VENT = 1.0e-3
-CAVITIES = 4  # A bad pad of four is a pad to throw away, not an afternoon
-SPILL = 1.3  # What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)
+CAVITIES = 4  # With four pads per casting, a bad pad costs no extra casting
+SPILL = 1.3  # Mixed volume over the cavities' volume: the rest stays on cup and stirrer or runs over (from memory)
 
 LEAST_MIX = 5e-6
 """Smallest volume (m3) of two liquids that can be weighed well on a laboratory balance (from memory)."""
@@ -77,7 +77,7 @@ class Pour:
 
 
 def pour(spec: SensorSpec) -> Pour | None:
-    """Return the silicone to mix for one mould. None without an elastomer."""
+    """Return the silicone to mix for one mould. None if there is no elastomer."""
     body = elastomer(spec)
     if body is None:
         return None
@@ -92,7 +92,7 @@ def _cavities(spec: SensorSpec) -> int:
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
-    """Return tray and lid, each as it is printed, beside the sensor's place. Empty without an elastomer."""
+    """Return tray and lid, each as it is printed, beside the sensor's place. Empty if there is no elastomer."""
     pad = joined(layout.spec) or elastomer(layout.spec)
     if pad is None:
         return ()

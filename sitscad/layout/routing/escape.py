@@ -34,7 +34,7 @@ from sitscad.layout.routing.branches import (
     least_closing,
 )
 
-TRIALS_OF_A_WAVE = 50  # What it takes to find the ways through the array to one coil, in trials
+TRIALS_OF_A_WAVE = 50  # Cost, in trials, of a search for the paths through the array to one coil
 
 BUDGET = 16_000
 """Largest number of branch trials for all searches of one board: a few seconds.
@@ -101,9 +101,9 @@ TRIALS = 2_000
 QUICK = 100
 """Number of trials per exit at first, if the first escape is taken: an exit without an escape spends them all."""
 
-PIECES = 48  # Pieces of the ring road of which it is known whether a track may run there
-PROVED = 8  # Legs refused on a layer after which that is looked up: most searches find a way before
-SPARED = 0.04  # Leads that run so little farther round their coil than they must (turns) are as good as any
+PIECES = 48  # Number of pieces of the ring road that are marked open or closed to tracks
+PROVED = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
+SPARED = 0.04  # Excess (turns) of a closing arc that counts as none
 
 INSIDE = 0.1
 """Largest deviation (turns) of an inside lead's exit from the one with no closing arc, past inner vias."""
@@ -117,7 +117,7 @@ They compensate the area that this lead sweeps inside, or pass an inner via.
 NEAR = math.radians(60.0)
 """Largest angle (rad) of a via from the exit of an inside lead, or from the place where this lead comes out."""
 
-STEP_BACK = 1e-3  # How far back on the ring (rad) its direction is taken
+STEP_BACK = 1e-3  # Step back on the ring (rad) for the ring's direction
 
 SHARPEST = math.cos(math.radians(40.0))
 """Cosine of the sharpest angle at which a lead leaves the ring: the parts of a sharper lead would overlap."""

@@ -111,7 +111,7 @@ def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
 
 
 EXITS = 24
-MARGIN = 2e-6  # Kept beyond the rules (m), for what the points along a way do not see
+MARGIN = 2e-6  # Margin (m) on the rules' clearance, for places between the sampled points of a path
 
 CHORD = 2e-6
 STRIDE = 0.71  # Half a diagonal step of the lattice, in steps

@@ -382,7 +382,7 @@ def _free_ways(
             if escapes.coil not in can_leave:
                 board, _, way_out = mazes.rows(roomiest, lanes)
                 if isinstance(_led_out(board, [escapes.coil], way_out), Stuck):
-                    return  # not even alone
+                    return  # no routing even for this coil alone
             can_leave.add(escapes.coil)
 
 
@@ -429,8 +429,8 @@ def _leads_wait(spec: SensorSpec, tail: TailFrame) -> bool:
     return in_line(spec) and not tail.taper.narrows
 
 
-FURTHER = 1_500  # So many trials more may be spent where leads run farther round their coils than they must
-BASES = 3  # How far from other coils ways may run: no farther than they must, a track farther, a via farther
+FURTHER = 1_500  # Extra trials if leads run farther round their coils than necessary
+BASES = 3  # Distances of paths from other coils: the minimum, plus a track, plus a via
 
 LIKELY_ORDERS = 2
 """Number of orders in the tail that are tried on all boards first: a wider board costs less than all orders."""
