@@ -91,14 +91,14 @@ class BenchTable:
 
         Raises BenchError if `asked` contradicts the table, or if the table's word is unknown.
         """
-        line, said = self.rotation
-        if said and said not in ROTATIONS:
-            raise BenchError(f"{self.path}:{line}:1 rotation {said!r}: {' or '.join(ROTATIONS)} is read")
-        if said and asked and said != asked:
-            raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[said]}, and the map "
-                             f"is asked for one {ROTATIONS[asked]}: `--rotation {said}`, or mend this line"
+        line, word = self.rotation
+        if word and word not in ROTATIONS:
+            raise BenchError(f"{self.path}:{line}:1 rotation {word!r}: {' or '.join(ROTATIONS)} is read")
+        if word and asked and word != asked:
+            raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[word]}, and the map "
+                             f"is asked for one {ROTATIONS[asked]}: `--rotation {word}`, or mend this line"
                              )
-        return (asked or said or usual) == "held"
+        return (asked or word or usual) == "held"
 
     def where(self, row: int, column: Column) -> str:
         """Return the place of a number, as path:line:column."""
@@ -109,9 +109,9 @@ class BenchTable:
 
         For several columns of a coil, it is the used one. None if there is none.
         """
-        found = [k for k, column in enumerate(self.columns) if column.name == name]
+        places = [k for k, column in enumerate(self.columns) if column.name == name]
         kind = used_kind(self.columns)
-        return next((k for k in found if self.columns[k].kind in ("", kind)), found[0] if found else None)
+        return next((k for k in places if self.columns[k].kind in ("", kind)), places[0] if places else None)
 
     def column(self, name: str) -> Column:
         """Return the used column of a coil, load or pose that the table has."""
@@ -166,19 +166,19 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
     """
     first = 0, ""
     for number, cells in whole:
-        if not (told := SAID.match(cells[0])):
+        if not (match := SAID.match(cells[0])):
             continue
-        said = (told[1].split() or ["?"])[0].strip(",;").lower()
-        if first[1] and said != first[1]:
-            raise BenchError(f"{path}:{number}:1 rotation {said!r} here, {first[1]!r} on line {first[0]}: one table is "
+        word = (match[1].split() or ["?"])[0].strip(",;").lower()
+        if first[1] and word != first[1]:
+            raise BenchError(f"{path}:{number}:1 rotation {word!r} here, {first[1]!r} on line {first[0]}: one table is "
                              "of one of both")
-        first = first if first[1] else (number, said)
+        first = first if first[1] else (number, word)
     return first
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:
     """Return the columns of a table from its header. Raises BenchError for an unknown title, or one without a unit."""
-    found = []
+    columns = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
         name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
         units = tuple(READING_UNITS) if name in coils else KINDS.get(name)
@@ -187,11 +187,11 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
             raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
                              f"each with its unit: normal_N, x_mm, C1_counts{parted}")
         if unit not in units:
-            raise BenchError(f"{where}:{number} {name} in {unit!r}: {', '.join(f'{name}_{one}' for one in units)} are "
+            raise BenchError(f"{where}:{number} {name} in {unit!r}: {', '.join(f'{name}_{end}' for end in units)} are "
                              "read")
-        found.append(Column(number, name, unit, name in coils))
-    _require_all(where, found, coils)
-    return tuple(found)
+        columns.append(Column(number, name, unit, name in coils))
+    _require_all(where, columns, coils)
+    return tuple(columns)
 
 
 def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
@@ -203,12 +203,12 @@ def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> N
             raise BenchError(f"{where}:{column.number} {column.name} has two columns")
     missing = [name for name in coils if name not in names]
     if missing or (not used_kind(found) and any(column.kind == "counts" for column in found)):
-        said = f"no column for {', '.join(missing)}" if missing else "coils in several kinds of units"
-        raise BenchError(f"{end} {said}: one of a kind for every coil is wanted, like {coils[0]}_counts")
+        fault = f"no column for {', '.join(missing)}" if missing else "coils in several kinds of units"
+        raise BenchError(f"{end} {fault}: one of a kind for every coil is wanted, like {coils[0]}_counts")
     kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}
     if len(kinds) != 1:
-        said = "loads and poses: one of both is wanted" if kinds else "neither loads nor poses: normal_N is wanted"
-        raise BenchError(f"{end} {said}")
+        fault = "loads and poses: one of both is wanted" if kinds else "neither loads nor poses: normal_N is wanted"
+        raise BenchError(f"{end} {fault}")
 
 
 def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Sequence[Column]) -> list[float]:
@@ -218,7 +218,7 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
     """
     if len(cells) != len(head):
         raise BenchError(f"{where}:{min(len(cells), len(head)) + 1} {len(cells)} cells under {len(head)} columns")
-    found = []
+    numbers = []
     for column in columns:
         text = cells[column.number - 1].strip()
         try:
@@ -226,10 +226,10 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            said = f"{text!r} is no finite number" if text else "nothing was read here"
-            raise BenchError(f"{where}:{column.number} {column.name}: {said}")
-        found.append(value)
-    return found
+            fault = f"{text!r} is no finite number" if text else "nothing was read here"
+            raise BenchError(f"{where}:{column.number} {column.name}: {fault}")
+        numbers.append(value)
+    return numbers
 
 
 def points_of(table: BenchTable, sensors: Sensors) -> Points:
@@ -252,9 +252,9 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
     _require_enough(table, moved, at_rest, motion)
     used = [table.column(name) for name in sensors.coils]
     frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
-    found = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
+    points = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
     written = np.array([rounded(table, column).max() for column in used]) / math.sqrt(3.0)
-    return replace(found, noisier=noisier(found, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
+    return replace(points, noisier=noisier(points, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
 
 
 FEWEST = 3  # Least number of points besides the tare

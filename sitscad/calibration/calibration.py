@@ -96,10 +96,10 @@ class Calibration:
             unit = f"this unit, calibrated with {points} points"
             one = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
             return (*one, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
-        found = [ForceError("any unit, read without a tare", None, self.plan.untared),
+        errors = [ForceError("any unit, read without a tare", None, self.plan.untared),
                  ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
-        return (*found, *(ForceError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
+        return (*errors, *(ForceError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
                           for number in some))
 
     @property
@@ -108,8 +108,8 @@ class Calibration:
         full = self.map.full_scale
         head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {amount_text(size, name, 4)}"
                                           for name, size in zip(self.map.axes, full, strict=True))
-        return (head, *((one.of, *(of_full_scale(error, size, name) for error, size, name
-                                   in zip(one.error, full, self.map.axes, strict=True))) for one in self.unit_errors))
+        return (head, *((each.of, *(of_full_scale(error, size, name) for error, size, name
+                                   in zip(each.error, full, self.map.axes, strict=True))) for each in self.unit_errors))
 
     @cached_property
     def crosstalk(self) -> Crosstalk:
@@ -138,26 +138,26 @@ class Calibration:
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the calibration."""
-        found = [*self.sensors.range.notes, *self.remarks]
+        notes = [*self.sensors.range.notes, *self.remarks]
         if self.turned:
             this = self.sensors.rotation
-            (other,) = (one for one in ROTATIONS if one != this)
-            words = ", ".join(
+            (other,) = (each for each in ROTATIONS if each != this)
+            text = ", ".join(
                 f"{force:.3g} N of {AXIS_WORDS[name]} as {read:.3g} N" for name, force, read in self.turned
             )
-            found.append(f"made for a target that is {ROTATIONS[this]}. If the target is {ROTATIONS[other]}, the map "
-                         f"reads {words} (under half of the full normal force). `sitscad calibrate --rotation {other}` "
+            notes.append(f"made for a target that is {ROTATIONS[this]}. If the target is {ROTATIONS[other]}, the map "
+                         f"reads {text} (under half of the full normal force). `sitscad calibrate --rotation {other}` "
                          "makes the other map")
         if not set(FORCES) <= set(self.map.axes):
-            found.append(f"measured: {load_words(self.map.axes)} alone; forces along other axes appear as these")
+            notes.append(f"measured: {load_words(self.map.axes)} alone; forces along other axes appear as these")
         if self.fit is not None:
-            found += far_off(self.sensors, self.fit)
+            notes += far_off(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:
-            found.append("fewer than three rows without load: noise of the readings is not told from drift, nor a slip "
+            notes.append("fewer than three rows without load: noise of the readings is not told from drift, nor a slip "
                          "in the tare; take it again in the middle of the rows and at their end")
         if self.fit is not None and not self.fit.settled:
-            found.append("the fit of the model did not settle: its unknowns are not to be trusted")
-        return tuple(found)
+            notes.append("the fit of the model did not settle: its unknowns are not to be trusted")
+        return tuple(notes)
 
     @property
     def moved(self) -> Mapping[str, Mapping[str, float]]:
@@ -168,9 +168,9 @@ class Calibration:
         if self.fit is None:
             return {}
         rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
-        return {one.name: {"value": float(value), "moved_by_sigmas": float(moved),
-                           "sigma": float(sure * one.sigma), "sigma_before": one.sigma}
-                for one, value, moved, sure in rows if one.is_fitted}
+        return {each.name: {"value": float(value), "moved_by_sigmas": float(moved),
+                           "sigma": float(sure * each.sigma), "sigma_before": each.sigma}
+                for each, value, moved, sure in rows if each.is_fitted}
 
     def document(self) -> dict[str, Any]:
         """Return the whole calibration as plain values for JSON."""
@@ -180,9 +180,9 @@ class Calibration:
             "rotation": self.sensors.rotation,
             **by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
-            "unit_errors": [{"of": one.of, "points": one.points,
-                             **by_unit("error_", "", dict(zip(self.map.axes, one.error.tolist(), strict=True)))}
-                            for one in self.unit_errors], "errors_are": self.errors_are,
+            "unit_errors": [{"of": each.of, "points": each.points,
+                             **by_unit("error_", "", dict(zip(self.map.axes, each.error.tolist(), strict=True)))}
+                            for each in self.unit_errors], "errors_are": self.errors_are,
             "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
         }
         if self.plan is not None:
@@ -191,7 +191,7 @@ class Calibration:
                              "expected_error_N": self.plan.errors[:, is_force].tolist()}
             if self.sensors.range.has_moments:
                 found["plan"] |= {"loads_Nm": self.plan.loads[:, count:].tolist(),
-                                  "expected_error_Nm": self.plan.errors[:, [not one for one in is_force]].tolist()}
+                                  "expected_error_Nm": self.plan.errors[:, [not each for each in is_force]].tolist()}
         if self.fit is not None and self.points is not None:
             found["points"] = len(self.points)
             found["errors_larger_than_expected"] = self.fit.excess
@@ -214,8 +214,8 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
     untold = np.maximum(error_on_others(sensors, drawn), drawn.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
     drawn = replace(drawn, error=untold)
-    found = Calibration(sensors, drawn, replace(planned, errors=errors))
-    return replace(found, turned=turned_otherwise(found, np.zeros(len(sensors.known))))
+    calibration = Calibration(sensors, drawn, replace(planned, errors=errors))
+    return replace(calibration, turned=turned_otherwise(calibration, np.zeros(len(sensors.known))))
 
 
 def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
@@ -256,10 +256,10 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     drawn, corners = np.zeros(len(sensors.known)), sensors.range.corners
     lost = corners[sensors.gives_way(drawn, corners)]
     if len(lost):
-        said = ", ".join(f"{name} {amount_text(force, name)}"
+        text = ", ".join(f"{name} {amount_text(force, name)}"
                          for name, force in zip(AXES, lost[0], strict=False) if force)
         raise NoResponse(
-            f"the pad gives way sideways under {said}, the target {ROTATIONS[sensors.rotation]}: no calibration "
+            f"the pad gives way sideways under {text}, the target {ROTATIONS[sensors.rotation]}: no calibration "
             "reaches that load; a thinner or stiffer pad"
             + ("" if is_held or sensors.range.has_moments else ", or --rotation held")
         )
@@ -273,10 +273,10 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
     """Return the calibration of the measured sensor, from the fitted unknowns of the model."""
     sensors, fit = charted_fit(sensors, points)
-    found = own_map(sensors, fit.errors)
-    sigma, error = stated_error(sensors, found, fit)
-    made = replace(found, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
-    return Calibration(sensors, made, None, points, fit, sigma=sigma)
+    fitted = own_map(sensors, fit.errors)
+    sigma, error = stated_error(sensors, fitted, fit)
+    stated = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
+    return Calibration(sensors, stated, None, points, fit, sigma=sigma)
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
@@ -286,7 +286,7 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     It is made again if the new fit lies outside it.
     """
     fit = fit_model(sensors, points, rounds=1)
-    moving = [one.name in (*POSE_ERRORS, *PAD_ERRORS) for one in sensors.known]
+    moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.known]
     for _ in range(CHARTS):
         far = np.abs(fit.moved)[moving].max()
         if far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):

@@ -81,12 +81,12 @@ class InverseMap:
 
     def checked(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """Return `mixed` of readings and a tare. Raises ValueError if a map cannot take them."""
-        given, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)
-        if given.shape[1:] != (len(self.coils),) or rest.shape != (len(self.coils),):
+        values, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)
+        if values.shape[1:] != (len(self.coils),) or rest.shape != (len(self.coils),):
             raise ValueError(f"readings of {len(self.coils)} coils, and one tare for each, are wanted")
-        if not (np.all(given > 0.0) and np.all(rest > 0.0)):
+        if not (np.all(values > 0.0) and np.all(rest > 0.0)):
             raise ValueError("readings and tare are positive numbers")
-        return self.mixed(given, rest)
+        return self.mixed(values, rest)
 
     def forces_at(self, mixed: Array) -> Array:
         """Return forces (n, axes; N) at values of `mixed`, without limits."""
@@ -138,9 +138,9 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
                              "same table")
         arrays: dict[str, Any] = {name: np.asarray(known[name], dtype=float) for name in ARRAYS}
         arrays["powers"] = np.asarray(known["powers"], dtype=np.int64).reshape(-1, len(known["axes"]))
-        words: dict[str, Any] = {name: str(known[name]) for name in ("sensor", "revision")}
-        words |= {name: tuple(known[name]) for name in ("coils", "axes")}
-        return InverseMap(**words, **arrays)
+        texts: dict[str, Any] = {name: str(known[name]) for name in ("sensor", "revision")}
+        texts |= {name: tuple(known[name]) for name in ("coils", "axes")}
+        return InverseMap(**texts, **arrays)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error
 

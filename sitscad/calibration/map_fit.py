@@ -81,8 +81,8 @@ def map_terms(axes: int, count: int) -> Exponents:
 
     The degree is the highest, at most `MAX_DEGREE`, with `POINTS_A_TERM` samples per term.
     """
-    found = (exponents([1.0] * axes, degree, 1) for degree in range(MAX_DEGREE, 0, -1))
-    return next(each for each in found if count >= POINTS_A_TERM * len(each))
+    terms = (exponents([1.0] * axes, degree, 1) for degree in range(MAX_DEGREE, 0, -1))
+    return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
 def linear(seen: Array, forces: Array, noise: Array) -> Array:
@@ -96,16 +96,16 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
     `rest` (coils; Hz) is the reading without load.
     """
-    own, spec, scope = gain(sensors), sensors.model.spec, sensors.range
-    seen = changes(learnt.readings, learnt.rest, own)
-    mix = linear(seen, learnt.forces, 2.0 * sensors.noise * own)
+    gains, spec, scope = gain(sensors), sensors.model.spec, sensors.range
+    seen = changes(learnt.readings, learnt.rest, gains)
+    mix = linear(seen, learnt.forces, 2.0 * sensors.noise * gains)
     mixed = seen @ mix.T
     powers = map_terms(len(mix), len(seen))
     coefficients = np.linalg.lstsq(monomials(mixed, powers), learnt.forces, rcond=SMALLEST)[0]
     return InverseMap(
         sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
         full_scale=scope.full_scales, error=np.zeros(len(mix)), rest=np.rint(sensors.conversion.counts(rest)),
-        gain=own, mix=mix, low=mixed.min(axis=0), high=mixed.max(axis=0), powers=powers,
+        gain=gains, mix=mix, low=mixed.min(axis=0), high=mixed.max(axis=0), powers=powers,
         coefficients=np.ascontiguousarray(coefficients.T),  # memory layout as after reading a document
     )
 
@@ -134,11 +134,11 @@ def own_map(sensors: Sensors, errors: Array) -> InverseMap:
     solved = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
     right, left = _set_right(sensors, errors, loads, solved)
     readings = whole.readings * right
-    found = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
+    fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
-    by_form = found(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
-    by_chart = found(solved[1:] * left, solved[0]) - found(readings[:SOLVED], whole.rest)
-    return replace(found, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
+    by_form = fitted(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
+    by_chart = fitted(solved[1:] * left, solved[0]) - fitted(readings[:SOLVED], whole.rest)
+    return replace(fitted, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
@@ -163,7 +163,7 @@ def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> 
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)
     known, asked = (monomials(part[:, columns] / scale, powers) for part in (tried[1:], loads))
-    found = np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]
+    coefficients = np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]
     leverage = np.sum(np.linalg.qr(known)[0] ** 2, axis=1)[:, None]
-    more = (off[1:] - off[0] - known @ found) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
-    return np.exp(asked @ found), np.exp(more)
+    more = (off[1:] - off[0] - known @ coefficients) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
+    return np.exp(asked @ coefficients), np.exp(more)

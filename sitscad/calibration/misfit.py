@@ -85,21 +85,21 @@ def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit
     The error is 0 for poses.
     """
     row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.odd)))
-    said, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
+    text, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
     if fit.force_errors is not None:
         off = np.nan_to_num(np.abs(fit.force_errors[row]) / sensors.range.full_scales)
         axis = int(np.argmax(off))
         name, share = sensors.range.axes[axis], float(off[axis])
-        said = f"the others foretell {name} {amount_text(share * sensors.range.full_scales[axis], name)} off, {said}"
-    return f"{table.path}:{table.lines[row]}:1", said, float(fit.odd[row]), share
+        text = f"the others foretell {name} {amount_text(share * sensors.range.full_scales[axis], name)} off, {text}"
+    return f"{table.path}:{table.lines[row]}:1", text, float(fit.odd[row]), share
 
 
 def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if all loads disagree with the readings, or one row with all others. Empty otherwise."""
-    where, said, odd, _ = worst_row(table, points, sensors, fit)
+    where, text, odd, _ = worst_row(table, points, sensors, fit)
     if fit.excess <= SUSPECT and odd <= ODD:
         return ""
-    return (f"{where} loads and model are off by {fit.excess:.1f} times what is expected, and this row most: {said}: "
+    return (f"{where} loads and model are off by {fit.excess:.1f} times what is expected, and this row most: {text}: "
             "noise, hysteresis, creep, a slip, or another load than the row says? Read that row again")
 
 
@@ -145,7 +145,7 @@ class Turned:
         if self.likelier < LIKELIER:
             return ""
         rotation = self.sensors.rotation
-        (this,) = (one for one in ROTATIONS if one != rotation)
+        (this,) = (each for each in ROTATIONS if each != rotation)
         return (f"the readings are those of a target that is {ROTATIONS[rotation]}, not {ROTATIONS[this]}, as far "
                 f"as the model knows (there they are {self.fit.excess:.1f} times as far off as is expected): was it "
                 f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
@@ -169,7 +169,7 @@ def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, f
     if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
         return None
     try:
-        found = fit_model(other(), points)
+        turned = fit_model(other(), points)
     except (NoFit, NoResponse):
         return None
-    return Turned(fit.cost - found.cost, other(), found)
+    return Turned(fit.cost - turned.cost, other(), turned)

@@ -118,11 +118,11 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
     """Return derivatives (n, k) of the residuals by forward differences of a `size`, at an edge by backward ones."""
-    found = []
+    columns = []
     for step in np.eye(values.size) * size:
         slope = (residuals(values + step) - there) / size
-        found.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / size)
-    return np.stack(found, axis=1)
+        columns.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / size)
+    return np.stack(columns, axis=1)
 
 
 ROUNDS, NEAR, SAME = 6, 0.1, 0.3
@@ -196,7 +196,7 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
     `start` is a fit with another surrogate, from which this fit begins. With `rounds` of 1, no pose is solved.
     """
     points = points.settled
-    fitted = [one.is_fitted for one in sensors.known]
+    fitted = [each.is_fitted for each in sensors.known]
     values = np.zeros(sum(fitted)) if start is None else start.moved[fitted]
     scatter = COARSE if start is None else start.scatter
     given = aim = np.log(points.frequency)
@@ -236,9 +236,9 @@ class _Problem:
 
     def errors(self, values: Array) -> Array:
         """Return errors (unknowns; own units) from values (prior standard deviations) of the fitted unknowns."""
-        found = np.zeros(len(self.sigma))
-        found[self.chosen] = values * self.sigma[self.chosen]
-        return found
+        errors = np.zeros(len(self.sigma))
+        errors[self.chosen] = values * self.sigma[self.chosen]
+        return errors
 
     def off(self, errors: Array) -> Array:
         """Return errors (n, coils) of `tared` ln f of a sensor with these errors."""
@@ -253,7 +253,7 @@ class _Problem:
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
     """Return points to be fitted, whitened at these values of the unknowns (prior standard deviations)."""
-    sigma, chosen = (np.array([getattr(one, name) for one in sensors.known]) for name in ("sigma", "is_fitted"))
+    sigma, chosen = (np.array([getattr(each, name) for each in sensors.known]) for name in ("sigma", "is_fitted"))
     empty = np.zeros((0, 0, 0))
     problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
     try:
@@ -373,7 +373,7 @@ def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
 
 def left_out(found: Fitted, count: int) -> Array:
     """Return residuals (count, each) of every point, predicted from the other points, to first order."""
-    left = found.residuals.reshape(count, -1)
-    slopes = found.slopes.reshape(count, left.shape[1], -1)
-    own = np.eye(left.shape[1]) - slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
-    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0])
+    residuals = found.residuals.reshape(count, -1)
+    slopes = found.slopes.reshape(count, residuals.shape[1], -1)
+    remainder = np.eye(residuals.shape[1]) - slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
+    return np.asarray(np.linalg.solve(remainder, residuals[:, :, None])[:, :, 0])

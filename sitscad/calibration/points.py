@@ -88,7 +88,7 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
     Differences are inward for large loads, and where the pad fails outward.
     """
-    scale, found = sensors.range.full_scales, []
+    scale, slopes = sensors.range.full_scales, []
     here = np.log(sensors.under(errors, loads))
     for column, size in zip(sensors.range.columns, scale, strict=True):
         step = np.where(loads[:, column] > 0.5 * size, -STEP, STEP)
@@ -99,8 +99,8 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
             slope = (np.log(sensors.under(errors, moved)) - here) / way[:, None]
             if np.all(np.isfinite(slope)):
                 break
-        found.append(slope)
-    return np.stack(found, axis=2)
+        slopes.append(slope)
+    return np.stack(slopes, axis=2)
 
 
 def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
@@ -108,14 +108,14 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
     They are per prior standard deviation, for the sensor as drawn or with these `errors` (unknowns).
     """
-    found, here = [], np.zeros(len(sensors.known)) if errors is None else errors
-    for k, one in enumerate(sensors.known):
-        if one.is_fitted or of_all:
+    slopes, here = [], np.zeros(len(sensors.known)) if errors is None else errors
+    for k, each in enumerate(sensors.known):
+        if each.is_fitted or of_all:
             moved = np.zeros(len(sensors.known))
-            moved[k] = MOVE * one.sigma
+            moved[k] = MOVE * each.sigma
             above, below = (np.log(sensors.under(here + way, loads)) for way in (moved, -moved))
-            found.append((above - below) / (2.0 * MOVE))
-    return np.stack(found, axis=2)
+            slopes.append((above - below) / (2.0 * MOVE))
+    return np.stack(slopes, axis=2)
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
@@ -153,14 +153,14 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     if sensors.is_held or not len(loads):
         return np.zeros((len(loads), len(sensors.coils), 2))
     moved = np.hstack([loads, np.zeros((len(loads), len(AXES) - loads.shape[1]))])
-    here, found = np.log(sensors.under(errors, moved)), []
+    here, changes = np.log(sensors.under(errors, moved)), []
     for moment, way in (("moment_y", 1.0), ("moment_x", -1.0)):  # a load at x has a moment about y, at y about -x
         column = AXES.index(moment)
         inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may fail outwards
         put = moved.copy()
         put[:, column] += inwards * usual("place") * moved[:, 0]
-        found.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
-    return np.stack(found, axis=2)
+        changes.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
+    return np.stack(changes, axis=2)
 
 
 def whiteners(covariance: Array) -> Array:
@@ -173,20 +173,20 @@ def noisier(points: Points, expected: Array) -> float:
 
     `expected` (coils) is one sigma of a row's ln f. The result is 1 if the ratio may be chance.
     """
-    left = points.restless / expected
-    free = left.size - 2 * left.shape[1] * bool(left.size)
-    square = float(np.sum(left**2))
+    residuals = points.restless / expected
+    free = residuals.size - 2 * residuals.shape[1] * bool(residuals.size)
+    square = float(np.sum(residuals**2))
     return math.sqrt(square / free) if free and chi_square_chance(np.array(square), free) < CHANCE else 1.0
 
 
 def chi_square_chance(square: Array, free: int) -> Array:
     """Return the probability of a larger chi-square (Abramowitz and Stegun 26.4.4 and 26.4.5)."""
     half, power = 0.5 * square, 0.5 * (2 - free % 2)
-    found = np.exp(-half) if power == 1.0 else np.vectorize(math.erfc)(np.sqrt(half))
+    chance = np.exp(-half) if power == 1.0 else np.vectorize(math.erfc)(np.sqrt(half))
     while power < 0.5 * free:
-        found = found + half**power * np.exp(-half) / math.gamma(power + 1.0)
+        chance = chance + half**power * np.exp(-half) / math.gamma(power + 1.0)
         power += 1.0
-    return np.asarray(found)
+    return np.asarray(chance)
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:
@@ -198,9 +198,9 @@ def load_errors(sensors: Sensors, loads: Array) -> Array:
 def tared(values: Array, at_rest: Flags) -> Array:
     """Return values (n, ...) minus their mean at rest. Rows at rest are replaced by this mean."""
     rest = values[at_rest].mean(axis=0)
-    found = values - rest
-    found[at_rest] = rest
-    return np.asarray(found)
+    changes = values - rest
+    changes[at_rest] = rest
+    return np.asarray(changes)
 
 
 LEVELS = 4
@@ -243,8 +243,8 @@ def offered(sensors: Sensors, count: int) -> Array:
             if len(axes) == 2 or abs(way[0]) > 0.99:
                 ways.append(share * way[: len(axes)])
     levels = LEVELS * math.ceil(count / (LEVELS * len(ways)))
-    found = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in ways])
-    return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in found])
+    loads = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in ways])
+    return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in loads])
 
 
 def plan(sensors: Sensors, count: int) -> Plan:
@@ -272,9 +272,9 @@ def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None 
     chosen = list(start)
     known = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
     for _ in range(count):
-        left = [k for k in (range(len(facts)) if among is None else among) if k not in chosen]
-        gains = np.linalg.slogdet(known + facts[left])[1]
-        chosen.append(left[int(np.argmax(gains))])
+        candidates = [k for k in (range(len(facts)) if among is None else among) if k not in chosen]
+        gains = np.linalg.slogdet(known + facts[candidates])[1]
+        chosen.append(candidates[int(np.argmax(gains))])
         known = known + facts[chosen[-1]]
     return chosen
 
@@ -305,17 +305,17 @@ def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) ->
     slopes = unknown_slopes(sensors, tried)
     towards = np.linalg.pinv(load_slopes(sensors, none, tried[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])
-    known, pull, found = np.eye(facts.shape[1]), np.zeros((facts.shape[1], 2)), []
+    known, pull, errors = np.eye(facts.shape[1]), np.zeros((facts.shape[1], 2)), []
     shifted = np.zeros((len(sensors.range.full_scales), 2))
     for k in order:
         known, pull = known + facts[k], pull + pulls[k]
         covariance = np.linalg.inv(known)
         square = wrong @ covariance @ np.swapaxes(wrong, 1, 2)
         shifted = np.mean((wrong @ covariance @ pull) ** 2, axis=0)
-        found.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0) + shifted.sum(axis=1)))
+        errors.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0) + shifted.sum(axis=1)))
     bare = np.sum((towards @ unknown_slopes(sensors, tried[1:], of_all=True)) ** 2, axis=2)
     scale = sensors.range.full_scales
-    return np.array(found) * scale, np.sqrt(np.mean(bare, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
+    return np.array(errors) * scale, np.sqrt(np.mean(bare, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
 
 
 def table_head(sensors: Sensors) -> list[str]:
@@ -349,6 +349,6 @@ def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
     sides = [(k, name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
     if rotation == "held":
         return ", ".join([f"press {load[0]:.3g} N", *(f"push {load[k]:+.3g} N along {name}" for k, name in sides)])
-    said = [f"{1e3 * load[0] / GRAVITY:.0f} g on it"]
-    said += [f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}" for k, name in sides]
-    return ", ".join(said)
+    parts = [f"{1e3 * load[0] / GRAVITY:.0f} g on it"]
+    parts += [f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}" for k, name in sides]
+    return ", ".join(parts)

@@ -84,7 +84,7 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
                 "and is the unit right?"
             )
     if points.loads is not None:
-        errors = np.array([STIFF * one.sigma * (one.name == "modulus") for one in sensors.known])
+        errors = np.array([STIFF * each.sigma * (each.name == "modulus") for each in sensors.known])
         stiffer = f"even if it is {100.0 * math.expm1(errors.max()):.0f} % stiffer than its material says"
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
@@ -128,17 +128,17 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
     lost = sensors.gives_way(errors, loads)
     if lost.any():
         row = int(np.argmax(lost))
-        said = ", ".join(f"{name} {amount_text(force, name, 4)}"
+        text = ", ".join(f"{name} {amount_text(force, name, 4)}"
                          for name, force in zip(LOAD, loads[row], strict=False) if force)
-        raise BenchError(f"{_place(table, row, LOAD)}: {said}: the pad gives way sideways under this load, {how}; "
+        raise BenchError(f"{_place(table, row, LOAD)}: {text}: the pad gives way sideways under this load, {how}; "
                          "leave the row out" + ", or hold the target level (--rotation held)" * (
                              not sensors.range.has_moments))
 
 
 def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
     """Return the place of the first of some columns that the table has."""
-    found = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
-    return f"{table.path}:{table.lines[row]}:{1 if found is None else found.number}"
+    column = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
+    return f"{table.path}:{table.lines[row]}:{1 if column is None else column.number}"
 
 
 FAR_BEYOND = 4.0  # Load (full scales) above which the unit is assumed wrong
@@ -179,17 +179,17 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
             )
     # Frequencies must be within the scatter of coils and capacitors
     expected = foretold(sensors, np.zeros(len(sensors.known)), points)
-    spread = {one.name: one.sigma for one in sensors.known}
+    spread = {each.name: each.sigma for each in sensors.known}
     for k, coil in enumerate(sensors.coils):
         most = SURELY * 0.5 * np.hypot(spread[f"capacitor.{coil}"], spread["inductance"])
         off = np.log(points.frequency[:, k] / expected[:, k])
         if np.abs(off).max() > most:
             worst, column = int(np.argmax(np.abs(off))), table.column(coil)
-            said = float(table.numbers(column)[worst])
+            value = float(table.numbers(column)[worst])
             power = -2.0 if column.unit.endswith("H") else 1.0
-            usual, share = said * np.exp(-power * off[worst]), 100.0 * abs(power) * float(most)
+            usual, share = value * np.exp(-power * off[worst]), 100.0 * abs(power) * float(most)
             raise BenchError(
-                f"{table.where(worst, column)} {coil}: {said:.6g} {column.unit}, where this design reads about "
+                f"{table.where(worst, column)} {coil}: {value:.6g} {column.unit}, where this design reads about "
                 f"{usual:.4g} {column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this "
                 "sensor's spec?"
             )
@@ -199,7 +199,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
 
 def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raise BenchError for changes from rest that are larger than a soft sensor's, or far too small."""
-    soft = np.array([-2.0 * one.sigma * (one.name == "modulus") for one in sensors.known])
+    soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.known])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
     largest = np.abs(
@@ -273,22 +273,22 @@ CAPACITOR = 0.01
 
 def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
     """Return remarks on columns that are not used. Empty if every coil has one column."""
-    found, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
+    remarks, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
     seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]
     for used, other in sorted(seconds, key=lambda pair: sensors.coils.index(pair[0].name)):
         apart = np.log(frequencies_of(table, sensors, other)) - np.log(frequencies_of(table, sensors, used))
         level = float(apart[points.at_rest].mean())
-        left = np.abs(apart - level)
-        row = int(np.argmax(left))
+        off = np.abs(apart - level)
+        row = int(np.argmax(off))
         noise = float(sensors.noise[sensors.coils.index(used.name)])
-        said = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
-        if left[row] > BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]:
-            said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
-                     f"({table.where(row, other)}), {left[row] / noise:.0f} times the converter's noise: rows of "
+        remark = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
+        if off[row] > BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]:
+            remark += (f": its change from rest differs by up to {1e6 * off[row]:.3g} ppm of the frequency "
+                     f"({table.where(row, other)}), {off[row] / noise:.0f} times the converter's noise: rows of "
                      "another run, or a changed formula")
         else:
-            said += f"; their changes from rest agree within {1e6 * max(left[row], 0.1e-6):.2g} ppm of the frequency"
+            remark += f"; their changes from rest agree within {1e6 * max(off[row], 0.1e-6):.2g} ppm of the frequency"
         if abs(2.0 * level) > CAPACITOR:
-            said += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
-        found.append(said)
-    return tuple(found)
+            remark += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
+        remarks.append(remark)
+    return tuple(remarks)

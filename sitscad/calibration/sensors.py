@@ -80,9 +80,9 @@ def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
 
     A positive `sign` adds the rotations again.
     """
-    found = poses.copy()
-    found[:, 3:5] += sign * lean * poses[:, [1, 0]]
-    return found
+    plain = poses.copy()
+    plain[:, 3:5] += sign * lean * poses[:, [1, 0]]
+    return plain
 
 
 def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most: float) -> Chart:
@@ -126,8 +126,8 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     orders = exponents(WEIGHTS, DEGREE)
     count = int(POINTS_A_TERM * len(orders))
     places = middle + half * np.sin(0.5 * np.pi * (2.0 * spread(count, 6) - 1.0))  # denser at the ends
-    asked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
-    poses = np.vstack([upright(places, lean, 1.0), asked.reshape(-1, 6)])
+    checked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
+    poses = np.vstack([upright(places, lean, 1.0), checked.reshape(-1, 6)])
     inductance, resistance = terminals(model, poses)
     known = len(places)
     taken = 1.0 - inductance[:known] / free
@@ -139,16 +139,16 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     through = least_squares(places, np.hstack([change, resistance[:known]]), orders, middle - half, middle + half,
                             chebyshev)
     found = Chart(lean, through, free, sign, 0.0)
-    told, true = (part.reshape(*asked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
+    told, true = (part.reshape(*checked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
     moves = true[:, 1:] - true[:, :1]
     return replace(found, error=float(np.sqrt(np.mean((told[:, 1:] - told[:, :1] - moves) ** 2) / np.mean(moves**2))))
 
 
 def _slope(travel: Array, turn: Array) -> float:
     """Return the rotation per travel, by least squares."""
-    away = travel - travel.mean()
-    size = float(away @ away)
-    return float(away @ turn) / size if size > 0.0 else 0.0
+    centred = travel - travel.mean()
+    size = float(centred @ centred)
+    return float(centred @ turn) / size if size > 0.0 else 0.0
 
 
 WIDER = 1.1  # Width of the box relative to the reached poses
@@ -241,7 +241,7 @@ class Sensors:
 
     def about(self, errors: Array, sure: Array) -> Sensors:
         """Return these sensors with a surrogate about fitted `errors`, which are `sure` (prior standard deviations)."""
-        fitted = np.array([one.is_fitted for one in self.known])
+        fitted = np.array([each.is_fitted for each in self.known])
         return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
 
     @property
@@ -257,7 +257,7 @@ class Sensors:
     def _moved(self, loads: Array) -> Array:
         """Return the changes of pose under (n, 3) loads by each unknown's widest error: (ways, unknowns, n, 6)."""
         drawn = self.poses(self._middle, loads)
-        alone = WIDEST * np.diag(self.wide * [one.sigma for one in self.known])
+        alone = WIDEST * np.diag(self.wide * [each.sigma for each in self.known])
         return np.array(
             [[self.poses(self._middle + errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)]
         )
@@ -269,14 +269,14 @@ class Sensors:
         """
         off = named(self.known, errors)
         # travel (n, 6) of the target by the pad's law is cached for a while
-        own = self._own(off)
-        pad = own.elastomer
+        spec = self._own(off)
+        pad = spec.elastomer
         assert pad is not None
         key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
         if key not in self.pushed:
             if len(self.pushed) >= KEPT:
                 self.pushed.clear()
-            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
+            self.pushed[key] = pushed(spec, loads, np.full(len(loads), self.is_held))[0]
         travel, thickness = self.pushed[key], pad.thickness
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
@@ -335,9 +335,9 @@ class Sensors:
     @cached_property
     def conversion(self) -> Conversion:
         """Conversion of the converter. `sensors_of` has refused designs without one."""
-        found = self.model.estimates.readout.conversion
-        assert found is not None
-        return found
+        conversion = self.model.estimates.readout.conversion
+        assert conversion is not None
+        return conversion
 
     @property
     def rest_frequencies(self) -> list[float]:

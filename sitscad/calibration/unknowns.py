@@ -81,9 +81,9 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
     known, (x, y) = sigmas(spec), target.size
-    inductance = next((one.sigma for one in coil_scatter(estimates.coils)), usual("coil_inductance"))
+    inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual("coil_inductance"))
     by_metal, of_signal = behind_scatter(estimates.coils)
-    found = [
+    listed = [
         Unknown("gap", "m", known[PAD]),
         Unknown("glue", "m", known[GLUE]),
         Unknown("offset_x", "m", known[OFFSET_X]),
@@ -102,9 +102,9 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("clock", "1", known[CLOCK], False),
     ]
     for coil in estimates.coils:
-        found.append(Unknown(f"capacitor.{coil.name}", "1", known[CAPACITOR]))
-        found.append(Unknown(f"inductance.{coil.name}", "1", usual("coil_inductance")))
-    return tuple(one for one in found if one.sigma > 0.0)
+        listed.append(Unknown(f"capacitor.{coil.name}", "1", known[CAPACITOR]))
+        listed.append(Unknown(f"inductance.{coil.name}", "1", usual("coil_inductance")))
+    return tuple(each for each in listed if each.sigma > 0.0)
 
 
 WIDEST = 2.0
@@ -124,7 +124,7 @@ def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
     drawn = generator.normal(size=(count, len(known)))
     while np.any(beyond := np.abs(drawn) > WIDEST):
         drawn[beyond] = generator.normal(size=int(beyond.sum()))
-    return np.asarray(drawn * np.array([one.sigma for one in known]))
+    return np.asarray(drawn * np.array([each.sigma for each in known]))
 
 
 def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
@@ -136,10 +136,10 @@ def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
     generator, normal = np.random.default_rng(seed), NormalDist()
     middles = np.array([normal.inv_cdf((k + 0.5) / count) for k in range(count)])
     drawn = np.stack([generator.permutation(middles) for _ in known], axis=1)
-    return np.asarray(drawn * np.array([one.sigma for one in known]))
+    return np.asarray(drawn * np.array([each.sigma for each in known]))
 
 
 def named(known: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
     """Return errors of one sensor by name. Errors that the design cannot have are 0."""
-    found = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
-    return found | {one.name: float(error) for one, error in zip(known, errors, strict=True)}
+    by_name = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
+    return by_name | {each.name: float(error) for each, error in zip(known, errors, strict=True)}
