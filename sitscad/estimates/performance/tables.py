@@ -142,7 +142,7 @@ def _with_unmeasured(errors: Mapping[str, float]) -> float:
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which digits are meaningless
 
 FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
-"""Causes that differ between units. Tables show them by the kind of calibration."""
+"""Causes that differ between units. `error_table` leaves them out."""
 
 BESIDE = "contact 0.1 mm beside the middle"
 

@@ -51,7 +51,9 @@ It was compared with targets of 11 sizes (tests/estimates/test_placed.py).
 """
 
 STEP, WORTH = 0.5, 0.8
-"""Step of the solved part's half side, in coil sizes, and the fraction of a side from which all of it is solved."""
+"""Step of the solved part's half side, in coil sizes, and the fraction of a side from which the whole side is
+solved.
+"""
 
 FARTHEST, STEEPEST = 1.0, math.radians(89.0)
 """Largest distance (m) from rest and steepest tilt (rad) of a requested pose."""

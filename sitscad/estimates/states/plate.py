@@ -563,6 +563,6 @@ def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowe
 def poles_error(target: Target | None) -> float:
     """Return the additional error of permeable metals, relative to the size of the complex change.
 
-    It rises from 0 at permeability 1, so weakly magnetic steels have little of it.
+    It is 0 at permeability 1 and rises with permeability, so weakly magnetic steels have a small error.
     """
     return MAGNET * (1.0 - 1.0 / target.material.relative_permeability) if target is not None else 0.0
