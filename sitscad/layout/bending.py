@@ -163,11 +163,12 @@ def tail_thickness(fpc: FpcSpec) -> float:
 
 
 def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
-    """Return the stiffener that brings the contacts to the connector's insertion thickness. None for solder pads.
+    """Return the stiffener that brings the contacts to the connector's insertion thickness.
 
-    The spec may state its thickness. The adhesive is then that of a stock film of this thickness. Otherwise the stock
-    film nearest to the needed thickness is chosen, or no stiffener if that is nearer. Without a stock film near it, the
-    needed thickness is returned with an adhesive of 0.
+    None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed. The
+    spec may state its thickness. The adhesive is then that of a stock film of this thickness, or 0. Otherwise the stock
+    film nearest to the needed thickness is chosen, or no stiffener if that is nearer. If this misses the connector's
+    tolerance, the needed thickness is returned with an adhesive of 0.
     """
     fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:

@@ -100,9 +100,9 @@ def encapsulation(layout: Layout) -> Solid | None:
 
 
 def _covers(layout: Layout) -> list[Any]:
-    """Return rounded blocks with the film's thickness around elastomer and target.
+    """Return, for each cell, rounded blocks with the film's thickness around elastomer and target.
 
-    One block if their plans are equal.
+    A cell has one block if their plans are equal.
     """
     blocks, film = [], bodies.film_thickness(layout.spec.encapsulation)
     for spec in cell_specs(layout.spec):

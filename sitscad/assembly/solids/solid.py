@@ -235,9 +235,9 @@ class TriangleMesh:
 
 
 def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> TriangleMesh:
-    """Return a solid's closed mesh within `chord` (mm) and `turn` (rad), without cached meshes.
+    """Return a solid's closed mesh within `chord` (mm) and `turn` (rad). Raises `NotManifold`.
 
-    Raises `NotManifold`.
+    Meshes that the kernel has cached for the solid are cleared before and after.
     """
     clean = require("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
