@@ -441,7 +441,7 @@ MOST_CACHED = 64_000_000
 
 @contextmanager
 def known_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
-    """Return reuse cached solutions, from `store` or from earlier builds of packages with this name.
+    """Reuse cached solutions, from `store` or from earlier builds of packages with this name.
 
     They are in ``NAME.solved``, in the absolute folder that ``SITSCAD_CACHE`` names. The default is ``sitscad`` in the
     user's cache. If ``SITSCAD_CACHE`` is empty, no file is used. A missing or read-only file costs only time.

@@ -76,7 +76,7 @@ TOLD = [
     ("S", {"fpc": {"tail": {"length": 800}}}, "SIT134"),
     ("B", {"fpc.tail.offset": 500}, "SIT134 SIT123!"),
     ("B", {"fpc.tail.turn": "left", "fpc.tail.turn_radius": 100, "fpc.tail.length": 250}, "SIT134"),
-    ("B", {"fpc.tail.contacts": 200}, "SIT127-"),
+    ("B", {"fpc.tail.contacts": 200}, "SIT127"),
     ("B", {"fpc.tail.stiffener": "10 um"}, "SIT134 SIT117!"),
     ("B", {"fpc.tail.stiffener": 2}, "SIT134 SIT117!"),
     ("B", bend(angle="180 deg", radius=100), "SIT134 SIT123!"),

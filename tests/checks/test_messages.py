@@ -31,6 +31,8 @@ BY_HAND = {
     "_moved": "a bend that moves shows what such a tail needs, and clears nothing",
     "counted_metal": "metal behind a mount of one's own is measured by whoever made it",
     "laser_sheet": "the size of a sheet is a fact of a workshop",
+    "connector_positions": "which plug is bought is known to whoever buys it",
+    "other_jaw_metal": "a pad on the other jaw is a part of another instrument, and tares with it are a habit",
     "_jaw_differs": "a build finds it on solids, and `check --fix` has none",
 }
 """Functions whose hints name a value that no program can vouch for, and why."""
