@@ -1,1 +1,1 @@
-"""What is ordered of the flexible circuit: files of the set, holes, notes, and the fingerprint of the images."""
+"""Ordering facts of the flexible circuit: files of the set, holes, notes, and the fingerprint of the images."""

@@ -1,4 +1,4 @@
-"""The contacts, the board's end with them, the width of the tail: what a connector takes, in figures and words."""
+"""Contacts, board outline at the contacts, and tail width, as dimensions and as text for the documents."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from sitscad.spec.circuit import FpcSpec, Stackup, Tail
 from sitscad.spec.presets import cover_name
 
 SAME = 1e-6
-"""Widths (m) that differ by less are one: the outline's arcs are chords within this."""
+"""Smallest difference (m) between two widths. The outline's arcs are approximated by chords to this accuracy."""
 
 
 @record
 class BoardEnd:
-    """What is plugged in, or soldered to: lengths in metres. ``width`` is the board's across the row of contacts,
-    between ``sides`` (their coordinates across the row); ``edge`` from the middle of contact 1 to the board's edge
-    beside it; ``tip`` from the contacts' ends to the board's end, at the coordinate ``end`` along the contacts.
+    """Dimensions (m) of the board's end that is plugged in or soldered to.
+
+    `first` is contact 1. `width` is the board's width across the row of contacts, between the coordinates `sides`.
+    `edge` is the distance from the middle of contact 1 to the nearest edge of the board beside it. `tip` is the
+    distance from the contacts' ends to the board's end, whose coordinate along the contacts is `end`.
     """
 
     first: Pad
@@ -33,7 +35,7 @@ class BoardEnd:
 
 
 def board_end(outline: Path, pads: tuple[Pad, ...]) -> BoardEnd:
-    """The figures of the board's end, read from the outline as it is drawn."""
+    """Measure the board's end in the outline as drawn."""
     row, _ = contact_row(pads)
     first = min(pads, key=lambda pad: pad.number)
     along = runs_along_x(row)
@@ -50,7 +52,7 @@ def board_end(outline: Path, pads: tuple[Pad, ...]) -> BoardEnd:
 
 
 def runs_along_x(row: tuple[Pad, ...]) -> bool:
-    """Whether the contacts of a row stand above each other, so that each runs along x."""
+    """Whether each contact runs along x, because the contacts of the row are stacked along y."""
     xs, ys = [pad.centre.x for pad in row], [pad.centre.y for pad in row]
     if max(xs) - min(xs) == max(ys) - min(ys):
         return row[0].size[0] >= row[0].size[1]
@@ -58,9 +60,11 @@ def runs_along_x(row: tuple[Pad, ...]) -> bool:
 
 
 def tail_width(layout: Layout) -> tuple[float, float, float] | None:
-    """Where along x the tail runs at one width for longest, and its lower and upper edge there (m); None without one.
-    Near the body's end of that run, a tenth along it: of a tail that turns, before its turn; of one that is led aside,
-    in the longer part.
+    """Return a place x and the tail's lower and upper y there (m), on the longest stretch of constant width.
+
+    The place lies a tenth of the stretch's length from its end at the body. For a tail that turns, the stretch lies
+    before the turn. For a tail with an offset, it is the longer of the two straight parts. None if there is no tail, no
+    contact or no such stretch.
     """
     if layout.spec.fpc.tail is None or not layout.pads:
         return None
@@ -80,7 +84,7 @@ def tail_width(layout: Layout) -> tuple[float, float, float] | None:
 
 
 def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
-    """Where the outline crosses a line x = `at` (upright: their y) or y = `at` (their x)."""
+    """Return the sorted coordinates (m) at which the outline crosses the line x = `at` (if `upright`) or y = `at`."""
     found = []
     for a, b in pairwise(outline.flattened(SAME)):
         (p, q), (r, s) = ((a.x, a.y), (b.x, b.y)) if upright else ((a.y, a.x), (b.y, b.x))
@@ -90,8 +94,9 @@ def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
 
 
 def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
-    """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
-    with one pitch.
+    """Return the contacts in their order along the row, and their pitch (m).
+
+    The pitch is None if the contacts do not form one straight row with equal steps.
     """
     xs, ys = [pad.centre.x for pad in pads], [pad.centre.y for pad in pads]
     across = max(xs) - min(xs) > max(ys) - min(ys)
@@ -103,8 +108,9 @@ def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
 
 
 def contact_text(pads: tuple[Pad, ...], stackup: Stackup, top_openings: tuple[Region, ...]) -> str:
-    """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
-    without contacts.
+    """Describe the contacts: number, width, length, pitch and bare area. Empty without contacts.
+
+    The text also names contacts that no coil uses.
     """
     if not pads:
         return ""
@@ -123,7 +129,7 @@ def contact_text(pads: tuple[Pad, ...], stackup: Stackup, top_openings: tuple[Re
 
 
 def bare_size(pads: tuple[Pad, ...], top_openings: tuple[Region, ...]) -> tuple[float, float] | None:
-    """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
+    """Return width and length (m) of the part of a contact that the coverlay leaves bare; None if it is all bare."""
     pad = pads[0]
     (x, y), (w, h) = pad.centre, pad.size
     for opening in top_openings:
@@ -137,7 +143,7 @@ def bare_size(pads: tuple[Pad, ...], top_openings: tuple[Region, ...]) -> tuple[
 
 
 def unused_text(pads: tuple[Pad, ...]) -> str:
-    """Which contacts no coil has; empty where there are none."""
+    """Name the contacts that no coil uses; empty if there are none."""
     numbers = [pad.number for pad in pads if pad.is_unused]
     if not numbers:
         return ""
@@ -146,7 +152,10 @@ def unused_text(pads: tuple[Pad, ...]) -> str:
 
 
 def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
-    """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
+    """Describe the width of the tail at the connector, with its tolerance.
+
+    Empty if the connector has no width tolerance or the board has no contacts.
+    """
     tail = fpc.tail
     if tail is None or not tail.connector.width_tolerance or not pads:
         return ""
@@ -157,27 +166,28 @@ def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
 
 
 def end_tolerance(fpc: FpcSpec) -> float:
-    """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
+    """Return tolerance (m) of the board's width at the contacts: the connector's if stated, else the outline's."""
     tail = fpc.tail
     own = tail.connector.width_tolerance if tail is not None else 0.0
     return own or fpc.rules.outline_tolerance
 
 
 def contact_size(pad: Pad) -> tuple[float, float]:
-    """Width and length (m) of a contact: its shorter and its longer side."""
+    """Return width and length (m) of a contact: the shorter and the longer side."""
     width, length = sorted(pad.size)
     return width, length
 
 
 def footprint_row(symbol: str, pins: int) -> Row | None:
-    """The row of KiCad's footprint for a part of the readout by its symbol; of sockets the pins decide which."""
+    """Return the KiCad footprint's row for a part by its symbol; a socket's row depends on its number of pins."""
     found = (row for row in rows("footprints") if row["symbol"] == symbol)
     return next((row for row in found if not row["most"] or pins <= int(row["most"])), None)
 
 
 def socket_pad(pads: tuple[Pad, ...], tail: Tail | None, contact: int) -> int:
-    """The pad of the tail's socket on the converter's board that a contact is on: a socket with its contacts below has
-    the last contact first, for the tail lies in it face down.
+    """Return the number of the socket pad, on the converter's board, that touches a contact.
+
+    A socket with bottom contacts takes the tail face down, so the last contact touches pad 1.
     """
     count = len(pads)
     row = footprint_row(tail.connector.name, count) if tail is not None else None

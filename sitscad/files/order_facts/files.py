@@ -1,10 +1,10 @@
-"""The fabrication set: what its files are called and show, what its drill files hold, the fingerprint of its images.
+"""Fabrication set: names and contents of its files, its drill files, and the fingerprint of its images.
 
-One table for formats and papers. Holes are grouped as drill files, drill maps and tables have them: by the layers that
-they go through. A set of images is the board's (``fpc/``) or the panel's (``fpc/panel/``): its Gerber and drill files,
-the drill map among them, one after another in the order of their names in the package. In the archive the same bytes
-have the fabricator's names, and the readme there names them so: the shell line is a list of names, so that it gives the
-same in both places.
+Formats and documents share this list of files. Holes are grouped by the copper layers that they go through, as in drill
+files, drill maps and tables. A set of images consists of the Gerber and drill files, with the drill map, of the board
+(``fpc/``) or of the panel (``fpc/panel/``). The fingerprint hashes the images in the order of their names in the
+package. The archive holds the same bytes under the fabricator's names, and its readme uses these names. The readme's
+shell command lists the files in the hashed order, so it prints the same fingerprint in both places.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 FOLDER = "fpc"
 CUTS = "Other,Part_Cuts"
 VENDOR = "sitscad"
-NO_NET = "N/C"  # What X2 and IPC-D-356 call the net of a pad that is on none
+NO_NET = "N/C"  # Net name in X2 and IPC-D-356 of a pad without a net
 _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 
 
 @record
 class FabricationFile:
-    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows. ``layer`` is
-    the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through; None for
-    every other kind of file.
+    """One file of the set: its path in the package, X2 file function, title and polarity.
+
+    `layer` is the number of the copper layer (1 at the top), or for a drill file the last copper layer that its holes
+    go through. None for other files.
     """
 
     path: str
@@ -48,30 +49,30 @@ class FabricationFile:
 
     @property
     def name(self) -> str:
-        """The file's name without its folder."""
+        """File name without its folder."""
         return self.path.rpartition("/")[2]
 
     @property
     def row(self) -> tuple[str, str]:
-        """Its name and what it is, as readmes list it: mechanical layers are called by bare numbers in archives."""
+        """The file's row in a readme: its name and a description."""
         kind = "Excellon, metric" if self.path.endswith(".drl") else f"Gerber X2, {self.function}"
         return self.name, f"{self.title} ({kind})"
 
 
 def layer_name(number: int, count: int) -> str:
-    """A copper layer's short name (``F_Cu``, ``In1_Cu`` ..., ``B_Cu``); a single layer is ``F_Cu``."""
+    """Return a copper layer's short name: ``F_Cu`` (also for a single layer), ``In1_Cu`` ..., ``B_Cu``."""
     if number == 1:
         return "F_Cu"
     return "B_Cu" if number == count else f"In{number - 1}_Cu"
 
 
 def fabrication_path(name: str, ending: str) -> str:
-    """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
+    """Return the package path of a file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
     return f"{FOLDER}/{name}-{ending}"
 
 
 def copper_files(count: int, name: str) -> tuple[FabricationFile, ...]:
-    """One file a copper layer, from the top."""
+    """Return one file per copper layer, from the top."""
     sides = {count: "Bot", 1: "Top"}
     return tuple(
         FabricationFile(
@@ -85,7 +86,7 @@ def copper_files(count: int, name: str) -> tuple[FabricationFile, ...]:
 
 
 def coverlay_files(stackup: Stackup, name: str) -> tuple[FabricationFile, ...]:
-    """The coverlay openings of each face that has a coverlay."""
+    """Return one file of coverlay openings for each covered face."""
     top, bottom = has_coverlay(stackup)
     cover = cover_name(stackup)
     sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
@@ -101,7 +102,7 @@ def coverlay_files(stackup: Stackup, name: str) -> tuple[FabricationFile, ...]:
 
 
 def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[FabricationFile, ...]:
-    """The stiffener's outline, where there is one."""
+    """Return the file of the stiffener's outline; empty without a stiffener."""
     if stiffener is None:
         return ()
     path = fabrication_path(name, "B_Stiffener.gbr")
@@ -109,7 +110,7 @@ def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[Fabrication
 
 
 def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """Where the layers below the tail's are, for a board whose tail has fewer of them."""
+    """Return the file that outlines the layers absent from the tail; empty if the tail has all copper layers."""
     first, last = tail_copper(layout) + 1, layout.copper_layers
     if first > last:
         return ()
@@ -121,7 +122,7 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
 
 
 def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """The bottom coverlay that a tail of fewer layers has for itself."""
+    """Return the file of a thinner tail's own bottom coverlay; empty without this coverlay."""
     if not has_tail_coverlay(layout):
         return ()
     last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
@@ -131,12 +132,12 @@ def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
 
 
 def profile_file(name: str) -> FabricationFile:
-    """The board's outline."""
+    """Return the file of the board's outline."""
     return FabricationFile(fabrication_path(name, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
 
 
 def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """All Gerber files of the set, from the top of the board downwards, the outline last."""
+    """Return all Gerber files of the set, from the top of the board downwards, the outline last."""
     return (
         *copper_files(layout.copper_layers, layout.spec.name),
         *coverlay_files(layout.spec.fpc.stackup, layout.spec.name),
@@ -148,8 +149,9 @@ def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
 
 
 def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[FabricationFile, ...]:
-    """One drill file for each kind of plated hole, called as KiCad calls its own: holes through the whole board, and
-    holes in a tail of fewer layers. ``layer`` is the last copper layer that its holes go through.
+    """Return one drill file for each kind of plated hole: through the board, and in a thinner tail.
+
+    Names follow KiCad's. `layer` of a file is the last copper layer that its holes go through.
     """
     found = []
     for lowest in spans:
@@ -163,34 +165,34 @@ def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[
 
 
 def drill_title(words: str, name: str, title: str) -> str:
-    """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
+    """Return a drill file's first comment: design name, issue (`words`) and kind of holes (`title`)."""
     return f"{name}{f' ({words})' if words else ''}: {title}"
 
 
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
-    """Whether the top and the bottom face are covered."""
+    """Whether the top face and the bottom face have a coverlay."""
     return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
 
 
 def panel_path(name: str, ending: str) -> str:
-    """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
+    """Return the package path of a file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
     return f"{FOLDER}/panel/{name}-panel{ending}"
 
 
 def cut_file(name: str) -> FabricationFile:
-    """The cuts round the parts of a panel."""
+    """Return the file of the cuts round the parts of a panel."""
     title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
     return FabricationFile(panel_path(name, "-Part_Cuts.gbr"), CUTS, title)
 
 
 def tooling_file(copper_layers: int, name: str) -> FabricationFile:
-    """The drill file of a panel's tooling holes."""
+    """Return the drill file of a panel's tooling holes."""
     function = f"NonPlated,1,{copper_layers},NPTH"
     return FabricationFile(panel_path(name, "-NPTH.drl"), function, "tooling holes, not plated")
 
 
 def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
+    """Return all Gerber and drill files of the panel: the board's kinds in order, then the panel's own files."""
     board = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
     stem = fabrication_path(layout.spec.name, "").removesuffix("-")
     copies = (replace(file, path=panel_path(layout.spec.name, file.path.removeprefix(stem))) for file in board)
@@ -200,16 +202,17 @@ def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
 
 
 def panel_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
-    """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
+    """Return the X2 file attributes of the panel's set: an array with its own coordinate system."""
     own = {".SameCoordinates": f"{spec.name}-panel", ".Part": "Array"}
     attributes = project_attributes(spec.issue.revision, spec.name)
     return tuple((name, own[name]) if name in own else (name, *values) for name, *values in attributes)
 
 
 def project_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
-    """The X2 file attributes that all files of one set share, each as its name and values. The files are in one
-    coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone. The creation date is
-    only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
+    """Return the X2 file attributes that all files of a set share, each as a name and its values.
+
+    All files use one coordinate system (``.SameCoordinates``). The project identifier depends on the design's name
+    alone. The creation date is written only if SOURCE_DATE_EPOCH is set, so that equal specs give equal bytes.
     """
     created = creation_date()
     return (
@@ -222,17 +225,17 @@ def project_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
 
 
 def project_guid(name: str) -> str:
-    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
+    """Return an RFC 4122 identifier (version 5) that depends on the design's name only."""
     return str(uuid.uuid5(_PROJECTS, name))
 
 
 def drill_map_file(path: str) -> FabricationFile:
-    """What a drill map is called in the set."""
+    """Return the entry of a drill map in the set."""
     return FabricationFile(path, "Drillmap", "drill map")
 
 
 def stack_names(copper_layers: int, layers: tuple[StackLayer, ...]) -> list[str]:
-    """What each layer of the stack-up is called: copper by its file."""
+    """Return the name of each layer of the stack-up; copper layers are named with their files' short names."""
     names, copper = [], 0
     for layer in layers:
         if layer.kind is LayerKind.COPPER:
@@ -245,11 +248,11 @@ def stack_names(copper_layers: int, layers: tuple[StackLayer, ...]) -> list[str]
 
 
 UNIT = 1e-9
-"""The coordinates' unit in metres."""
+"""Unit of the coordinates (m)."""
 
 
 class DrilledHole(NamedTuple):
-    """A hole on the grid of 1 nm: its place and its finished diameter."""
+    """Hole on the grid of 1 nm: coordinates and finished diameter (nm)."""
 
     x: int
     y: int
@@ -258,7 +261,7 @@ class DrilledHole(NamedTuple):
 
 @record
 class Tool:
-    """Holes of one finished diameter (nm) and one kind: in words, and in the fewest, for a table and for a map."""
+    """Holes of one finished diameter (nm) and one kind. `words` names the kind in tables and drill maps."""
 
     diameter: int
     holes: tuple[DrilledHole, ...]
@@ -266,7 +269,7 @@ class Tool:
 
 
 def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> list[DrilledHole]:
-    """The holes from the first copper layer to the `lowest`, moved by (dx, dy) nanometres."""
+    """Return the holes from copper layer 1 to layer `lowest`, moved by (dx, dy) nanometres."""
     return [
         DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill))
         for via in layout.vias
@@ -275,54 +278,54 @@ def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> 
 
 
 def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
-    """The tools of one kind of hole, small ones first."""
+    """Return one tool per finished diameter of holes of one kind, smallest first."""
     return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
 
 
 def plated_words(spans: tuple[int, ...], lowest: int) -> str:
-    """What a table says of plated holes: through which copper layers they go, where they differ."""
+    """Describe plated holes in a table, with the copper layers they go through if kinds of holes differ."""
     return "plated" if len(spans) < 2 else f"plated, copper 1 to {lowest}"
 
 
 def plated_tools(layout: Layout) -> list[Tool]:
-    """All tools of a layout, those through the whole board first."""
+    """Return all tools for the plated holes of a layout, one group for each entry of `layout.spans`."""
     return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest),
                                                               plated_words(layout.spans, lowest))]
 
 
 def tools_of(holes: Iterable[DrilledHole]) -> list[tuple[int, list[DrilledHole]]]:
-    """The holes grouped by finished diameter (nm), small ones first, in the given order within a tool."""
+    """Group holes by finished diameter (nm), smallest first; the given order is kept within a group."""
     ordered = sorted(holes, key=lambda hole: hole.diameter)
     return [(diameter, list(group)) for diameter, group in groupby(ordered, key=lambda hole: hole.diameter)]
 
 
 def on_grid(length: float) -> int:
-    """A length (m) in whole nanometres."""
+    """Round a length (m) to whole nanometres."""
     return round(length / UNIT)
 
 
 def millimetres(nanometres: int, least: int = 1) -> str:
-    """A length in millimetres, to the nanometre as the Gerber files have it, with `least` decimals kept."""
+    """Format a length (nm) in millimetres to the nanometre, as in Gerber files, with `least` decimals or more."""
     return decimal(nanometres / 1e6, 6, least)
 
 
 SHOWN = 16
-"""So many digits of a fingerprint are printed on drawings."""
+"""Number of fingerprint digits printed on drawings."""
 
 
 def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
-    """The images in a folder of the package, the single board's, in the order in which they are hashed."""
+    """Return the image paths directly in a folder of the package, in hashed order; by default the single board's."""
     inside = [path for path in files if path.rpartition("/")[0] == folder]
     return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
 
 
 def panel_images(name: str, files: Mapping[str, bytes]) -> list[str]:
-    """The panel's images in the order in which they are hashed; none where there is no panel."""
+    """Return the panel's image paths in hashed order; empty without a panel."""
     return board_images(files, panel_path(name, "").rpartition("/")[0])
 
 
 def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
-    """The SHA-256 of some images one after another, hexadecimal."""
+    """Return the SHA-256 (hexadecimal) of the images, one after another."""
     digest = hashlib.sha256()
     for path in images:
         digest.update(files[path])
@@ -330,10 +333,10 @@ def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
 
 
 def shell_line(images: list[str]) -> str:
-    """What prints the same where the images are."""
+    """Return the shell command that prints the fingerprint in the folder of the images."""
     return f"cat {' '.join(path.rpartition('/')[2] for path in images)} | sha256sum"
 
 
 def on_drawing(whose: str, files: Mapping[str, bytes], images: list[str]) -> str:
-    """The first digits, as a title block states them."""
+    """Format the first digits of the fingerprint for a title block; `whose` names the set of images."""
     return f"{whose} SHA-256 {fingerprint(files, images)[:SHOWN]} ... (how: see the readme)"

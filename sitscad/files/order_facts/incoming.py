@@ -1,4 +1,4 @@
-"""What comes in from the fabricator: the panel, its coupon, and bare boards on the bench at 20 degrees Celsius."""
+"""Delivered items and their tests: the panel, its coupon, and bare boards on the bench at 20 degrees Celsius."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from sitscad.layout.panel import Panel, plan
 
 @record(eq=False)
 class Incoming:
-    """What is ordered and tested of a design, each thing worked out when it is first asked for, and once."""
+    """Panel, bench estimates and coupon of a design; each is computed on first use and cached."""
 
     design: Design
 
     @cached_property
     def panel(self) -> Panel | None:
-        """The panel in which the boards are ordered; None where they are ordered singly."""
+        """Panel in which the boards are ordered; None if they are ordered singly."""
         return plan(self.design.layout)
 
     @cached_property
     def board(self) -> Estimates:
-        """The electrical numbers at 20 degrees Celsius, at which boards are tested, with what a meter reads of them."""
+        """Electrical estimates at 20 degrees Celsius, the boards' test temperature, with an LCR meter's readings."""
         estimates = at_room_temperature(self.design).estimates
         return replace(estimates, metered=metered(self.design.layout, ROOM_TEMPERATURE))
 
     @cached_property
     def coupon(self) -> Estimates | None:
-        """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
+        """Electrical estimate of the panel's coupon in free air; None if there is no coupon."""
         if self.panel is None or self.panel.coupon is None:
             return None
-        return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # it is measured on the bench
+        return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
 
 
 def incoming(design: Design) -> Incoming:
-    """What is ordered and tested of a design, one value a design."""
+    """Return the design's `Incoming`, created once and cached with the design."""
     return kept(design, "incoming", lambda: Incoming(design))

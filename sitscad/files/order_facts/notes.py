@@ -1,6 +1,4 @@
-"""What every paper of the order says of the flexible circuit in the same words (bend, finish, foil, laminate),
-and how a readme is set.
-"""
+"""Texts on the flexible circuit shared by all order documents (bend, finish, foil, laminate), and layout of readmes."""
 
 from __future__ import annotations
 
@@ -36,8 +34,9 @@ FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electro
 
 
 def finish_text(layout: Layout) -> str:
-    """Finish of the bare contacts with what it takes to plate them, foil and plating; of a fabricator who makes every
-    board in one way the finish alone, since nothing else can be asked for.
+    """Describe the finish of the bare contacts, its plating bars, the foil and the plating of holes.
+
+    For a fabricator with a single process, the text omits foil and plating, because the order cannot choose them.
     """
     chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
@@ -62,7 +61,7 @@ PLATINGS = {
 
 
 def plating_text(stackup: Stackup) -> str:
-    """How the holes are plated and how thick, and which copper gets thicker with them."""
+    """Describe the plating of the holes, its thickness, and the copper layers that it thickens."""
     text = f"{PLATINGS[stackup.plating]}; {show(stackup.plating_thickness, 'm')} nominal in the holes"
     times: dict[int, list[str]] = {}
     for layer in stackup.copper:
@@ -74,7 +73,7 @@ def plating_text(stackup: Stackup) -> str:
 
 
 def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
-    """What a copper layer of a stack-up is made of: its foil, and what is plated on it."""
+    """Describe a copper layer of a stack-up: its foil and the plating on it."""
     if not stackup.is_plating_stated:
         return "as the fabricator states it: whether that contains the plating is not known"
     foil = f"{show(layer.foil, 'm')} foil"
@@ -82,7 +81,7 @@ def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
 
 
 def holes_text(layout: Layout) -> str:
-    """Through which layers the plated holes go; the copper of the body and of a thinner tail differ."""
+    """Describe the layers that the plated holes go through, separately for the body and a thinner tail."""
     count, through = len(layout.vias), tail_copper(layout)
     inside = tail_holes(layout)
     if not inside:
@@ -92,7 +91,7 @@ def holes_text(layout: Layout) -> str:
 
 
 def step_text(layout: Layout) -> str:
-    """How the bottom is covered where the tail has fewer layers than the body; empty where it has not."""
+    """Describe the bottom coverlay at the step from the body to a thinner tail; empty without this step."""
     if not has_tail_coverlay(layout):
         return ""
     last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
@@ -106,7 +105,7 @@ def step_text(layout: Layout) -> str:
 
 
 def _beside_lap(layout: Layout) -> str:
-    """How far the walls of the body's holes are from the tail's own coverlay; empty without such holes."""
+    """Describe the gap from the tail's own coverlay to the walls of holes in the body; empty without such holes."""
     through = [via.centre.x + via.drill / 2 for via in layout.vias if via.lowest is None]
     if not through:
         return ""
@@ -115,8 +114,10 @@ def _beside_lap(layout: Layout) -> str:
 
 
 def bend_text(layout: Layout) -> str:
-    """How the tail is bent: about which lines, which way, how far, and where nothing stiff may be, as the check of the
-    bend says; and how the line of a bend lies to the pivot of the jaw's hinge.
+    """Describe the tail's bends: lines, directions, angles, radii, and the stretch that must stay free.
+
+    Holes and joints must stay out of this stretch. The text also relates each bend's line to the pivot of the jaw's
+    hinge.
     """
     found, stretch, pivot = bends(layout), bend_stretch(layout), pivot_line(layout)
     if stretch is None:
@@ -147,18 +148,18 @@ WAYS = {"down": "away from the face with the coils", "up": "towards the face wit
 
 
 def bend_words(bend: Bend) -> str:
-    """Angle and direction of a bend."""
+    """Describe angle and direction of a bend."""
     return f"{bend.angle_text} {bend.direction} ({WAYS[bend.direction]})"
 
 
 def bend_place(layout: Layout, bend: Bend) -> str:
-    """Angle, direction and line of a bend, as they are read at the bench."""
+    """Describe angle, direction and line of a bend; the line is measured from the body's end, as at the bench."""
     why = f" ({bend.why})" if bend.why else ""
     return f"{bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 1)} mm behind the body{why}"
 
 
 def bent_text(layout: Layout) -> str:
-    """How the tail is bent at assembly: where, how far and how sharply, from the body on."""
+    """Describe how to bend the tail at assembly: lines, angles and inside radius, from the body outwards."""
     found = bends(layout)
     if not found:
         return "Do not bend the tail."
@@ -171,7 +172,7 @@ def bent_text(layout: Layout) -> str:
 
 
 def hinge_text(layout: Layout) -> str:
-    """What a jaw that moves asks of the bend at its hinge; empty if it asks for nothing."""
+    """Warn that a bend at the hinge of a moving jaw must be dynamic; empty if it need not be, or is."""
     own = own_bend(layout)
     if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec.fpc.tail, layout.spec.jaw):
         return ""
@@ -182,7 +183,7 @@ def hinge_text(layout: Layout) -> str:
 
 
 def turn_text(tail: Tail | None) -> str:
-    """How the tail turns in its plane, and the radius that its inner edge must keep; empty for a straight one."""
+    """Describe the tail's turn or offset in its plane, and the least inner radius; empty for a straight tail."""
     if tail is None or (tail.turn == "none" and not tail.offset):
         return ""
     side = "left" if tail.offset > 0.0 else "right"
@@ -195,7 +196,10 @@ def turn_text(tail: Tail | None) -> str:
 
 
 def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
-    """The coils' size as the drawing dimensions it: over the outer copper, polygons across flats; who is turned."""
+    """Describe the coils: size over the outer copper edges, tracks, gaps, and turned coils.
+
+    The size of polygons is measured across flats.
+    """
     size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
     turned = {coil.name: math.degrees(coil.placement.rotation) for coil in coils if coil.placement.rotation}
     words = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
@@ -207,7 +211,7 @@ def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
 
 
 def gap_texts(layout: Layout) -> Iterator[str]:
-    """The smallest gap between copper as drawn, with the layers that have it, and what it lies between."""
+    """Yield the smallest gap between copper as drawn, with its layers, places and the features on its two sides."""
     layers: dict[str, list[str]] = {}
     for number, near in smallest_gaps(layout).items():
         text = f"{show(near.gap, 'm', 3)} between {pair_in_words(near)}"
@@ -217,7 +221,7 @@ def gap_texts(layout: Layout) -> Iterator[str]:
 
 
 def chip_text(capacitors: tuple[Capacitor, ...], chip: Chip | None) -> str:
-    """The capacitors' land pattern; empty without capacitors."""
+    """Describe the land pattern of the capacitors; empty without capacitors."""
     if not capacitors or chip is None:
         return ""
     names = ", ".join(each.reference for each in capacitors)
@@ -226,7 +230,7 @@ def chip_text(capacitors: tuple[Capacitor, ...], chip: Chip | None) -> str:
 
 
 def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
-    """The stiffener's material, size (along the tail first) and thickness; empty without one."""
+    """Describe the stiffener: material, size (along the tail first) and thickness; empty without a stiffener."""
     if plate is None:
         return ""
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
@@ -240,7 +244,7 @@ def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
 
 
 def contact_sum_text(layout: Layout) -> str:
-    """The layers under the contacts, and the thickness that they and the stiffener add up to."""
+    """Describe the copper layers under the contacts and the total thickness with films and stiffener."""
     copper, made = sorted(contact_copper(layout)), show(finished_thickness(layout, Where.CONTACT).nominal, "m")
     there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_copper(layout) else ''}"
     plate = "" if layout.stiffener is None else f" and a stiffener of {show(layout.stiffener.thickness, 'm')}"
@@ -248,19 +252,22 @@ def contact_sum_text(layout: Layout) -> str:
 
 
 def laminate_text(stackup: Stackup) -> str:
-    """Which of the films between copper are bonded with adhesive, as far as the stack-up says."""
+    """Describe the films between copper layers, with or without adhesive, as far as known."""
     names = dict.fromkeys(layer.material for layer in stackup.layers if layer.kind is not LayerKind.COPPER)
     words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
     return "; ".join(words) or "as the stack-up's materials say"
 
 
 def layer_text(layer: StackLayer) -> str:
-    """A layer's material and what it is laminated from, as far as the stack-up says."""
+    """Describe a layer's material, and the sheets that it is laminated from if the stack-up states them."""
     return f"{layer.material} ({layer.made_of})" if layer.made_of else layer.material
 
 
 def bond_texts(stackup: Stackup) -> dict[str, str]:
-    """Where copper is bonded to copper by more than one core: between which layers, and what of the sheets is known."""
+    """Describe the films that bond cores to each other or to copper, keyed by the copper layers on both sides.
+
+    Each text states the distance from copper to copper and the sheets, as far as the stack-up states them.
+    """
     places: dict[str, list[str]] = {}
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         films = stackup.between(upper, lower)
@@ -277,15 +284,18 @@ def bond_texts(stackup: Stackup) -> dict[str, str]:
 
 
 def outline_text(rules: DesignRules) -> str:
-    """The outline's tolerance, and whose figure it is where the fabricator states none."""
+    """Describe the outline's tolerance, and its source if the fabricator does not state the tolerance."""
     holder = rules.holders.get("outline_tolerance", rules.name)
-    is_anothers = holder != rules.name and holder in names("rules")  # a user's own figure has a line of a file there
+    is_anothers = holder != rules.name and holder in names("rules")  # a user's figure has file and line as holder
     other = f" (not stated by {rules.name}: the figure of {holder}, to be confirmed)" if is_anothers else ""
     return f"+/- {show(rules.outline_tolerance, 'm')}{other}"
 
 
 def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
-    """What a fabricator who makes every board in one way lists nothing of: asked before ordering, and not ordered."""
+    """Yield subject and text of questions to a fabricator with a single process; empty for other fabricators.
+
+    These properties cannot be ordered, so users ask about them before ordering.
+    """
     rules, foil = fpc.rules, FOILS[fpc.copper]
     if not rules.one_process:
         return
@@ -298,8 +308,10 @@ def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
 
 
 def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1) -> str:
-    """How many boards are wanted and, where they come in panels of so many, how many panels; how many are ordered where
-    they are sold in a multiple; empty if not said.
+    """Describe the number of boards, and the panels or multiples in which they are ordered; empty if not given.
+
+    `panel_parts` is the number of boards in a panel. `multiple` is the number in whose multiples single boards are
+    sold.
     """
     if boards is None:
         return ""
@@ -325,7 +337,7 @@ _LAMINATES = {
 
 
 def thickness_texts(layout: Layout) -> dict[str, str]:
-    """Finished thickness by place: nominal, and in brackets from the least to the most that may be delivered."""
+    """Describe the finished thickness at each place: nominal, and the delivered range in brackets."""
     places = {Where.COIL: "at the coils"}
     if layout.spec.fpc.tail is not None:
         places |= {Where.TAIL: "tail", Where.CONTACT: "at the contacts"}
@@ -333,8 +345,10 @@ def thickness_texts(layout: Layout) -> dict[str, str]:
 
 
 def thickness_text(layout: Layout, where: Where) -> str:
-    """Finished thickness at a place. At contacts that are plugged in it is what the connector takes: no other figure is
-    ordered there, and where the fabricator's own band is wider that is said.
+    """Describe the finished thickness at a place.
+
+    For contacts that are plugged in, the text states the thickness that the connector takes. It adds a warning if the
+    fabricator's tolerance is wider.
     """
     made, tail = finished_thickness(layout, where), layout.spec.fpc.tail
     if where is not Where.CONTACT or tail is None or tail.connector.insertion_thickness <= 0.0:
@@ -349,7 +363,7 @@ def thickness_text(layout: Layout, where: Where) -> str:
 
 
 ROUNDING = 1e-9
-"""Thicknesses (m) that differ by less are the same."""
+"""Smallest difference (m) between two thicknesses; smaller differences come from rounding."""
 
 
 def _band(thickness: FinishedThickness) -> str:
@@ -360,19 +374,21 @@ TEXT_WIDTH = 100
 
 
 def hanging(start: str, text: str, width: int) -> list[str]:
-    """A text in lines of at most so many letters: `start` begins the first one, and moves the others in. Names of files
-    and pieces are not broken at their hyphens.
+    """Wrap a text to lines of at most `width` characters, with a hanging indent.
+
+    `start` begins the first line and sets the indent of the others. Lines are not broken at hyphens, so that names of
+    files and pieces stay whole.
     """
     return wrap(text, width, initial_indent=start, subsequent_indent=" " * len(start), break_on_hyphens=False)
 
 
 def headed(title: str, lines: Iterable[str]) -> list[str]:
-    """Lines under a heading, and an empty one."""
+    """Return the lines under a heading, followed by an empty line."""
     return [title, "-" * len(title), *lines, ""]
 
 
 def section(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
-    """A heading and rows of a name and a text, the text wrapped beside its name."""
+    """Return a heading and rows of a name and a text; each text is wrapped beside its name."""
     lines: list[str] = []
     pairs = list(rows)
     indent = max(len(name) for name, _ in pairs) + 2
