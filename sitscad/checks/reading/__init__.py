@@ -1,1 +1,1 @@
-"""SIT2xx: what the converter reads of every coil, and how long it takes."""
+"""SIT2xx, SIT305: rules for the converter's readings of every coil, and for the time that they take."""

@@ -1,4 +1,4 @@
-"""SIT204: the amplitude that the drive current gives every coil, against the window in which it is read well."""
+"""SIT204: the oscillation amplitude of every coil at the drive current, against the converter's low-noise window."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, ru
 from sitscad.estimates.design import Design, at_room_temperature
 
 CODE_KEY = "readout.drive_code"
-"""Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,
-which decide R_P.
+"""Key of findings that another drive code mends.
+
+If the chosen code is too weak, the finding is at the turns, which determine R_P.
 """
 
 CODE_IS_SET = "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
 
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
-    """The amplitude with the chosen drive code, in the states in which the sensor works."""
+    """Yield findings on the amplitude at the chosen drive code, in the states of the assembled sensor."""
     readout = design.estimates.readout
     if readout.high_current:
         yield from _high_current_amplitude(design)
@@ -42,8 +43,8 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     said = [*_too_strong(design, worst_of(design, "amplitude", max, True)),
             *_too_weak(design, worst_of(design, "amplitude", min, True))]
     yield from (each for each in said if not each.keeps_limit)
-    # what is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker
-    # code and another for a stronger one. Place and figures are those of the gravest
+    # notes and warnings on one drive code become one finding: separate findings could ask for a weaker
+    # code and for a stronger code. Place and values are from the gravest finding
     near = [*(each for each in said if each.keeps_limit), *_copper_ends(design)]
     if near:
         gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
@@ -53,8 +54,8 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
-    # The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
-    # although the board as drawn keeps it: no test of the bare board tells such copper from any other.
+    # The amplitude with the thinnest and the thickest copper delivered, if either amplitude leaves the window
+    # although the board as drawn keeps it: no test of the bare board detects such copper.
     limit = design.spec.readout.device.limit
     low, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     states = [
@@ -86,8 +87,9 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
 
 
 def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
-    """The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
-    temperature; also where it keeps the limit by little.
+    """Yield a finding if the largest amplitude is above the clamping limit, or below it by little.
+
+    The same drive code is also checked at power-up at room temperature.
     """
     converter, readout = design.spec.readout.device, design.spec.readout
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
@@ -124,7 +126,10 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
 
 
 def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
-    """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
+    """Yield a finding if the smallest amplitude is below the low-noise window, or above it by little.
+
+    Below a second limit, the oscillation may stop.
+    """
     limit = design.spec.readout.device.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
@@ -155,7 +160,10 @@ def _code(design: Design, reading: Reading) -> int:
 
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
-    """The maker's texts disagree on the high-current drive: say what amplitudes they lead to, judge what is certain."""
+    """Yield a finding with the amplitudes of the high-current drive, for which the maker's texts disagree.
+
+    The smallest amplitude is at the lower current of the texts, the largest at the higher. Either may exceed its limit.
+    """
     converter, (low_current, high_current) = design.spec.readout.device, design.spec.readout.device.high_current_range
     values = [reading.value for reading in readings_of(design, "parallel_resistance", True)]
     if not values:
@@ -175,7 +183,10 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
 
 
 def _other_code(design: Design, reading: Reading, step: int) -> str:
-    """Which drive code lies next to a reading's, and of which coil where each has its own; or that there is none."""
+    """Return the drive code next to the code of a reading in words, with its coil if codes differ by coil.
+
+    If there is no such code, the words state this.
+    """
     code, how = _code(design, reading) + step, "stronger" if step > 0 else "weaker"
     whose = f" for coil {reading.coil}" if design.estimates.readout.drive_codes else ""
     is_there = 0 <= code < len(design.spec.readout.device.drive_currents)
@@ -183,7 +194,10 @@ def _other_code(design: Design, reading: Reading, step: int) -> str:
 
 
 def _weak_advice(design: Design, smallest: Reading) -> str:
-    """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
+    """Return the reason why a coil's amplitude is too small, with advice.
+
+    Its states differ, the coils differ, or R_P is too low even for the strongest drive.
+    """
     if design.spec.readout.drive_code is not None:
         return CODE_IS_SET
     away = more_distance(design.spec)

@@ -1,5 +1,7 @@
-"""SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220: what the converter sees in every state against what it can
-drive, and what it costs that leads run round their coil.
+"""SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220: electrical values of the coils against limits.
+
+The values of every state are checked against what the converter can drive and measure. SIT216 checks the inductance of
+leads that run round their coil.
 """
 
 from __future__ import annotations
@@ -40,17 +42,17 @@ from sitscad.layout.routing.branches import drawn_closing, least_closing
 INDUCTANCE_GROWS = "inductance grows with the square of turns and layers"
 
 DRAWS_IN = 1.5
-"""Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
+"""Relative permeability from which a shield concentrates the field: at a smaller distance it adds inductance."""
 
 
 def _resistance_floor(design: Design) -> str:
-    """The name of the least parallel resistance that the drive of this sensor sustains."""
+    """Return the name of the limit for the smallest parallel resistance that this sensor's drive sustains."""
     strong = design.estimates.readout.high_current and len(design.estimates.coils) == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
-    """The smallest inductance over all coils and states."""
+    """Yield findings on the smallest inductance over all coils and states."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     yield from undecided(design, "inductance")
     worst = worst_of(design, "inductance", min)
@@ -85,12 +87,12 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
 
 
 def _beside(design: Design, worst: Reading, attribute: str, limit: float, unit: str, digits: int = 3) -> str:
-    """The other states of a reading's coil, and how far the reading lies from its limit."""
+    """Return text with the coil's other states and the reading's distance from its limit in sigma."""
     return joined(other_states(design, worst, attribute, unit, digits), in_sigmas(worst, limit, unit))
 
 
 def frequency_ceiling(design: Design) -> Iterator[Verdict]:
-    """Highest and lowest sensor frequency over all coils and states."""
+    """Yield findings on the highest and lowest sensor frequency over all coils and states."""
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     yield from undecided(design, "frequency")
@@ -119,7 +121,10 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
 
 
 def parallel_resistance(design: Design) -> Iterator[Verdict]:
-    """The smallest R_P over all coils and states: what the driver can sustain, and what the data sheet specifies."""
+    """Yield findings on the smallest R_P over all coils and states.
+
+    The limits are the smallest resistance that the driver sustains and the data sheet's specified range.
+    """
     yield from undecided(design, "parallel_resistance")
     yield from overdamped_tank(design)
     worst = worst_of(design, "parallel_resistance", min)
@@ -151,7 +156,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 
 
 def quality_factor(design: Design) -> Iterator[Verdict]:
-    """The smallest Q over all coils and states."""
+    """Yield findings on the smallest Q over all coils and states."""
     yield from undecided(design, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
@@ -165,7 +170,7 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
 
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
-    """The sensor frequency as a share of the coil's own resonance."""
+    """Yield findings on the sensor frequency as a fraction of the coil's self-resonant frequency."""
     shares = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
         for coil in design.estimates.coils
@@ -191,7 +196,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
 
 
 def tank_capacitor(design: Design) -> Iterator[Verdict]:
-    """The capacitor within the range of TI's reference designs."""
+    """Yield a finding if the capacitor is outside the range of TI's reference designs."""
     value = design.estimates.readout.capacitance
     low, high = design.spec.readout.device.limit("capacitor_min"), design.spec.readout.device.limit("capacitor_max")
     if not math.isfinite(value):
@@ -243,26 +248,31 @@ def _distance_advice(design: Design, worst: Reading, attribute: str, limit: floa
 
 
 NAMED, WARNED = 0.015, 0.03
-"""Shares of the winding's inductance from which what leads link of its flux is named; and warned of, where a lead runs
-back: what runs on adds inductance for its resistance.
+"""Fractions of the winding's inductance: the flux that leads link is reported from the first on.
+
+If a lead runs against the winding, the second gives a warning. Leads that run with the winding add inductance for their
+resistance.
 """
 
 TOGETHER = 0.1
-"""Leads that run round their coil by no more than this (turns) run together, as good as."""
+"""Angle (turns) round the coil up to which leads count as running together."""
 
 TRIED = 3
-"""How many changes are drawn to find one without a closing arc."""
+"""Number of changed designs that are laid out to find a design without a closing arc."""
 
 WHOLE_TURNS = "turns whose sum over the layers is whole let the leads run together"
 
 
 def leads_round(design: Design) -> Iterator[Verdict]:
-    """The coil whose leads link most of its winding's flux, and turns or a start angle without that."""
+    """Yield a finding on the coil whose leads link the largest fraction of its winding's flux.
+
+    The hint names turns or a start angle that avoid this.
+    """
     spec, layout = design.spec, design.layout
     if not all(coil.is_closed_circuit for coil in layout.coils):
         yield Undecided("leads are missing in the layout")
         return
-    # how far a coil's leads run round it (turns, positive as the winding runs), and the share of its inductance in that
+    # angle (turns, positive in the winding's sense) of leads round their coil, and the fraction of inductance by it
     arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance, drawn_closing(spec.coil, coil),
              coil, estimate) for coil, estimate in zip(layout.coils, design.estimates.coils, strict=True)]
     share, turns, coil, estimate = max(arcs, key=lambda arc: round(abs(arc[0]), 6))
@@ -270,7 +280,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         return
     linked, free, moves = estimate.lead_parts.get("coupling", 0.0), estimate.states.get(FREE), ""
     if free is not None:
-        # Rp = L / (R C), with the arc over without it
+        # Rp = L / (R C): ratio with the arc to without it
         ring = Ring(spec.coil, coil.placement, spec.fpc.rules.trace_spacing + spec.coil.trace_width / 2.0)
         resistance = estimate.resistance_ac * abs(turns) * ring.boundary.length / estimate.trace_length
         parallel = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
@@ -283,7 +293,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         f"{show(abs(linked), 'H', 3)}, {100.0 * abs(share):.1f} % of the winding's inductance,{moves}", WHOLE_TURNS,
         "coil.turns", abs(share), WARNED if is_warned else NAMED,
         severity=Severity.WARNING if is_warned else Severity.NOTE,
-        # for leads that lack room other start angles first
+        # if leads lack room, other start angles come first
         fixes=(lambda: islice(other_start_angles(spec), TRIED if beyond > TOGETHER else 0), lambda: whole_turns(spec)),
     )
 

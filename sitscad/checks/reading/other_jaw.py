@@ -1,4 +1,4 @@
-"""SIT221: what the other jaw's metal does to the coils when the jaws close, against the sensor's own signal."""
+"""SIT221: the effect of the other jaw's metal on the coils when the jaws close, against the sensor's own signal."""
 
 from __future__ import annotations
 
@@ -11,14 +11,21 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
 
 MUCH, LITTLE = 0.1, 0.01
-"""Change by the other jaw's metal, over that by the required force: with `THIN` grasped it warns from the first on, and
-with nothing grasped there is a note from the second on."""
+"""Ratios of the change by the other jaw's metal to the change by the required force.
 
-THIN = 1e-3  # Thickness (m) of what is grasped, where the metal's effect is judged
+From the first ratio on there is a warning (an object of thickness `THIN` is grasped), from the second on a note
+(nothing is grasped).
+"""
+
+THIN = 1e-3  # Thickness (m) of a thin grasped object, at which the metal's effect is checked
 
 
 def other_jaw_metal(design: Design) -> Iterator[Verdict]:
-    """The change of the worst coil by the other jaw's metal, jaws closed, over its change by the required force."""
+    """Yield a finding on the coil with the largest ratio of the other jaw's effect to the signal.
+
+    The effect is the change by the other jaw's metal when the jaws close. The signal is the change by the required
+    force.
+    """
     if design.estimates.is_rough:
         return
     one = design.cells.weakest
@@ -28,7 +35,7 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     if not signal:
         yield Undecided("no signal was estimated: it takes a required normal force and tanks that oscillate")
         return
-    from sitscad.estimates.states.other_jaw import estimated_change  # loaded for jaws alone
+    from sitscad.estimates.states.other_jaw import estimated_change  # imported only for jaws
 
     near, closed = (estimated_change(one.layout, one.estimates, grasped) for grasped in (THIN, 0.0))
     names = [name for name in signal if name in near and signal[name] > 0.0]

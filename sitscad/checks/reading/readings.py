@@ -1,4 +1,4 @@
-"""The numbers of the estimates that the electrical rules judge, one a coil and state, with words and hints for them."""
+"""Estimated values by coil and state, which the electrical rules check, and the texts and hints for these values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 @record
 class Reading:
-    """One number of one coil in one state; `sigma` is its standard deviation by manufacture, mostly by `cause`."""
+    """One value of one coil in one state.
+
+    `sigma` is its standard deviation by manufacture, and `cause` the main contribution.
+    """
 
     coil: str
     state: str
@@ -34,12 +37,15 @@ class Reading:
 
 
 def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
-    """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
+    """Return every finite value of an attribute of the state estimates.
+
+    With `working`, only states of the assembled sensor count if there are any.
+    """
     return kept(design, f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
 
 
 def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:
-    # a state in which the model failed is one of an assembled sensor, too
+    # states in which the model failed also count as states of an assembled sensor
     names = [name for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states)]
     counted = working_states(dict.fromkeys(names)) if working else names
     return [
@@ -61,12 +67,12 @@ def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
 
 
 def sigmas_between(reading: Reading, limit: float) -> float | None:
-    """How many standard deviations of manufacture lie between a reading and a limit; None where that is unknown."""
+    """Return the distance of a reading from a limit in standard deviations, None if these are unknown."""
     return abs(reading.value - limit) / reading.sigma if reading.sigma else None
 
 
 def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
-    """A count of standard deviations in words: empty where it is unknown, or so much that nobody needs to count."""
+    """Return the distance from a limit in words, in standard deviations. Empty if unknown or more than `COUNTED`."""
     count = sigmas_between(reading, limit)
     if count is None or reading.sigma is None or count > COUNTED:
         return ""
@@ -76,24 +82,32 @@ def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
 
 
 COUNTED = 10.0
-"""Sigmas up to which a message counts them."""
+"""Largest number of standard deviations that messages state."""
 
 NEAR = 2.0
-"""Sigmas within which a number that keeps its limit is still worth a note."""
+"""Standard deviations from the limit within which a value that keeps the limit gets a note."""
 
 AT_RISK = 1.0
-"""Sigmas within which it is worth a warning: of six boards more than one is beyond the limit."""
+"""Standard deviations from the limit within which the note becomes a warning: of six boards more than one is beyond the
+limit.
+"""
 
 
 def more_distance(spec: SensorSpec) -> str:
-    """More distance from the metal that a spec puts before and behind the coils, in words; empty without any."""
+    """Return advice for more distance from the target and from metal behind the coils.
+
+    Empty if the spec has neither.
+    """
     behind = "shield" if spec.shield else "jaw" if spec.jaw else "metal behind" if spec.metal else ""
     names = [name for name in ("target" if spec.target else "", behind) if name]
     return f"more distance from the {' and the '.join(names)}" if names else ""
 
 
 def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether the coil of a reading misses a lower limit in free air, too: then no distance from metal mends it."""
+    """Whether the coil of a reading misses a lower limit in free air, too.
+
+    In this case no distance from metal mends it.
+    """
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(design, attribute)
     )
@@ -102,7 +116,10 @@ def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float)
 def near_limit(
     reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str
 ) -> Iterator[Violation]:
-    """A note for a reading that keeps its limit by less than two sigma of manufacture, a warning by less than one."""
+    """Yield a note if a reading keeps its limit by less than two sigma of manufacture.
+
+    Below one sigma it is a warning.
+    """
     if reading is None:
         return
     count = sigmas_between(reading, limit)
@@ -116,7 +133,7 @@ def near_limit(
 
 
 def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
-    """A reason for every state without the number: silence must not look like a pass."""
+    """Yield a reason for every state without the value, so that a missing value does not look like a pass."""
     words = attribute.replace("_", " ")
     yield from failed_states(design, words)
     for coil in design.estimates.coils:
@@ -127,13 +144,13 @@ def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
 
 
 def failed_states(design: Design, words: str) -> Iterator[Undecided]:
-    """A reason for every state that is absent because the model fails there."""
+    """Yield a reason for every state that is absent because the model fails there."""
     for state, reason in design.estimates.failed_states.items():
         yield Undecided(f"the {words} {in_words(state)} is unknown: {reason}")
 
 
 def nothing_estimated(design: Design) -> Iterator[Verdict]:
-    """A design of which no state has numbers is no design to order; an overdamped tank is SIT203's to judge."""
+    """Yield an error for a coil without any estimated state. Overdamped tanks are left to SIT203."""
     for coil in design.estimates.coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
@@ -146,7 +163,7 @@ def nothing_estimated(design: Design) -> Iterator[Verdict]:
 
 
 def overdamped_tank(design: Design) -> Iterator[Verdict]:
-    """The state that is furthest from oscillating."""
+    """Yield a finding on the state with the lowest quality factor if a tank does not oscillate."""
     found = [(value, coil.name, state) for coil in design.estimates.coils for state, value in coil.overdamped.items()]
     if not found:
         return
@@ -166,18 +183,18 @@ _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks,
 
 
 def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
-    """The reading that `choose` (min or max) picks by value; None where there is none."""
+    """Return the reading that `choose` (min or max) selects by value. None if there are no readings."""
     found = readings_of(design, attribute, working)
     return choose(found, key=lambda reading: reading.value) if found else None
 
 
 def where(reading: Reading) -> str:
-    """Coil and state in words."""
+    """Return coil and state in words."""
     return f"coil {reading.coil} {in_words(reading.state)}"
 
 
 def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
-    """The other states of the worst reading's coil, with as many digits as the message gives that one."""
+    """Return text with the values of the same coil in other states, with `digits` significant digits."""
     others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
     return ", ".join(words)

@@ -1,5 +1,6 @@
-"""SIT215, SIT217 and SIT218: whether every coil feels the forces that the sensor is made for, and the best of them
-enough.
+"""SIT215, SIT217 and SIT218: whether every coil responds to the forces that the sensor is made for.
+
+The strongest response must also be large enough.
 """
 
 from __future__ import annotations
@@ -36,24 +37,32 @@ from sitscad.spec.places import breadth_from, cell_placements, coils_from, share
 from sitscad.spec.sensor import SensorSpec
 
 FEWEST_STEPS = 30.0
-"""Steps of the converter from rest to pressed. TI asks a signal of 30 sigma (SNOAA04A: change over
-3 sigma at least 10), which is 9 steps by quantisation alone; real noise is a few times that, and with 30 steps a
-thirtieth of the required force is still one step."""
+"""Least number of converter steps from rest to pressed.
+
+TI requires a signal of 30 sigma (SNOAA04A: change over 3 sigma at least 10), which is 9 steps by quantisation alone.
+Real noise is a few times larger. With 30 steps, a thirtieth of the required force is still one step.
+"""
 
 LEAST_SHARE = 0.05
-"""Change of a coil over that of the coil that changes most. Derived here: the estimate's own error in what a target
-takes is 3 to 5 % of the change, so that a smaller one is not known to be there; and what the neighbours' coupling and a
-shifted target add to it is of that size, too."""
+"""Least ratio of a coil's change to the largest change of all coils. Derived here.
+
+The error of the estimated target effect is 3 to 5 % of the change, so the sign of a smaller change is not certain. The
+coupling of neighbours and a shifted target add changes of this size, too.
+"""
 
 
 TOLD_FROM_NOISE = 3.0
-"""Sigmas of noise from which on a change is told from it: the usual limit of detection."""
+"""Least change, in standard deviations of the noise, that can be distinguished from noise: the usual limit of
+detection.
+"""
 
 
 @record
 class SignalChange:
-    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), one step of it (H), how many
-    steps of the converter that is, and one sigma of its noise by the law measured on the converter, in steps.
+    """Change of one coil's inductance from rest to pressed, as the converter measures it.
+
+    `change` and `step` (one converter step) are in henries. `steps` is the change in converter steps. `noise` is one
+    standard deviation of the noise in steps, by the law measured on the converter.
     """
 
     coil: str
@@ -64,12 +73,12 @@ class SignalChange:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the change is not told from the noise."""
+        """Whether the change cannot be distinguished from the noise."""
         return self.steps < TOLD_FROM_NOISE * self.noise
 
 
 def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
-    """The response to a state of every coil that has it and rest."""
+    """Return the change from rest to a state for every coil that has both states."""
     found, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(state)
@@ -85,9 +94,10 @@ def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
 
 
 def coil_response(design: Design) -> Iterator[Verdict]:
-    """Every coil's change against the converter's step and against the coil that changes most; where no force is
-    required, whether any coil feels full load. Of the states that a signal is asked for, the largest load comes first,
-    and one finding is enough.
+    """Yield findings on every coil's change, against the converter's step and against the largest change of all coils.
+
+    If no force is required, the rule checks whether any coil responds to full load. Of the states with a required
+    signal, the largest load comes first, and the first finding ends the check.
     """
     required = design.spec.requirements.normal_force
     if not required:
@@ -103,7 +113,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 
 def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
-    """Every coil's change from rest to a state, under its force (N)."""
+    """Yield findings on every coil's change from rest to a state, under its force (N)."""
     found = responses(design, state)
     if len(found) < len(design.estimates.coils):
         yield Undecided(f"no change from rest to {state} was estimated")
@@ -137,13 +147,14 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
 
 
 def _is_lost(found: Sequence[SignalChange]) -> bool:
-    """Whether no coil's change is told from the noise."""
+    """Whether all coils' changes are too small to distinguish from noise."""
     return all(response.is_lost for response in found)
 
 
 def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
-    """The axes along which the coils of a sensor, or of one of its cells, stand apart, and those of them that feel
-    anything do not: shear along these reads as a normal force. In words, empty where there is none.
+    """Return the axes along which shear cannot be separated from normal force, in words. Empty if there are none.
+
+    The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
     """
     lost, untold = {response.coil for response in found if response.is_lost}, set()
     for cell in cell_placements(spec):
@@ -156,7 +167,7 @@ def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
 
 
 def _in_vain(found: Sequence[SignalChange], untold: str) -> str:
-    """What it means that some coils feel nothing, in words with a semicolon before; none where all feel something."""
+    """Return the consequence of coils that do not respond, in words after a semicolon. Empty if all coils respond."""
     lost = [response.coil for response in found if response.is_lost]
     if not lost:
         return ""
@@ -166,7 +177,7 @@ def _in_vain(found: Sequence[SignalChange], untold: str) -> str:
 
 
 def _not_felt(deaf: Sequence[SignalChange], best: SignalChange, force: str) -> Violation:
-    """The finding that no coil's change under a force is told from the noise."""
+    """Return the finding that no coil's change under a force can be distinguished from noise."""
     return Violation(
         f"the sensor feels nothing: from rest to pressed by {force} no coil changes by the {TOLD_FROM_NOISE:g} sigma "
         "that tell a change from noise", severity=Severity.ERROR,
@@ -175,8 +186,8 @@ def _not_felt(deaf: Sequence[SignalChange], best: SignalChange, force: str) -> V
 
 
 def _unasked(design: Design) -> Iterator[Verdict]:
-    # What is said where no normal force is required: that no coil feels the full load of data sheet and calibration, if
-    # so; whether each feels enough is not known.
+    # Without a required normal force: a finding if no coil responds to the full load of data sheet and calibration.
+    # Whether each coil responds enough is not known.
     from sitscad.estimates import estimated
     from sitscad.estimates.loads.pressing import rests_on_pad
     from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal
@@ -197,14 +208,14 @@ def _unasked(design: Design) -> Iterator[Verdict]:
 
 
 def _changes(deaf: Sequence[SignalChange]) -> str:
-    """Every change in henries and steps, in the order of the coils."""
+    """Return every change in henries and steps, in the order of the coils."""
     words = [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
     verb = "its inductance changes by" if len(words) == 1 else "the inductances change by"
     return f"{verb} {', '.join(words)}"
 
 
 def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
-    """Where the deaf coils stand to the target, and what would reach them."""
+    """Return the position of the insensitive coils relative to the target, and advice, in words."""
     target = spec.target
     assert target is not None
     places, names = coils_from(spec, target), {response.coil for response in deaf}
@@ -222,7 +233,7 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
 
 
 def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return a target over the middle of the coils, or one that covers all of them if it is there."""
+    """Return changes that centre the target over the coils, or enlarge a centred target to cover all."""
     target = spec.target
     assert target is not None
     length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
@@ -238,7 +249,10 @@ _MORE_CHANGE = (
 
 
 def _more_change(design: Design, steps: float) -> str:
-    """What gives more change, and what a finer step: longer conversions only where results show them whole."""
+    """Return advice for a larger change and for a finer step.
+
+    Longer conversions are advised only if the result's bits suffice for them.
+    """
     conversion, device = design.estimates.readout.conversion, design.spec.readout.device
     states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
     rate = _slower(design, steps)
@@ -255,8 +269,9 @@ def _more_change(design: Design, steps: float) -> str:
 
 
 def _slower(design: Design, steps: float) -> float | None:
-    """The scan rate (Hz) at which a coil that changes by some `steps` now changes by enough, in proportion, and no more
-    than can be read back; None if conversions cannot be so long.
+    """Return the scan rate (Hz) at which a coil's change is large enough, scaled from the `steps` at the present rate.
+
+    The rate is limited to what can be read back. None if conversions cannot be this long.
     """
     conversion = design.estimates.readout.conversion
     if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
@@ -267,15 +282,19 @@ def _slower(design: Design, steps: float) -> float | None:
 
 
 def _back_over_the_coils(target: Target | None) -> str:
-    """The way back for a target that is offset: before everything else."""
+    """Return the advice to centre an offset target over the coils, which precedes all other advice.
+
+    Empty if it is centred.
+    """
     return "target.offset: [0, 0] over the middle of the coils; " if target and any(target.offset) else ""
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
-    """How much of its reading the best coil's signal is, in the cell that reads least, against what a little warmth
-    does to that reading.
+    """Yield a finding if the strongest coil's relative signal is small beside the effect of a small temperature change.
+
+    For cells, the cell with the least signal counts.
     """
-    from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
+    from sitscad.estimates.signal import signals  # its imports are already loaded by the estimates
 
     found = signals(design.estimates)
     yield from failed_states(design, "signal over the required force")
@@ -312,7 +331,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 
 
 def _more_signal(spec: SensorSpec) -> str:
-    """What makes the change over the force larger, of that which the spec leaves to be done."""
+    """Return advice for a larger change over the force, as far as the spec leaves room for it."""
     target, coils = spec.target, [p.centre for p in spec.array.placements]
     narrower = cut_to_target(spec)
     ways = [_MORE_CHANGE]
@@ -331,7 +350,10 @@ AXES = ("x", "y")
 
 
 def shear_response(design: Design) -> Iterator[Verdict]:
-    """What tells the coils apart along each axis of the array, with the target where the required shear moves it."""
+    """Yield findings on the difference between coils when the required shear moves the target.
+
+    Each axis of the array is checked.
+    """
     import numpy as np
 
     from sitscad.estimates.loads.pad import pushed
@@ -355,7 +377,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD)
         return
-    # held level and not pressed: the least that the force moves it
+    # held level and not pressed: the smallest move by the force
     normal = spec.requirements.normal_force or 0.0
     poses, _ = pushed(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force), (normal, 0.0, 0.0)]))
     travels = float(poses[0, 0]), float(poses[1, 1])
@@ -374,8 +396,9 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
-    """Changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest, at a
-    frequency (Hz). The target is solved, or counts by shares if it is too large.
+    """Return changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest.
+
+    The frequency is in Hz. A target too large to be solved is estimated by plate ratios.
     """
     import numpy as np
 
@@ -391,7 +414,10 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 
 
 def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:
-    """What is said where the coils' inductances part by too little (H) along one axis; `step` is the converter's."""
+    """Yield a finding if the difference of the coils' inductances (`apart`; H) along one axis is too small.
+
+    `travel` is the target's move (m), `step` the converter's step (H).
+    """
     spec, force = design.spec, design.spec.requirements.shear_force or 0.0
     pressed = max((abs(response.change) for response in responses(design)), default=0.0)
     asked = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
@@ -409,10 +435,11 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
 
 
 def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
-    """What is said where one degree of tilt parts the coils' inductances by more than the shear force (`apart`; H). A
-    tilted target counts for every coil as a level one at the height that it has over the middle of what both share, and
-    inductances follow the height as they do while the normal force presses by `pressed` (m): the same within a fifth as
-    the data sheet's error by tilt.
+    """Yield a finding if one degree of tilt separates the coils more than the shear force (`apart`; H).
+
+    For every coil, a tilted target counts as a level target at its height over the middle of their overlap. Inductances
+    are assumed to follow this height as they do while the normal force compresses the pad by `pressed` (m). The result
+    agrees within a fifth with the data sheet's error by tilt.
     """
     force, found = design.spec.requirements.shear_force or 0.0, responses(design)
     if not found or pressed <= 0.0 or apart <= 0.0:
@@ -431,8 +458,8 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
 
 
 def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
-    # Targets that end nearer to the middles of the coils, and coils farther apart; over two coils in a line only what
-    # SIT306 asks, too, the target as long as they stand apart first.
+    # Targets that end nearer to the coils' middles, and coils farther apart. Over two coils in a line only changes
+    # that SIT306 requires, too: first a target as long as the distance of the coils.
     def fitting(fixes: Iterable[Fix]) -> list[Fix]:
         found = [fix for fix in fixes if is_as_long_as_line(fix.spec.array, fix.spec.target)]
         return found[::-1] if len(spec.array.placements) == 2 else found
@@ -441,7 +468,7 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
-    """Where the target's edges would have to lie."""
+    """Return text with the place where the target's edges would have to be."""
     target, least = spec.target, min(spec.coil.size)
     assert target is not None
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:

@@ -1,4 +1,7 @@
-"""SIT305: what a target costs that lets a part of the field through, against a thick one of the same metal."""
+"""SIT305: loss of signal and R_P by a thin target that lets a part of the field through.
+
+It is compared with a thick target of the same metal.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +23,23 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 THICK = 3.0
-"""Skin depths from which on a target counts as thick: they stop 95 % of the field (TI SNOA957B)."""
+"""Least thickness of a thick target in skin depths: it stops 95 % of the field (TI SNOA957B)."""
 
 COMPARED = 1.2
-"""Skin depths up to which a design with a thick target is worked out beside it: from there on the resistance of a sheet
-is within 9 % of a thick one's, and the coil's own comes on top of it, so that no limit can be reached."""
+"""Thickness in skin depths up to which the design is also estimated with a thick target.
+
+Above, the resistance of a sheet is within 9 % of a thick sheet's. The coil's own resistance comes on top, so that no
+limit can be reached.
+"""
 
 MAGNETIC = 10.0
-"""Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
+"""Relative permeability, and ratio of skin depth to thickness, from which a target acts by its permeability and not by
+its conductivity.
+"""
 
 
 def target_thickness(design: Design) -> Iterator[Verdict]:
-    """What a target thinner than three skin depths costs against a thick one; whether it is a target at all."""
+    """Yield findings on a target thinner than three skin depths, and on a material that hardly conducts."""
     target = _target(design.spec.target)
     frequencies = [reading.value for reading in readings_of(design, "frequency") if reading.value > 0.0]
     if not frequencies:
@@ -51,7 +59,7 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
-    """What a target that is thin for its skin depth (m) costs: a note, or a warning where it weighs."""
+    """Yield a note on a target thin for its skin depth `depth` (m), or a warning if its cost exceeds a limit."""
     target, thick, limits = _target(design.spec.target), THICK * depth, own_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
     found = Violation(
@@ -80,7 +88,7 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
 
 
 def _resistance_of_sheet(depths: float) -> float:
-    # Surface resistance of an endless sheet so many skin depths thick over that of a thick one, no unit (Stoll, The
+    # Surface resistance of an infinite sheet (thickness in skin depths) over a thick sheet's, no unit (Stoll, The
     # Analysis of Eddy Currents, 1974): Re (1 + j) coth((1 + j) t / depth).
     twice = 2.0 * depths
     return (math.sinh(twice) + math.sin(twice)) / (math.cosh(twice) - math.cos(twice))
@@ -88,7 +96,7 @@ def _resistance_of_sheet(depths: float) -> float:
 
 @record
 class _Cost:
-    """Shares of R_P and of the change that a target lacks against a thick one (negative: has more), and the words."""
+    """Relative loss of R_P and of the signal change against a thick target (negative: gain), and the cost in words."""
 
     resistance: float
     change: float
@@ -96,7 +104,7 @@ class _Cost:
 
 
 def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
-    """What the target costs in the state where it takes most of R_P; None where one of the two has no numbers."""
+    """Return the cost in the state in which the target reduces R_P most. None if either design has no values."""
     other = _compared(design, thick)
     mine, theirs = (readings_of(each, "parallel_resistance", True) for each in (design, other))
     reference = {(r.coil, r.state): r for r in theirs}
@@ -117,7 +125,10 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
 
 
 def _change(design: Design, other: Design) -> tuple[float, str]:
-    """The share by which the coil that feels the other design most changes less, and the share in words."""
+    """Return the relative loss of the signal change against the other design, and the loss in words.
+
+    The coil with the largest change in the other design counts.
+    """
     mine, theirs = _effects(design, design), _effects(design, other)
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     if best is None:
@@ -133,7 +144,7 @@ def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
 
 
 def _faster(design: Design, thickness: float) -> str:
-    """The advice of a higher frequency, if the converter follows it."""
+    """Return the advice of a higher frequency. Empty if the converter does not reach it."""
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
     # a skin depth falls with the square root of the frequency
     faster = (thickness / _target(design.spec.target).thickness) ** 2
@@ -141,7 +152,7 @@ def _faster(design: Design, thickness: float) -> str:
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
-    """A material into which the field goes deeper than the target is wide, held against copper in its place."""
+    """Yield a finding on a material with a skin depth larger than the target's width, compared with copper."""
     target = _target(design.spec.target)
     copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
     other = _compared(design, copper)
@@ -167,8 +178,8 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
 
 
 def _effects(design: Design, other: Design) -> dict[str, float]:
-    # What the target does to each coil by name in a design that may be a changed one: change per newton (H/N), else
-    # what it changes of the inductance at rest (H), against the sensor without a target.
+    # The target's effect on each coil by name, in this or a changed design: change per newton (H/N), or else
+    # the change of the inductance at rest (H), against the sensor without a target.
     force = other.spec.requirements.normal_force
     if force:
         return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
@@ -179,8 +190,8 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
 
 
 def _compared(design: Design, changed: SensorSpec) -> Design:
-    # A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
-    # the two alike but for the change; as roughly as this one.
+    # A changed design with this design's tank capacitor, and a solved target if this design has a solved target: only
+    # the change then differs. The level of estimates is the same, too.
     from sitscad.estimates import estimated
     from sitscad.estimates.windings.losses import SCREENING
 

@@ -1,6 +1,4 @@
-"""SIT207 to SIT213 and SIT219: channels, clocks and the time that scans take and leave; what coils and cells read of
-each other.
-"""
+"""SIT207 to SIT213 and SIT219: channels, clocks, scan times, and crosstalk between coils and between cells."""
 
 from __future__ import annotations
 
@@ -26,13 +24,15 @@ def _channel_sources(family: str | None = None) -> str:
 
 
 MOST_COUPLING = 2e-3
-"""The coupling of coils of different converters from which on a finding warns: their tanks pull each other where their
-frequencies come within half of it, about what tolerances part.
+"""Coupling factor of coils of different converters from which on there is a warning.
+
+Tanks lock to each other if their frequencies differ by less than about half of it, which is about the difference by
+tolerances.
 """
 
 
 def input_frequency(design: Design) -> Iterator[Verdict]:
-    """Whether the converter, as it is set, counts the fastest tank rightly."""
+    """Yield a finding if the converter, as configured, cannot count the fastest tank correctly."""
     readout = design.estimates.readout
     worst, conversion = worst_of(design, "frequency", max), readout.conversion
     if worst is None or conversion is None:
@@ -48,7 +48,7 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
 
 
 def scan_rate(design: Design) -> Iterator[Verdict]:
-    """The scan rate that the timing gives, against the wanted one."""
+    """Yield a finding if the timing does not reach the required scan rate."""
     readout, wanted = design.estimates.readout, design.spec.readout.scan_rate
     if not math.isfinite(readout.scan_rate):
         yield Undecided("no scan rate was estimated")
@@ -65,7 +65,7 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
-    """Whether the results of a scan can be read over I2C before the next one is done."""
+    """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends."""
     channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
     converter = design.spec.readout.device
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
@@ -83,7 +83,7 @@ def read_back(design: Design) -> Iterator[Verdict]:
 
 
 def bandwidth(design: Design) -> Iterator[Verdict]:
-    """Twice the bandwidth at least, by the sampling theorem."""
+    """Yield a finding if the scan rate is below twice the bandwidth (sampling theorem)."""
     wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
@@ -92,13 +92,16 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
             f"{show(wanted, 'Hz')} are required",
             "a readout.scan_rate of twice the bandwidth at least, fewer coils, or less bandwidth",
             "readout.scan_rate", rate, 2.0 * wanted, "Hz",
-            # no faster than enough: further scans take time from conversions, and so signal from the noise
+            # no faster than required: shorter conversions have more noise
             fixes=(lambda: [scans(design.spec, 2.0 * wanted)],),
         )
 
 
 def channels(design: Design) -> Iterator[Verdict]:
-    """One channel a coil, on as many converters as the buses can address; how coils of different ones are coupled."""
+    """Yield findings on missing channels, and on coupling between coils of different converters.
+
+    Each coil needs one channel, on as many converters as the buses can address.
+    """
     names = [placement.name for placement in design.spec.array.placements]
     key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
     device, buses = design.spec.readout.device, design.spec.readout.buses
@@ -148,7 +151,10 @@ def channels(design: Design) -> Iterator[Verdict]:
 
 
 def idle_neighbour(design: Design) -> Iterator[Verdict]:
-    """How much a grounded neighbour on the same converter takes off a coil's inductance: the square of the coupling."""
+    """Yield a finding on the inductance that a coil loses to a grounded neighbour on the same converter.
+
+    The relative loss is the square of the coupling factor.
+    """
     matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
     places = design.spec.readout.device.places(len(coils))
     pairs = [
@@ -176,7 +182,10 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
 
 
 def crosstalk(design: Design) -> Iterator[Verdict]:
-    """What neighbouring cells change of a cell's reading, in parts of its full signal: stated, and held to a limit."""
+    """Yield a finding with the change of a cell's reading by neighbouring cells, as a fraction of its full signal.
+
+    The fraction is also checked against a limit.
+    """
     if design.spec.cells is None:
         return
     found, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
@@ -205,7 +214,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
 
 
 def clock(design: Design) -> Iterator[Verdict]:
-    """The external clock within the converter's range."""
+    """Yield a finding if the external clock is outside the converter's range."""
     value = design.spec.readout.clock
     low, high = design.spec.readout.device.limit("clock_min"), design.spec.readout.device.limit("clock_max")
     if not low <= value <= high:
