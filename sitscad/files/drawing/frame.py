@@ -1,4 +1,4 @@
-"""What every drawing has: a frame with a title block, a scale out of the usual ones, dimensions by coordinates."""
+"""Frame, title block, standard scales and coordinate dimensions of drawings."""
 
 from __future__ import annotations
 
@@ -14,31 +14,48 @@ from sitscad.spec.sensor import SensorSpec
 
 MARGIN = 8.0
 FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
-"""What is stamped on the drawings of a package that does not meet its own checks."""
+"""Stamp on the drawings of a package with errors."""
 RED = "#b00000"
 BLOCK = (118.0, 30.0)  # The title block at the lower right, millimetres on paper
 ISSUE = (("Part no.", "Part number"), ("Rev.", "Revision"), ("Date", "Date"))
-"""The cells of the issue in the title block, and what the issue calls them."""
+"""Cells of the issue in the title block: label, and name of the row in `spec.issue`."""
 ISSUE_CELLS = (58.0, 26.0, 34.0)  # Their widths (mm)
 NOT_STATED = "not stated"
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
 DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0)
-"""The scales of details have finer steps, so that a detail is larger than the whole."""
+"""Scales of details. Their finer steps let a detail use more of its room."""
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
 CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
 TEXT = 2.6
 SMALLEST = 1.5  # Letters that can still be read on paper (mm)
-INDENT = 3.0  # Of a paragraph's lines after the first (mm)
+INDENT = 3.0  # Indent of a paragraph's lines after the first (mm)
 SUBSTITUTE = 1.08
-"""How much wider a text may come out where a viewer of SVG has no Helvetica: 1.07 measured with rsvg and Noto Sans."""
+"""Largest ratio of a text's width in a substitute font to its width in Helvetica.
+
+SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, 1.07 was measured.
+"""
 
 
 def new_sheet(
     spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
 ) -> Sheet:
-    """An A4 sheet with its frame and title block; ``scale`` is empty where nothing is drawn but tables and plots,
-    ``artwork`` says which finished files it belongs to, ``forced`` stamps it, ``seen`` says from where it is looked at.
+    """Return an A4 sheet with frame and title block.
+
+    Parameters
+    ----------
+    spec
+        The sensor. Its name and issue appear in the title block.
+    what
+        Title of the drawing.
+    scale
+        Text of the scale. If empty, the title block has no such row (sheets of tables and plots).
+    artwork
+        Names of the finished files that the drawing belongs to.
+    forced
+        Whether to stamp the sheet with `FORCED`.
+    seen
+        Direction of view, in words.
     """
     sheet = Sheet(f"{spec.name}: {what}")
     width, height = sheet.size
@@ -57,7 +74,7 @@ def new_sheet(
         y = low + BLOCK[1] - (i + 1) * step
         if i:
             sheet.line(left, y + step, left + BLOCK[0], y + step, THIN)
-        # Where the cells of one row of the title block begin, and how wide they are (mm): one, or those of the issue
+        # Widths (mm) of the cells in this row of the title block: one full cell, or the cells of the issue
         widths = (BLOCK[0],) if len(cells) == 1 else ISSUE_CELLS
         for cell, x, room in zip(cells, *(tuple(accumulate(widths[:-1], initial=0.0)), widths), strict=True):
             _cell(sheet, cell, (left + x, y), (room, step))
@@ -65,7 +82,7 @@ def new_sheet(
 
 
 def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
-    """A label and its text in a cell of the title block, the text as large as it fits."""
+    """Draw a cell of the title block: its label, and its text in the largest letters that fit."""
     (label, text), (x, y), (width, step) = cell, corner, size
     indent = max(15.0, text_width(label, 2.0) + 3.0) if width > 60.0 else text_width(label, 2.0) + 3.0
     if width < BLOCK[0]:
@@ -79,52 +96,61 @@ def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size
 def scale_for(
     size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = DETAIL_SCALES
 ) -> float:
-    """The largest of some scales at which a size (m) fits some room (mm on paper); the smallest where none does."""
+    """Return the largest of `scales` at which `size` (m) fits `room` (mm on paper).
+
+    Returns the last of `scales` if none fits.
+    """
     fitting = (k for k in scales if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
     return next(fitting, scales[-1])
 
 
 def scale_text(scale: float) -> str:
-    """A scale as drawings state it."""
+    """Return a scale as text, such as 10:1."""
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
 
 
 def placed(box: tuple[float, float, float, float], scale: float, room: tuple[float, float, float, float]) -> View:
-    """A view with the middle of a box (m) in the middle of some room on paper (left, low, width, height in mm)."""
+    """Return a view that puts the centre of a box (m) at the centre of `room`.
+
+    `room` is left, low, width and height (mm on paper).
+    """
     middle = (box[0] + box[2]) / 2e-3 * scale, (box[1] + box[3]) / 2e-3 * scale
     return View(scale, (room[0] + room[2] / 2 - middle[0], room[1] + room[3] / 2 - middle[1]))
 
 
 class View:
-    """A map from the board's metres to the paper's millimetres: a scale, and where the board's origin comes to lie."""
+    """Map from metres on the board to millimetres on paper.
+
+    `scale` is the scale of the drawing, `origin` the place of the board's origin on paper (mm).
+    """
 
     def __init__(self, scale: float, origin: tuple[float, float]) -> None:
         self.scale, self.origin = scale, origin
 
     def x(self, metres: float) -> float:
-        """A board's x on paper."""
+        """Return the x (mm) on paper of an x (m) on the board."""
         return self.origin[0] + metres * 1e3 * self.scale
 
     def y(self, metres: float) -> float:
-        """A board's y on paper."""
+        """Return the y (mm) on paper of a y (m) on the board."""
         return self.origin[1] + metres * 1e3 * self.scale
 
     def length(self, metres: float) -> float:
-        """A length on paper."""
+        """Return the length (mm) on paper of a length (m)."""
         return metres * 1e3 * self.scale
 
     def path(self, path: Path) -> Path:
-        """A path on paper."""
+        """Return a path (m) in millimetres on paper."""
         return path.mapped(lambda p: Point(self.x(p.x), self.y(p.y)))
 
 
 def mm(metres: float) -> str:
-    """A length as a dimension: millimetres with two decimals, three where the third says something."""
+    """Return a length (m) as the text of a dimension: millimetres with two decimals, or three if the third is not 0."""
     return in_mm(metres, 3, 2)
 
 
 def origin_cross(sheet: Sheet, view: View) -> None:
-    """The origin of the files' coordinates: a red cross in a circle."""
+    """Draw the origin of the files' coordinates: a red cross in a circle."""
     x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, RED)
     sheet.draw(circle(Point(x, y), 1.2), red)
     for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
@@ -132,7 +158,7 @@ def origin_cross(sheet: Sheet, view: View) -> None:
 
 
 def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> None:
-    """Arrows along x and y of the board, from (x, y) on the sheet, each `size` long, with their names."""
+    """Draw arrows along the board's x and y from (x, y) on the sheet, each `size` long, with their names."""
     tip = 0.25 * size
     ends = (((x + size, y), (x + size - tip, y + tip / 2), (x + size - tip, y - tip / 2)),
             ((x, y + size), (x + tip / 2, y + size - tip), (x - tip / 2, y + size - tip)))
@@ -144,10 +170,12 @@ def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> 
 
 
 def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
-    """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
-    texts beyond `end`, below the view or left of it.
+    """Draw coordinate dimensions of `values` (m) along x (`axis` 0) or y (`axis` 1).
+
+    Leader lines run from the edge of the view at `start` to texts beyond `end` (mm on paper), below or left of the
+    view. Values that give equal texts share a dimension.
     """
-    # edges that read alike are one
+    # Values with equal texts share one dimension
     feet = list({mm(value): value for value in sorted(round(each, 7) for each in values)}.values())
     at = [(view.x, view.y)[axis](value) for value in feet]
     for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
@@ -162,7 +190,10 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
 
 
 def spread(places: Sequence[float], least: float) -> list[float]:
-    """Sorted places moved apart until none is nearer to its neighbour than `least`, each as little as may be."""
+    """Return sorted places moved apart until neighbours are at least `least` apart.
+
+    Each result is the mean of two passes: one moves places only up, the other only down.
+    """
     forward: list[float] = []
     for place in places:
         forward.append(max(place, forward[-1] + least) if forward else place)
@@ -173,7 +204,7 @@ def spread(places: Sequence[float], least: float) -> list[float]:
 
 
 def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
-    """A dimension line with arrows between two points of the same x or the same y (mm on paper), its text above it."""
+    """Draw a dimension line with arrows between two points of equal x or equal y (mm on paper), with text."""
     (x0, y0), (x1, y1) = one, other
     sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
     level = abs(y1 - y0) < 1e-9
@@ -193,8 +224,10 @@ def outer_span(
     sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
     is_before: bool = False,
 ) -> None:
-    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them, or
-    before the first where `is_before`; `upright` text stands level beside the upper arrow.
+    """Draw the dimension of a short distance, with arrows from outside.
+
+    `one` is the lower or left point. The text stands beyond the arrows at `other`, or before `one` if `is_before`. For
+    a vertical distance, `upright` text stands level beside the upper arrow.
     """
     reach, tip = 5.0, 2.0
     level = abs(other[1] - one[1]) < 1e-9
@@ -218,7 +251,10 @@ def outer_span(
 def table(
     sheet: Sheet, left: float, top: float, widths: Sequence[float], rows: Sequence[Sequence[str]], size: float = TEXT
 ) -> float:
-    """Rows of texts in columns (mm on paper), the first row a heading; the y below the table."""
+    """Draw rows of texts in columns (widths in mm on paper), and return the y below the table.
+
+    The first row is the heading. A text that is too wide for its column is drawn smaller.
+    """
     step = 1.55 * size
     for i, row in enumerate(rows):
         y, x = top - (i + 1) * step, left
@@ -231,7 +267,10 @@ def table(
 
 
 def wrapped(text: str, width: float, size: float) -> list[str]:
-    """A text broken between words into lines no wider than `width` (mm)."""
+    """Return break a text between words into lines no wider than `width` (mm).
+
+    Returns the lines. A word that is too wide is broken, too.
+    """
     lines, line = [], ""
     for word in (piece for each in text.split() for piece in _broken(each, width, size)):
         longer = f"{line} {word}" if line else word
@@ -243,7 +282,7 @@ def wrapped(text: str, width: float, size: float) -> list[str]:
 
 
 def _broken(word: str, width: float, size: float) -> list[str]:
-    """A word in pieces no wider than `width` (mm)."""
+    """Return break a word into pieces no wider than `width` (mm), and return them."""
     pieces, piece = [], ""
     for character in word:
         if piece and text_width(piece + character, size) > width:
@@ -254,15 +293,17 @@ def _broken(word: str, width: float, size: float) -> list[str]:
 
 
 def numbered(texts: Iterable[str]) -> list[str]:
-    """Notes with their numbers before them, from 1."""
+    """Return notes with their numbers in front, from 1."""
     return [f"{number}. {text}" for number, text in enumerate(texts, 1)]
 
 
 def fitting_paragraph(
     sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
 ) -> float:
-    """Texts below each other, broken into lines of a width (mm), in letters small enough that they end above `low`
-    (mm); the y below the last line. The width holds in a viewer's substitute font, too.
+    """Draw texts below each other, and return the y (mm) of the last line.
+
+    Texts are broken into lines of `width` (mm). Letters shrink, down to `SMALLEST`, until the last line is above `low`
+    (mm). Lines stay within `width` in a viewer's substitute font, too.
     """
     width = width / SUBSTITUTE
     while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:
@@ -279,13 +320,15 @@ SYMBOLS = (
     ((180.0, 0.0), (270.0, 90.0)), ((225.0, 45.0), (315.0, 135.0)), ((0.0, 90.0, 180.0, 270.0, 0.0),),
     ((45.0, 135.0, 225.0, 315.0, 45.0),), ((90.0, 210.0, 330.0, 90.0),), ((), (180.0, 0.0), (270.0, 90.0)),
 )
-"""One symbol a tool, in the order of the tools: lines between points of a circle, by their angles (deg), or all of it;
-used again from the first where there are more tools.
+"""Symbols of drill tools, in the order of the tools.
+
+Each symbol is a tuple of lines, each line the angles (deg) of its points on a circle; an empty line is the whole
+circle. After the last symbol, the first is used again.
 """
 
 
 def symbol(tool: int, at: Point, radius: float) -> list[Path]:
-    """The lines of a tool's symbol (tools from 0), in a circle about a place."""
+    """Return the lines of a tool's symbol (tools from 0) in a circle about `at`."""
     lines = SYMBOLS[tool % len(SYMBOLS)]
     return [polyline([polar(radius, math.radians(turn), at) for turn in line]) if line else circle(at, radius)
             for line in lines]

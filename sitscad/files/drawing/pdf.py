@@ -1,6 +1,7 @@
-"""Sheets as a PDF file: vector drawing and Helvetica, nothing compressed, no dates and no identifiers. PDF 1.4 (ISO
-32000 describes it): one of the fourteen fonts that every reader has, so nothing is embedded; equal sheets give equal
-bytes, whatever the machine.
+"""Sheets as an uncompressed PDF 1.4 file (ISO 32000) with vector drawings and Helvetica.
+
+Helvetica is among the fourteen fonts that every reader has, so that no font is embedded. The file contains no dates and
+no identifiers: equal sheets give equal bytes on every machine.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ BOLD = 0.035  # Width of the line that makes letters bold, as a share of their s
 
 
 def pdf(sheets: Sequence[Sheet]) -> bytes:
-    """The sheets as the pages of one document."""
+    """Return a PDF document with one page per sheet."""
     first = 4
     pages = " ".join(f"{first + 2 * i} 0 R" for i in range(len(sheets)))
     objects = [
@@ -29,12 +30,12 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
     ]
     for i, sheet in enumerate(sheets):
         width, height = (decimal(side * POINTS) for side in sheet.size)
-        # The graphics states that a page asks for, as resources; nothing where all is opaque
+        # Graphics states of the page for opacities below 1, as resources
         found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
         rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
         box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
         resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
-        # The page's drawing; everything in it is in millimetres
+        # The page's drawing, scaled to millimetres
         commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
         commands += _items(sheet.items)
         content = b"\n".join(commands) + b"\n"
@@ -42,7 +43,7 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
             f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {(first + 2 * i + 1)} 0 R >>".encode("ascii"),
             (b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)),
         ]
-    # Objects numbered from 1, the table of where each begins, and the trailer
+    # Objects numbered from 1, the table of their offsets in bytes, and the trailer
     entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(sheets[0].title)]
     content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
     for i, entry in enumerate(entries, 1):
@@ -74,7 +75,7 @@ def _items(items: Iterable[Item]) -> Iterator[bytes]:
 
 
 def _label(label: Label) -> Iterator[bytes]:
-    """What writes a text, its halo before it."""
+    """Yield the PDF commands that write a text, after those of its halo."""
     width = text_width(label.text, label.size)
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
@@ -84,7 +85,7 @@ def _label(label: Label) -> Iterator[bytes]:
     words = place + b"(" + _escaped(label.text) + b") Tj ET"
     if label.halo:
         yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + words + b" 0 Tr"
-    if label.bold:  # the letters' own outline makes them heavier, in the one font that there is
+    if label.bold:  # No bold font is available: the outline of the letters makes them heavier
         pen = f"{_colour(label.colour)} RG {decimal(BOLD * label.size)} w [] 0 d"
         yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + words + b" 0 Tr"
     else:
@@ -112,7 +113,7 @@ def _shape(shape: Shape) -> Iterator[bytes]:
         yield f"{_colour(shape.fill)} rg".encode("ascii")
     if shape.pen:
         pen, dashes = shape.pen, " ".join(decimal(dash) for dash in shape.pen.dashes)
-        # round ends and corners are the page's own
+        # The page's content begins with round ends and corners
         ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
         yield f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
     for path in shape.paths:

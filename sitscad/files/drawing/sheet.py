@@ -1,12 +1,10 @@
-"""A drawing sheet: lines, areas and texts on paper (origin at the lower left, y upwards), named where a page may point.
+"""Drawing sheets: lines, areas and texts on paper, which `drawing.svg` and `drawing.pdf` write as files.
 
-The one vocabulary of all pictures: `drawing.svg` and `drawing.pdf` write the same sheet, and both show the same, true
-to scale when printed unscaled.
+The origin is at the lower left, y upwards. Both writers take equal sheets, so that SVG and PDF show equal pictures,
+true to scale when printed unscaled.
 
-Plots on a sheet: matplotlib lays axes, ticks and legends out, the sheet's shapes and letters draw them.
-
-So a plot is vector art of the same vocabulary as every drawing, in SVG and PDF alike, with no font, date or identifier
-of the plotting library in it.
+`strokes` draws texts as lines. `plot` draws matplotlib figures: matplotlib lays out axes, ticks and legends, and the
+shapes and labels of a sheet draw them. The file then contains no font, date or identifier of matplotlib.
 """
 
 from __future__ import annotations
@@ -38,8 +36,9 @@ _CHARACTER_WIDTHS = {chr(32 + k): int(width) for k, width in enumerate(_WIDTHS.s
 
 @record
 class Pen:
-    """A line's width (mm), colour (``#rrggbb``), dashes (mm on, mm off, ...), and whether its ends and its corners are
-    round: ends are else cut off, corners pointed.
+    """Width (mm), colour (``#rrggbb``) and dashes (mm on, mm off, ...) of a line.
+
+    If ends or corners are not round, ends are cut off and corners are pointed.
     """
 
     width: float = 0.25
@@ -51,8 +50,10 @@ class Pen:
 
 @record
 class Shape:
-    """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule). ``opacity`` is the
-    filling's; ``name`` is what a page points at (its id), ``kind`` what a style sheet calls it.
+    """Paths (mm) that are drawn with a pen, filled, or both.
+
+    Holes are paths of the same shape (even-odd rule). ``opacity`` applies to the filling. ``name`` becomes the id in
+    SVG, ``kind`` the class for style sheets.
     """
 
     paths: tuple[Path, ...]
@@ -65,8 +66,9 @@ class Shape:
 
 @record
 class Label:
-    """A text in Helvetica: where (mm), its size (mm), its anchor (``start``, ``middle``, ``end``), its angle (deg).
-    ``halo`` is the width (mm) of a white line round its letters, half of which they cover.
+    """Text in Helvetica with its place and size (mm), anchor (``start``, ``middle``, ``end``) and angle (deg).
+
+    ``halo`` is the width (mm) of a white line round the letters, drawn below the letters.
     """
 
     at: Point
@@ -81,8 +83,10 @@ class Label:
 
 @record
 class Group:
-    """Items that belong together: under a name that a page can point at, moved by ``offset`` (mm), and no more of them
-    shown than lies in ``window`` (x0, y0, x1, y1 in mm, after moving). A ``layer`` is one for drawing programs, too.
+    """Items with a common name (the id in SVG), moved by ``offset`` (mm).
+
+    Only the part inside ``window`` (x0, y0, x1, y1 in mm, after moving) is shown. A group with ``layer`` is a layer in
+    drawing programs (Inkscape), too.
     """
 
     name: str
@@ -98,9 +102,11 @@ Item = Union[Shape, Label, Group]  # noqa: UP007  (the alias is used before it i
 
 @dataclass
 class Sheet:
-    """What is drawn, in the order of drawing; a ground of None is the page's own. Millimetres on paper, or pixels on a
-    screen where ``unit`` is empty: then all lengths of pens, shapes and labels are pixels, too. ``decimals`` are those
-    that coordinates are written with.
+    """Items in the order of drawing.
+
+    Lengths are millimetres on paper. If ``unit`` is empty, they are pixels on a screen, those of pens, shapes and
+    labels included. ``decimals`` is the number of decimals of coordinates in files. If ``ground`` is None, the sheet
+    has no background of its own.
     """
 
     title: str
@@ -128,7 +134,7 @@ class Sheet:
         self, x: float, y: float, text: str, size: float = 3.0, anchor: str = "start", angle: float = 0.0,
         colour: str = BLACK, halo: float = 0.0, bold: bool = False,
     ) -> None:
-        """Add a text whose base line begins (or ends, or has its middle) at (x, y)."""
+        """Add a text. `anchor` is the point of its base line at (x, y): its start, middle or end."""
         self.items.append(Label(Point(x, y), text, size, anchor, angle, colour, halo, bold))
 
     @contextmanager
@@ -136,7 +142,7 @@ class Sheet:
         self, name: str = "", offset: tuple[float, float] = (0.0, 0.0),
         window: tuple[float, float, float, float] | None = None, kind: str = "", layer: bool = False,
     ) -> Iterator[None]:
-        """What is added within is one group."""
+        """Group all items that are added within the context."""
         outer, self.items = self.items, []
         try:
             yield
@@ -146,7 +152,7 @@ class Sheet:
 
 
 def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
-    """All shapes and labels in their order, out of their groups; those of groups stand where they were drawn."""
+    """Yield all shapes and labels in their order, without groups. Offsets of groups are not applied."""
     for item in items:
         if isinstance(item, Group):
             yield from flattened(item.items)
@@ -155,13 +161,13 @@ def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
 
 
 def text_width(text: str, size: float) -> float:
-    """Width (mm) of a text in Helvetica; characters outside ASCII count as wide as a digit."""
+    """Return the width (mm) of a text in Helvetica. Characters outside ASCII count as wide as a digit."""
     return _thousandths(text) * size / 1000.0
 
 
-@lru_cache(maxsize=1 << 14)  # lines are broken again in every size that is tried
+@lru_cache(maxsize=1 << 14)  # `frame.fitting_paragraph` breaks lines again for every size
 def _thousandths(text: str) -> int:
-    """Width of a text in thousandths of its size."""
+    """Return the width of a text in thousandths of its size."""
     return sum(map(_CHARACTER_WIDTHS.get, text, repeat(556)))
 
 
@@ -183,8 +189,10 @@ _GLYPHS = {
 
 
 def strokes(text: str, at: Point, height: float) -> Iterator[Path]:
-    """The strokes of a text whose lower left corner is `at`, capitals `height` high (m); small letters are capitals.
-    Raises KeyError for a character that the font has not; a space is one advance.
+    """Yield the strokes (m) of a text. Small letters are drawn as capitals.
+
+    `at` is the lower left corner of the text, `height` (m) the height of capitals. A space is one advance. Raises
+    KeyError for a character without a glyph.
     """
     unit = height / HEIGHT
     for i, character in enumerate(text.upper()):
@@ -197,22 +205,23 @@ def strokes(text: str, at: Point, height: float) -> Iterator[Path]:
 
 
 def length(text: str, height: float) -> float:
-    """How long a text is (m), without the gap after its last character."""
+    """Return the length (m) of a text drawn by `strokes`, without the gap after its last character."""
     return (len(text) * ADVANCE - 2.0) * height / HEIGHT
 
 
 INCH, POINT = 25.4, 25.4 / 72.0  # Millimetres
-DOTS = 72.0  # Units in an inch that matplotlib works in: its points
+DOTS = 72.0  # matplotlib's units in an inch: points
 LETTERS = 7.5  # Size of the letters (points)
-RISE, DROP = 0.72, 0.21  # Height of capitals and depth of letters below the line, of a size of Helvetica
+RISE, DROP = 0.72, 0.21  # Height of capitals and descent of Helvetica, over the font size
 
 COLOURS = ("#1f5fa8", "#c4602b", "#2a7f4f", "#7a4fa3", "#8a6d00", "#5c6670")
-"""The colours of curves, in their order: told apart by those who do not see all colours, too."""
+"""Colours of curves, in their order. Colour-blind readers can distinguish them, too."""
 
 
 def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[Any], None]) -> None:
-    """Draw a figure into a box of a sheet (left, low, width, height; mm); `draw` takes the matplotlib figure. Raises
-    `MissingExtra` where matplotlib is not installed.
+    """Draw a figure into a box of a sheet (left, low, width, height; mm).
+
+    `draw` takes the matplotlib figure. Raises `MissingExtra` if matplotlib is not installed.
     """
     matplotlib = require("matplotlib")
     left, low, width, height = box
@@ -222,12 +231,15 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
 
 
 Put: TypeAlias = Callable[[Sheet, float, float], None]
-"""Puts a line, an area or a text of a figure on a sheet, the figure's corner at x and y (mm)."""
+"""Function that puts a line, an area or a text of a figure on a sheet, with the figure's corner at x and y (mm)."""
 
 
-@lru_cache(maxsize=4)  # a data sheet has every figure on its page and on its paper
+@lru_cache(maxsize=4)  # a data sheet draws every figure twice: in HTML and in PDF
 def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], None]) -> tuple[Put, ...]:
-    """What a matplotlib figure of a size (mm) draws, its axes where their labels leave them room."""
+    """Return functions that draw a matplotlib figure of a size (mm) on a sheet.
+
+    matplotlib's constrained layout makes room for the labels of the axes.
+    """
     from matplotlib.backend_bases import FigureCanvasBase
     from matplotlib.figure import Figure
 
@@ -247,7 +259,7 @@ def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], N
 
 
 def _manner() -> dict[str, Any]:
-    """The settings with which matplotlib draws: thin lines, small letters, our colours."""
+    """Return the settings of matplotlib: thin lines, small letters, the colours of `COLOURS`."""
     from matplotlib.rcsetup import cycler
 
     return {
@@ -255,42 +267,42 @@ def _manner() -> dict[str, Any]:
         "grid.linewidth": 0.25, "grid.color": "#d9dee3", "lines.linewidth": 1.1, "xtick.major.width": 0.5,
         "ytick.major.width": 0.5, "legend.frameon": False, "axes.titlesize": LETTERS + 1.0,
         "axes.prop_cycle": cycler(color=COLOURS), "axes.formatter.useoffset": False, "path.simplify": False,
-        "axes.titleweight": "bold", "axes.titley": 1.0,  # as found, not looked for among ticks
+        "axes.titleweight": "bold", "axes.titley": 1.0,  # fixed: not searched above the ticks
     }
 
 
 def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
-    """What matplotlib draws with: paths become shapes of a sheet, texts its labels."""
+    """Return a matplotlib renderer that appends to `puts` a function for each path and text."""
     from matplotlib.backend_bases import RendererBase
 
     class SheetRenderer(RendererBase):
-        """Draws on any sheet, later."""
+        """Renderer whose paths become shapes of a sheet, and whose texts become labels."""
 
         def get_canvas_width_height(self) -> tuple[float, float]:
-            """Width and height of the box (points)."""
+            """Return width and height of the box (points)."""
             return size[0] / POINT, size[1] / POINT
 
         def points_to_pixels(self, points: Any) -> Any:
-            """Points, unchanged: the sheet is measured in them."""
+            """Return points unchanged, because the renderer's unit is the point."""
             return points
 
         def flipy(self) -> bool:
-            """The sheet's y goes up."""
+            """Return False: the sheet's y goes up."""
             return False
 
         def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> tuple[float, float, float]:
-            """Width, height and descent of a text in Helvetica (points)."""
+            """Return width, height and descent of a text in Helvetica (points)."""
             letters = prop.get_size_in_points()
             return text_width(s, letters), (RISE + DROP) * letters, DROP * letters
 
         def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
-            """A line or an area."""
+            """Add a line or an area."""
             puts.append(_path(gc, transform.transform_path(path), rgbFace))
 
         def draw_text(
             self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
         ) -> None:
-            """A text from its left end on."""
+            """Add a text whose left end is at (x, y)."""
             bold, letters = prop.get_weight() in ("bold", 700), prop.get_size_in_points() * POINT
             right, up, colour = x * POINT, y * POINT, _colour(gc.get_rgb())
             puts.append(lambda sheet, left, low: sheet.text(
@@ -300,7 +312,7 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
 
 
 def _path(gc: Any, path: Any, face: Any) -> Put:
-    """One path of matplotlib's (points), cut off where its axes end, as what puts its shapes on a sheet."""
+    """Return a function that draws one of matplotlib's paths (points) on a sheet, clipped to its axes."""
     clip, filled = gc.get_clip_rectangle(), face is not None and (len(face) < 4 or face[3] > 0.0)
     if clip is not None and len(path.vertices):
         path = path.clip_to_bbox(clip, inside=True) if filled else _cut(path, clip)
@@ -325,12 +337,15 @@ def _path(gc: Any, path: Any, face: Any) -> Put:
 
 
 def _open(piece: list[Point]) -> list[Point]:
-    """A ring without its first point again at the end."""
+    """Return a ring without the repetition of its first point at the end."""
     return piece[:-1] if len(piece) > 2 and piece[0].distance(piece[-1]) < 1e-9 else piece
 
 
 def _cut(path: Any, clip: Any) -> Any:
-    """The part of a line inside a box: points beyond are left out, ends lie within a point's distance of the edge."""
+    """Return the part of a line inside the x and y ranges of a box, widened by half a point.
+
+    The line is cut at its vertices: vertices outside are left out.
+    """
     from matplotlib.path import Path
 
     x0, y0, x1, y1 = clip.extents

@@ -1,4 +1,4 @@
-"""Sheets as SVG: self-contained, without scripts, styles or anything from outside; equal sheets give equal text."""
+"""Sheets as SVG without scripts, style sheets or external resources. Equal sheets give equal text."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, text_w
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Path, Point
 
 LINE = 30
-"""Characters from which on a text keeps the width in which it was broken, whatever font a machine takes for Helvetica:
-in a wider one a drawing's notes ran over its frame.
+"""Least number of characters of a text whose width is fixed in the SVG (`textLength`).
+
+With a wider substitute for Helvetica, the notes of a drawing ran over its frame.
 """
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 
 
 def svg(sheet: Sheet) -> str:
-    """The sheet in its own unit, y turned over."""
+    """Return the sheet as SVG text, in its own unit, with y downwards."""
     paper = _Paper(sheet.size[1], sheet.decimals)
     width, height = (paper.number(side) for side in sheet.size)
     unit = sheet.unit
@@ -38,7 +39,10 @@ def svg(sheet: Sheet) -> str:
 
 
 def path_data(path: Path, height: float, decimals: int) -> str:
-    """The ``d`` of a path, y measured down from `height`; a line that closes it is left to the ``Z``."""
+    """Return the ``d`` attribute of a path, with y measured down from `height`.
+
+    A straight last segment of a closed path is left out, because the final ``Z`` draws it.
+    """
     paper = _Paper(height, decimals)
     data = [f"M{paper.xy(path.start)}"]
     for i, segment in enumerate(path.segments):
@@ -51,7 +55,10 @@ def path_data(path: Path, height: float, decimals: int) -> str:
 
 
 class _Paper:
-    """What turns a sheet's coordinates into SVG's: its height, and the decimals kept."""
+    """Conversion of a sheet's coordinates and items to SVG.
+
+    `height` is the height of the sheet, `decimals` the decimals of coordinates.
+    """
 
     def __init__(self, height: float, decimals: int) -> None:
         self.height, self.decimals = height, decimals
@@ -63,7 +70,7 @@ class _Paper:
         return f"{self.number(point.x)} {self.number(self.height - point.y)}"
 
     def items(self, items: Iterable[Item]) -> Iterator[str]:
-        """Every item, a line of text each, groups round theirs."""
+        """Yield the SVG lines of all items. A group's tags enclose its items."""
         for item in items:
             if isinstance(item, Group):
                 yield from self.group(item)
@@ -71,7 +78,7 @@ class _Paper:
                 yield self.label(item) if isinstance(item, Label) else self.shape(item)
 
     def group(self, group: Group) -> Iterator[str]:
-        """A group; its window is an SVG of its own, which shows that rectangle of the sheet where it lies."""
+        """Yield the SVG lines of a group. A window becomes a nested `<svg>`, which clips to that rectangle in place."""
         layer = f" inkscape:groupmode='layer' inkscape:label='{_attribute(group.name)}'" if group.layer else ""
         moved = ""
         if group.offset != (0.0, 0.0):
@@ -107,7 +114,7 @@ class _Paper:
         if shape.opacity != 1.0:
             look += f" fill-opacity='{decimal(shape.opacity)}'"
         named, pen = _named(shape.name, shape.kind), shape.pen
-        if pen is not None:  # round ends and corners are the sheet's own
+        if pen is not None:  # The sheet's outer group sets round ends and corners
             look += f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"
             look += f" stroke-dasharray='{' '.join(map(self.number, pen.dashes))}'" if pen.dashes else ""
             look += "" if pen.round_ends else " stroke-linecap='butt'"
@@ -122,7 +129,7 @@ class _Paper:
 
 
 def _as_circle(paths: tuple[Path, ...]) -> tuple[Point, float] | None:
-    """The centre and the radius of a single full circle; None for all else."""
+    """Return centre and radius if the paths are a single full circle, otherwise None."""
     first = paths[0].segments[0] if len(paths) == 1 else None
     if not isinstance(first, Arc):
         return None

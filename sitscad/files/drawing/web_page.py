@@ -1,5 +1,6 @@
-"""What the pages have in common (report, data sheet, calibration): one HTML file that loads nothing from outside, its
-sections, tables and figures, and the style sheet: sober, light and dark, fit for paper.
+"""Building blocks of the HTML pages (report, data sheet, calibration): page, sections, tables, figures, style sheet.
+
+A page is one file that loads nothing from outside. It is laid out for light and dark screens and for paper.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from sitscad.basics.version import __version__
 
 
 def page(title: str, parts: Iterable[str], about: str = "") -> str:
-    """The whole file: parts in HTML, those that are empty left out; `about` (HTML) follows the version at its foot."""
+    """Return the HTML of a page. Empty parts are left out; `about` (HTML) follows the version in the footer."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -22,24 +23,30 @@ def page(title: str, parts: Iterable[str], about: str = "") -> str:
 
 
 def part(title: str, body: str, stage: str = "") -> str:
-    """A section under its title (HTML), for scripts named after the stage that makes it; nothing without a body."""
+    """Return the HTML of a section with a title (HTML). Empty if `body` is empty.
+
+    `stage` is the build stage of the section, written as an attribute for scripts.
+    """
     named = f' data-stage="{stage}"' if stage else ""
     return f"<section{named}><h2>{title}</h2>{body}</section>" if body else ""
 
 
 def soft(text: str) -> str:
-    """A paragraph of less weight, which is escaped here; nothing without a text."""
+    """Return a paragraph in the lighter colour. Its text is escaped. Empty if the text is empty."""
     return f"<p class='soft'>{escape(text)}</p>" if text else ""
 
 
 def figure(drawing: str, caption: str) -> str:
-    """A drawing (SVG text) on white paper over its caption, which is escaped here."""
+    """Return the HTML of a drawing (SVG text) on white paper with a caption. The caption is escaped."""
     shown = drawing[drawing.index("<svg") :]
     return f"<figure><div class='paper'>{shown}</div><figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[bool], caption: str = "") -> str:
-    """A table, the columns of `numbers` to the right; every cell is escaped here. Nothing for one without rows."""
+    """Return the HTML of a table. Empty if there are no rows.
+
+    Columns with a true entry in `numbers` are aligned right. All texts are escaped.
+    """
     if not rows:
         return ""
     kinds = [" class=number" if is_number else "" for is_number in numbers]
@@ -54,7 +61,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[
 
 
 def bullets(entries: Iterable[object]) -> str:
-    """A list; every entry is escaped here. Nothing for one without entries."""
+    """Return the HTML of a list. Empty if there are no entries. Entries are escaped."""
     items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
     return f"<ul class='columns'>{items}</ul>" if items else ""
 

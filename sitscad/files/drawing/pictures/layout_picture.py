@@ -1,13 +1,12 @@
-"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside, with a legend
-below: a scale bar, and a key for every colour and line that the picture shows.
+"""Pictures of the layout to scale, in SVG and in text.
 
-The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
-Nothing is transparent: upper layers cover lower ones, whose tracks show over them as narrow lines, and every colour of
-the picture is one of its legend. Layers, nets on them, coils, contacts and findings have names (ids) that begin with
-the picture's own.
+`picture` returns SVG without scripts, fonts or external resources. Below the picture are a scale bar and a legend with
+every colour and line that it shows. The view is from the top, y upwards. Copper layers have colours that colour-blind
+readers can distinguish. Nothing is transparent: upper layers cover lower layers, and narrow lines show the covered
+tracks. Layers, nets, coils, contacts and findings have ids, which begin with the name of the picture.
 
-A picture of the board in text: a letter of the braille alphabet shows 2 by 4 dots, so that a hundred columns hold
-the turns of a coil. It needs nothing but a font, where pictures cannot be shown: job pages, logs, messages.
+`dot_picture` returns lines of braille characters, each 2 by 4 dots, for places where only text can be shown: job pages,
+logs, messages. A hundred columns are enough for the turns of a coil.
 """
 
 from __future__ import annotations
@@ -33,22 +32,25 @@ from sitscad.spec.coil import CoilSpec
 
 
 def pad_outline(pad: Pad) -> Path:
-    """The rectangle (m) of a contact on the board."""
+    """Return the rectangle (m) of a contact on the board."""
     (w, h), (x, y) = pad.size, pad.centre
     return rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 
 def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
-    """The closed outline (m) that a coil's outer copper edges lie on, about its centre and turned as it is drawn.
-    Corners are as round as the pen that draws them leaves the copper: half a track's width and the corner's own radius.
+    """Return the outline (m) of a coil's outer copper edges on the board.
+
+    It is placed and turned as the coil. Its corner radius is the corner radius of the track's centre line plus half the
+    track width.
     """
     unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
     return unturned.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
 def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]:
-    """(x0, y0, x1, y1) in metres of a coil's outer copper edges on the board. They are the outline's, but for a rounded
-    corner at which a layer begins: that one is left sharp.
+    """Return the bounding box (x0, y0, x1, y1; m) of a coil's outer copper edges on the board.
+
+    It is the bounding box of `coil_outline`, except at a rounded corner where a layer begins: this corner is sharp.
     """
     outline, half = bounding_box([coil_outline(spec, coil)]), spec.trace_width / 2
     if not spec.corner_radius:
@@ -60,7 +62,7 @@ def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]
 
 
 def draw_coil(sheet: Sheet, view: View, spec: CoilSpec, coil: Coil, pen: Pen, name: str = "") -> None:
-    """A coil's outline and the axes through its centre on a dimensioned drawing."""
+    """Draw a coil's outline and the axes through its centre on a dimensioned drawing."""
     sheet.draw(view.path(coil_outline(spec, coil)), pen, name=name)
     (x0, y0, x1, y1), (x, y) = coil_extent(spec, coil), coil.centre
     sheet.line(view.x(x0), view.y(y), view.x(x1), view.y(y), CHAIN)
@@ -68,26 +70,29 @@ def draw_coil(sheet: Sheet, view: View, spec: CoilSpec, coil: Coil, pen: Pen, na
 
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")
-"""One colour a copper layer, from the top (after Okabe and Ito's palette)."""
+"""Colours of copper layers, from the top (after Okabe and Ito's palette)."""
 
 PLATE, CONTACT, RING = "#cdb380", "#e6b800", "#8a8a8a"
 TAKEN = "#dfd3ad"
-"""What the bend takes of the tail."""
+"""Colour of the part of the tail that bends occupy."""
 TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#444444"
 TOP_DASHES, BOTTOM_DASHES, BEND_DASHES = "8 4", "2 5", "14 4 3 4 3 4"
 WIDTH = 1200.0  # Width of a picture in pixels
 ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
-"""Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
+"""Layout of the legend: height of a row, letter size, most keys in a row, and start of texts after a key's left edge.
+
+Lengths are pixels.
+"""
 
 
 AXES_AT = 340.0
 """Place of the axes' sign along the row of the scale bar (pixels)."""
 UNDER = 0.3
-"""Width of the line that shows a track under other copper, over the width of the track."""
+"""Width of the line that shows a covered track, over the width of the track."""
 
 
 class PicturePoint(NamedTuple):
-    """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
+    """Marked place: x and y (m) on the board, the number or word beside the mark, and a key of `MARKS`."""
 
     x: float
     y: float
@@ -96,18 +101,18 @@ class PicturePoint(NamedTuple):
 
 
 MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
-"""The colours of marks."""
+"""Colours of marks."""
 
 Sign = Callable[[Sheet, float, float], None]  # Draws a key's sign on a sheet, its upper left corner at (x, y)
 
 
 def colour(layer: int) -> str:
-    """A copper layer's colour."""
+    """Return the colour of a copper layer."""
     return COLOURS[(layer - 1) % len(COLOURS)]
 
 
 def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[PicturePoint]) -> list[tuple[Sign, str]]:
-    """A sign and its meaning for everything that the picture shows."""
+    """Return a sign and its meaning for everything that the picture shows."""
     plate = layout.stiffener
 
     def sees(x: float) -> bool:
@@ -140,12 +145,12 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
 
 
 WIDER_FONT = 1.2
-"""How much wider than Helvetica letters may be where that is not installed (DejaVu Sans: 1.15 to 1.2)."""
+"""Largest width of letters over that in Helvetica, in a substitute font (DejaVu Sans: 1.15 to 1.2)."""
 
 
 def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
-    """A bar of a round length near a sixth of the picture, and the sizes in words."""
-    # the largest of 1, 2, 5 times a power of ten that is not above `length`
+    """Draw a scale bar of a round length near a sixth of the picture, the axes and the sizes in words."""
+    # The largest of 1, 2 and 5 times a power of ten up to `length`
     length = WIDTH / view.length(1.0) / 6
     power = 10.0 ** math.floor(math.log10(length))
     length = max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
@@ -172,7 +177,7 @@ def _ring(ink: str) -> Sign:
 
 
 def _under(upper: str, lower: str) -> Sign:
-    """A track of the lower copper where the upper copper covers it."""
+    """Return the sign of a lower track that upper copper covers."""
 
     def draw(sheet: Sheet, x: float, y: float) -> None:
         sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, upper)
@@ -196,15 +201,23 @@ def picture(
     layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None,
     marks: Iterable[PicturePoint] = (), name: str = "board",
 ) -> str:
-    """A picture of the layout as SVG text.
+    """Return a picture of the layout as SVG text.
 
-    ``layers`` are the copper layers to show (from 1 at the top; all where left out), ``window`` is what to show of the
-    plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it. ``marks`` are drawn
-    over it, those that the window shows. ``name`` begins every id, so that one page may hold several pictures.
+    Parameters
+    ----------
+    layout
+        The layout.
+    layers
+        Copper layers to show, from 1 at the top. None shows all.
+    window
+        Part of the plane to show, (x0, y0, x1, y1) in metres. None shows the whole board. A margin is added around it.
+    marks
+        Marks to draw over the picture. Marks beyond the left or right edge are left out.
+    name
+        Beginning of every id, so that one page may hold several pictures.
     """
-    # the same picture as a sheet, in pixels
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
-    # A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height
+    # The window with its margin is as wide as the picture; its lower edge is later moved up by the legend's height
     largest = largest_outline(layout)
     x0, y0, x1, y1 = window or bounding_box([layout.outline, *([largest] if largest else [])])
     margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
@@ -212,7 +225,7 @@ def picture(
     view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
     pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
     keys = legend_keys(layout, shown, view, pointed_at)
-    # so many keys beside each other that words end before the next sign in the widest of usual fonts
+    # Columns of the legend: texts must end before the next sign in the widest of usual fonts
     longest = max((text_width(text, LETTERS) for _, text in keys), default=0.0)
     columns = min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
     low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
@@ -223,7 +236,7 @@ def picture(
         _board(sheet, layout, shown, view, name)
         _labels(sheet, layout, view, name)
         _marks(sheet, pointed_at, view, name)
-    # Part number and issue where there are any, the scale bar with the sizes in words, then the keys
+    # Part number and issue if stated, the scale bar with the sizes as text, then the keys
     top = low - 10.0
     if words := layout.spec.issue.words:
         sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
@@ -238,7 +251,7 @@ def picture(
 
 
 def flat(width: float, colour: str, dashes: str = "") -> Pen:
-    """A pen whose ends are cut off and whose corners are pointed."""
+    """Return a pen whose ends are cut off and whose corners are pointed."""
     return Pen(width, colour, tuple(map(float, dashes.split())), round_ends=False, round_corners=False)
 
 
@@ -247,12 +260,12 @@ def _region(view: View, region: Region) -> list[Path]:
 
 
 def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str) -> None:
-    """The board's material, copper from the lowest layer up, holes, openings, and the edge over all of it."""
+    """Draw the board's material, copper from the lowest layer up, holes, openings, and last the edge."""
     sheet.draw(view.path(layout.outline), None, BOARD)
     if layout.stiffener is not None:
         sheet.draw(_region(view, layout.stiffener.outline), flat(1.0, PLATE), PLATE)
     for bend in bends(layout):
-        # The line about which the tail is bent, and what the bend takes of it as a band
+        # The bend line, and the part of the tail that the bend occupies as a band
         low, high = layout.reach_at(bend.line)
         if bend.end > bend.start:
             sheet.draw(view.path(rectangle(bend.start, low, bend.end, high)), None, TAKEN)
@@ -261,7 +274,7 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     for layer in reversed(shown):
         with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):
             _copper(sheet, layout, layer, view, name)
-    for layer in reversed(shown[1:]):  # lower tracks as narrow lines over what covers them
+    for layer in reversed(shown[1:]):  # lower tracks as narrow lines over the copper that covers them
         with sheet.group(f"{name}-under-{layer}", kind=f"copper-{layer}"):
             for net in layout.nets:
                 with sheet.group(f"{name}-under-{layer}-net-{net}", kind=f"net-{net}"):
@@ -283,7 +296,7 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
 
 
 def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> None:
-    """One layer: tracks and their teardrops by net, then its contacts."""
+    """Draw one layer: tracks and their teardrops by net, then its contacts."""
     for net in layout.nets:
         with sheet.group(f"{name}-copper-{layer}-net-{net}", kind=f"net-{net}"):
             for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
@@ -296,7 +309,7 @@ def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> 
 
 
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
-    """The names of coils, of capacitors and of contacts."""
+    """Draw the names of coils, capacitors and contacts."""
     reach = min(layout.spec.coil.size) / 2
     size = max(12.0, min(30.0, 0.25 * view.length(reach)))
     for coil in layout.coils:
@@ -309,7 +322,7 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
         size = min(12.0, max(7.0, 0.4 * view.length(max(each.pads[0].size))))
         x, y = view.x(each.centre.x), view.y(each.centre.y)
         sheet.text(x, y - 0.35 * size, each.reference, size, "middle", halo=4.0)
-    # Each contact's number and pin on it, as high as their pitch allows, so that no two cover each other
+    # Each contact's number and pin, in letters small enough for the pitch
     rows = sorted(pad.centre for pad in layout.pads)
     pitch = view.length(min((a.distance(b) for a, b in combinations(rows, 2)), default=math.inf))
     size = min(16.0, 0.75 * pitch)
@@ -317,14 +330,14 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
         for pad in layout.pads:
             x, y = view.x(pad.centre.x), view.y(pad.centre.y)
             words = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
-            if pad.size[1] > pad.size[0]:  # a tail that turns: written along the contact
+            if pad.size[1] > pad.size[0]:  # on a tail that turns, the text runs along the contact
                 sheet.text(x + 0.35 * size, y, words, size, "middle", 90.0)
             else:
                 sheet.text(x, y - 0.35 * size, words, size, "middle")
 
 
 def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
-    """A ring at each place, with its text beside it; places that would hide one another share a ring."""
+    """Draw a ring at each place, with its text beside it. Places less than 26 pixels apart share a ring."""
     taken: list[tuple[float, float, float]] = []
     groups: list[list[PicturePoint]] = []
     for mark in marks:
@@ -352,17 +365,19 @@ def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> No
             sheet.text(left, low, text, 22.0, colour=MARKS[kind], halo=5.0, bold=True)
 
 
-COLUMNS = 96  # Width of a picture in letters
+COLUMNS = 96  # Width of a text picture in characters
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
-"""The bit of every dot of a braille letter, by row and column (Unicode, chapter 21.1)."""
+"""Bit of every dot of a braille character, by row and column (Unicode, chapter 21.1)."""
 
 Points = Array
 
 
 def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int = COLUMNS) -> str:
-    """The part with the coils as seen from the top, to scale: its outline, the tracks of layer 1, and the words of
-    `marks` at their places. Lines of at most `columns` letters.
+    """Return a text picture of the part of the board with the coils, from the top and to scale.
+
+    It shows the outline, the tracks of layer 1 and the texts of `marks` at their places. Lines have at most `columns`
+    characters.
     """
     x0, y0, x1, y1 = layout.body
     across = 2 * columns - 1
@@ -380,7 +395,7 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
             codes += bit * drawn[line::4, column::2]
     lines = [list(map(chr, line)) for line in codes]
     for mark in marks:
-        # Put a word over the picture, wholly inside it; a place outside is left out
+        # Write the text over the picture, completely inside; marks outside are left out
         column = int((mark.x - x0) / step) // 2
         row = int((y1 - mark.y) / step) // 4
         if 0 <= row < len(lines) and 0 <= column < len(lines[row]):
@@ -393,7 +408,7 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
 
 
 def _along(corners: Points, step: float) -> Points:
-    """Points on a polyline, no further apart than `step`."""
+    """Return points (n, 2) on a polyline, no further apart than `step`."""
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     way = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.linspace(0.0, way[-1], max(2, math.ceil(way[-1] / step) + 1))

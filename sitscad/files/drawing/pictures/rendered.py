@@ -1,9 +1,10 @@
-"""Meshes seen in parallel projection as coloured areas, hidden faces away, bodies that stand in each other included;
-and pictures of what clashes, the pieces cut open there, those that clash in full colour, what is too much in red; and
-the picture of the assembly, its solids drawn apart and in section across the jaw.
+"""Meshes in parallel projection as coloured areas, and the pictures made with them.
 
-A depth buffer finds which face every point of a fine raster shows; areas of one colour then become outlines, so that
-the picture is drawn with the same few words as all others.
+A depth buffer finds the visible face at every point of a fine raster. Hidden faces disappear, and bodies may intersect.
+Raster areas of one colour become outlines, which are shapes of an ordinary sheet.
+
+`clash_svg` draws clashing solids, cut open: those that clash in full colour, the excess in red. `assembly_svg` draws
+the assembly, exploded and in section across the jaw.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ SHADES = 8  # Steps between the darkest and the brightest face
 DARKEST = 0.55
 FINE = 4  # Points of the raster on one unit of the sheet
 CREASE = 0.85  # Neighbouring faces whose normals' product is below this meet at an edge that is drawn
-STAIR = 1.5  # How far (points of the raster) a slanted outline may run from the stairs that it stands for
+STAIR = 1.5  # Largest distance (raster points) of a simplified outline from its raster stairs
 EDGE = Pen(0.6, "#22303c")
 
 Corner = tuple[int, int]
@@ -44,7 +45,7 @@ Corner = tuple[int, int]
 
 @record(eq=False)
 class Coloured:
-    """A closed mesh: vertices (n, 3), triangles (m, 3) outward, and its colour ``#rrggbb``."""
+    """Closed mesh: vertices (n, 3), triangles (m, 3) with outward normals, and colour ``#rrggbb``."""
 
     vertices: Array
     triangles: Indices
@@ -53,7 +54,7 @@ class Coloured:
 
 @record(eq=False)
 class SpaceView:
-    """A map from space to the sheet: unit vectors right, up and to the viewer, the scale, and the left upper corner."""
+    """Projection from space to the sheet: unit vectors right, up and to the viewer, scale, and left upper corner."""
 
     right: Array
     up: Array
@@ -62,13 +63,16 @@ class SpaceView:
     corner: tuple[float, float]
 
     def __call__(self, points: Array) -> Array:
-        """Points (n, 3) as (n, 2) on the sheet, downwards from y = 0."""
+        """Return points (n, 3) as (n, 2) on the sheet, downwards from y = 0."""
         flat = np.stack([points @ self.right, points @ self.up], axis=1)
         return (flat - np.array(self.corner)) * self.scale
 
 
 def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
-    """Unit vectors to the right, up and towards a viewer, who stands at angles (rad) from -y towards +x, and above."""
+    """Return unit vectors to the right, up and towards a viewer.
+
+    `azimuth` (rad) counts from -y towards +x, `elevation` (rad) upwards.
+    """
     sine, cosine = np.sin(azimuth), np.cos(azimuth)
     toward = np.array([np.cos(elevation) * sine, -np.cos(elevation) * cosine, np.sin(elevation)])
     right = np.array([cosine, sine, 0.0])
@@ -76,7 +80,7 @@ def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
 
 
 def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: tuple[float, float]) -> SpaceView:
-    """The view along `axes` in which all meshes fill a size on the sheet."""
+    """Return the view along `axes` in which all meshes fill a size on the sheet."""
     points = np.concatenate([mesh.vertices for mesh in meshes])
     across, upwards = points @ axes[0], points @ axes[1]
     scale = min(size[0] / np.ptp(across), size[1] / np.ptp(upwards))
@@ -86,10 +90,13 @@ def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: t
 def rendered(
     sheet: Sheet, meshes: Sequence[Coloured], view: SpaceView, size: tuple[float, float], opacity: float = 1.0
 ) -> None:
-    """Draw meshes on a sheet from (0, 0) right and down within `size`; not opaque, earlier ones show through."""
+    """Draw meshes on a sheet from (0, 0) right and down within `size`.
+
+    With `opacity` below 1, earlier items show through.
+    """
     flats = [view(mesh.vertices) * (FINE, -FINE) for mesh in meshes]
-    # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none. It ends
-    # where the meshes do: most pictures are far from square
+    # `seen` (high, wide) is the triangle that each raster point shows, counted through all meshes; -1 if none. The
+    # raster ends where the meshes end: most pictures are far from square
     ends = np.concatenate(flats).max(axis=0, initial=0.0)
     wide, high = (int(np.ceil(min(side * FINE, end + 1.0))) for side, end in zip(size, ends, strict=True))
     depth = np.full((high, wide), -np.inf)
@@ -101,7 +108,7 @@ def rendered(
             corners = mesh.triangles[index]
             _fill(depth, seen, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
-    # the part of the raster that shows anything, and where its left upper corner lies
+    # The part of the raster that shows anything, and its left upper corner
     rows, columns = (np.flatnonzero((seen >= 0).any(axis=axis)) for axis in (1, 0))
     corner = (int(columns[0]), int(rows[0])) if rows.size else (0, 0)
     if rows.size:
@@ -118,7 +125,7 @@ def rendered(
         sheet.draw(areas, pen, fill, opacity=opacity)
     smooth = _surfaces(meshes)
     surfaces = np.pad(np.where(seen >= 0, smooth[seen], -1), 1, constant_values=-1)
-    # Every line between two surfaces once, simplified
+    # Every line between two surfaces once, simplified (a dict keeps the order)
     corners = _junctions(surfaces)
     found: dict[tuple[Corner, ...], None] = {}
     for label in np.unique(smooth[shown]):
@@ -131,7 +138,10 @@ def rendered(
 
 
 def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> None:
-    """Write one triangle (3 corners in points of the raster, and their depths) into the buffers where it is nearest."""
+    """Write one triangle into the buffers where it is nearest.
+
+    `flat` are its 3 corners in raster points, `deep` are their depths.
+    """
     low = np.maximum(np.floor(flat.min(axis=0)).astype(int), 0)
     high = np.minimum(np.ceil(flat.max(axis=0)).astype(int) + 1, depth.shape[::-1])
     if (high <= low).any():
@@ -158,7 +168,7 @@ def _normals(mesh: Coloured) -> Array:
 
 
 def _shaded(colour: str, normals: Array) -> Indices:
-    """The colour of every face (0xrrggbb), darker the farther it is turned from the light."""
+    """Return the colour of every face (0xrrggbb): darker if it is turned further from the light."""
     bright = np.round(np.clip(normals @ LIGHT, 0.0, 1.0) * SHADES) / SHADES
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
     return np.asarray(
@@ -167,7 +177,10 @@ def _shaded(colour: str, normals: Array) -> Indices:
 
 
 def _surfaces(meshes: Sequence[Coloured]) -> Indices:
-    """Which smooth surface each triangle belongs to: neighbours of one mesh that meet at no `CREASE` share one."""
+    """Return the number of the smooth surface of each triangle.
+
+    Neighbours in a mesh share a surface unless they meet at a `CREASE`.
+    """
     found: list[int] = []
     for mesh in meshes:
         normals, triangles, first = _normals(mesh), mesh.triangles.tolist(), len(found)
@@ -186,15 +199,18 @@ def _surfaces(meshes: Sequence[Coloured]) -> Indices:
 
 
 def _junctions(labels: Indices) -> set[Corner]:
-    """The corners of a padded raster's points at which more than two areas, or two areas twice, meet."""
+    """Return the corners of raster points at which more than two areas, or two areas twice, meet.
+
+    The raster is padded by one point on each side.
+    """
     a, b, c, d = labels[:-1, :-1], labels[:-1, 1:], labels[1:, 1:], labels[1:, :-1]
     borders = (a != b).astype(np.uint8) + (b != c) + (c != d) + (d != a)
     return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
 
 
 def _loops(area: Flags) -> list[list[Corner]]:
-    # The sides of a padded raster's points that bound an area, directed: from each corner to the next ones. Corners are
-    # numbered row by row, which is quicker than pairs
+    # Directed sides of raster points that bound the area: from each corner to the next corners. Corners are numbered
+    # row by row, which is faster than pairs of coordinates
     rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))
     top, left = int(rows[0]) - 1, int(columns[0]) - 1
     area = area[top : rows[-1] + 2, left : columns[-1] + 2]
@@ -227,7 +243,7 @@ def _loops(area: Flags) -> list[list[Corner]]:
 
 
 def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
-    """A closed loop whose stairs have become slanted lines, the same from either side of every border."""
+    """Return a closed loop with stairs replaced by slanted lines, equal on both sides of every border."""
     found: list[Corner] = []
     for piece in _pieces(loop, corners):
         line = _both_ways(piece)
@@ -236,7 +252,10 @@ def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
 
 
 def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
-    """A closed loop cut at corners where areas meet, else at its least corner and the one farthest from that."""
+    """Return the pieces of a closed loop, cut at the corners where areas meet.
+
+    With fewer than two such corners, the loop is cut at one corner and at the corner farthest from it.
+    """
     cuts = [i for i, corner in enumerate(loop) if corner in corners]
     if len(cuts) < 2:
         here = cuts[0] if cuts else loop.index(min(loop))
@@ -249,7 +268,7 @@ def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
 
 
 def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
-    """A piece of a border with fewer corners, the same whichever way it is run through."""
+    """Return a simplified piece of a border. The result does not depend on the direction of the piece."""
     line = min(piece, piece[::-1])
     kept, waiting = {0, len(line) - 1}, [(0, len(line) - 1)]
     points = np.array(line, dtype=float)
@@ -272,20 +291,21 @@ def _point(each: Corner, corner: Corner) -> Point:
     return Point((each[0] + corner[0]) / FINE, -(each[1] + corner[1]) / FINE)
 
 
-SIZE = 420.0, 330.0  # Of one picture (pixels)
+SIZE = 420.0, 330.0  # Size of one picture (pixels)
 MARGIN, TITLE, LETTERS, SWATCH = 14.0, 44.0, 13.0, 17.0
 HEAD, LINE = 17.0, 17.0  # Height of the title's letters, and between the lines above a picture
-LEAST_AXIS = 40.0  # Pixels that the axes of a picture are long, at least
-PALE = 0.62  # How far the colours of pieces that do not clash are drawn towards white
+LEAST_AXIS = 40.0  # Least length of a picture's axes (pixels)
+PALE = 0.62  # Blend of the colours of pieces that do not clash towards white
 CAMERAS = {True: (math.radians(62.0), math.radians(24.0)), False: (math.radians(18.0), math.radians(22.0))}
-"""Angles of the viewer, of a cut across the jaw and of one along it."""
+"""Azimuth and elevation of the viewer (rad), for a cut across the jaw (True) and along it (False)."""
 NAMES = 190.0  # Pixels beside a picture for the names of its colours
 PORT = Pen(2.0, "#22303c", (7.0, 4.0), round_ends=False)
 
 
 def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
-    """The pictures of some clashes below each other under a title, each with its words, its figure, the names of the
-    colours, and how long a millimetre is along each axis.
+    """Return pictures of clashes below each other, as SVG text with a title.
+
+    Each picture has its text, its figure, the names of the colours, and axes with their length in millimetres.
     """
     title = f"{name}: what does not fit, the solids cut open"
     sheet = Sheet(title, unit="", decimals=1)
@@ -294,7 +314,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
     heights = [HEAD + MARGIN]
     for clash in clashes:
         with sheet.group("clash"):
-            # One picture with its words, downwards from y = 0; its height
+            # One picture with its text, downwards from y = 0
             sheet.text(0.0, -LETTERS, clash.words, LETTERS, bold=True)
             if clash.figure:
                 sheet.text(0.0, -LETTERS - LINE, clash.figure, LETTERS, colour=RED)
@@ -303,7 +323,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
             with sheet.group("", (0.0, -TITLE)):
                 rendered(sheet, meshes, view, SIZE)
                 if clash.port is not None:
-                    # The port's circle where the pair is cut
+                    # The port's circle in the cutting plane
                     x, middle, z, radius = clash.port
                     turns = np.linspace(0.0, 2.0 * math.pi, 97)
                     places = np.stack(
@@ -329,7 +349,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
 
 
 def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
-    """The axes as they are seen, each as long as the millimetres that are written beside them."""
+    """Draw the projected axes with their names, and their common length (mm) as text."""
     length = next((size for size in (0.2, 0.5, 1.0, 2.0, 5.0) if size * view.scale > LEAST_AXIS), 10.0)
     start = Point(*place)
     flat = view(np.vstack([np.zeros(3), length * np.eye(3)]))
@@ -352,11 +372,14 @@ def _colour(shown: Shown) -> str:
 CHORD, TURN = 0.02, 0.5  # mm, rad: a picture's mesh
 AZIMUTH, ELEVATION = math.radians(28.0), math.radians(32.0)  # the viewer stands towards +x and -y, above
 INK = "#22303c"
-TRANSLUCENT = 0.6  # Opacity of the film, through which the pieces below it are seen
+TRANSLUCENT = 0.6  # Opacity of the film: the pieces below show through
 
 
 def exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: float) -> tuple[float, float]:
-    """Draw the solids apart along z, fitted into width and height (pixels) from y = 0 down; what it takes of both."""
+    """Draw the solids moved apart along z, fitted into width and height (pixels), downwards from y = 0.
+
+    Returns the used width and height (pixels).
+    """
     meshes = [
         (solid, Coloured(mesh.vertices, mesh.triangles, solid.colour)) for solid, mesh in _lifted(_trimmed(solids))
     ]
@@ -371,7 +394,7 @@ def exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: floa
 
 
 def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
-    """The meshes, cut off a little beyond the sensor so that a long tail does not make it small."""
+    """Return the solids with their meshes, cut a little beyond the sensor: a long tail would shrink the picture."""
     meshes = [(solid, tessellate(solid, CHORD, TURN)) for solid in solids]
     body = [m.vertices[:, 0] for s, m in meshes if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER)]
     if not body:
@@ -388,7 +411,10 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
 
 
 def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
-    """The meshes moved apart along z, each clear of those before it; cells' pieces of one height together."""
+    """Return the meshes moved apart along z, each clear of the mesh before it.
+
+    Consecutive meshes of equal role and height (pieces of cells) are moved together.
+    """
     depth = max(float(m.vertices[:, 1].max() - m.vertices[:, 1].min()) for _, m in meshes)
     gap, top, found, lift, before = 0.3 * depth, None, [], 0.0, None
     for solid, mesh in meshes:
@@ -410,7 +436,7 @@ Polygons = list[list[tuple[float, float]]]
 
 
 Place = Callable[[float, float], Point]
-"""From the section's millimetres (y across the jaw, z upwards) to the sheet, in pixels downwards from y = 0."""
+"""Map from the section's millimetres (y across the jaw, z upwards) to the sheet, in pixels downwards from y = 0."""
 
 
 def _outlines(polygons: Polygons, place: Place) -> list[Path]:
@@ -418,23 +444,29 @@ def _outlines(polygons: Polygons, place: Place) -> list[Path]:
 
 
 def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
-    """The solid's polygons (y, z; mm) in the plane across the jaw through the middle, or through a cell there."""
+    """Return the solid's polygons (y, z; mm) in the plane across the jaw.
+
+    The plane passes 0.1 um beyond the middle of the array, or of the middle cell.
+    """
     cells = cell_specs(spec)
     middle = 1e3 * cells[len(cells) // 2].array.middle[0] + 1e-4
     turned = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
     cut = manifold(tessellate(solid, CHORD, TURN / 4)).transform(turned).slice(middle)
-    # triangles leave points on straight edges, which move with a longer tail
+    # Triangles leave points on straight edges, which would differ with the length of the tail
     cut = cut.simplify(1e-6)
     return [[tuple(point) for point in np.asarray(polygon).tolist()] for polygon in cut.to_polygons()]
 
 
 def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -> tuple[float, float, Polygons] | None:
-    """The closed pair's axis height and port radius (mm), and the opposing jaw's polygons; None without a jaw."""
+    """Return the closed pair's axis height and port radius (mm), and the opposing jaw's polygons.
+
+    Returns None if there is no jaw in the section.
+    """
     jaw = mount.jaw if mount else None
     if jaw is None:
         return None
     lower = next((polygons for solid, polygons in cuts if solid.role is BodyRole.JAW), None)
-    if not lower:  # a jaw out of a STEP file that ends before the section
+    if not lower:  # a jaw from a STEP file may end before the section
         return None
     bottom = min(point[1] for polygon in lower for point in polygon)
     axis = (bottom + top + (jaw.opposing_pad_thickness + jaw.height) * 1e3) / 2
@@ -448,19 +480,20 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
 def _labels(
     sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: Place, x: float, height: float
 ) -> tuple[float, float, float, float]:
-    """Names with thicknesses beside the section, from the top down, each with a line to its layer; the box of all.
+    """Draw names with thicknesses beside the section, from the top down, each with a line to its layer.
 
-    Pieces of a jig have their whole height, pins and pegs included: the cut shows none of these.
+    Returns the box of section and labels (x0, y0, x1, y1 in pixels, y down). For a piece of a jig, the label states its
+    total height, with pins and pegs, which the section does not show.
     """
     rows: list[tuple[Point | None, float, str]] = []
     for solid, polygons in cuts:
         levels = [point[1] for polygon in polygons for point in polygon]
         low, high = min(levels), max(levels)
-        # A layer's thickness in millimetres: its height, except for the film, which goes round the pad
+        # A layer's thickness (mm) is its height, except for the film, which also covers the sides of the pad
         is_film = solid.role is BodyRole.ENCAPSULATION
         thick = spec.encapsulation.thickness * 1e3 if is_film and spec.encapsulation else high - low
         level = high - thick / 2 if is_film else (low + high) / 2
-        # The largest y at which a horizontal line at a height crosses the polygons
+        # The leader starts at the largest y at which the horizontal line at `level` crosses the polygons
         ends = []
         for ring in polygons:
             for (ya, za), (yb, zb) in zip(ring, [*ring[1:], ring[0]], strict=True):
@@ -489,16 +522,16 @@ GAP = 40.0  # Pixels between the two drawings
 def assembly_svg(
     solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly", words: Sequence[str] = ()
 ) -> str:
-    """The exploded assembly on the left, the section across the jaw (to scale, with the port's circle) on the right.
+    """Return the assembly as SVG text: exploded on the left, in section across the jaw on the right.
 
-    `words` are lines of text below the section.
+    The section is to scale, with the port's circle. `words` are lines of text below the section.
     """
     sheet = Sheet(f"{spec.name}: {what}, exploded and in section", unit="", decimals=1, ground=None)
     with sheet.group("exploded"):
         wide, tall = exploded(sheet, solids, 470.0, 470.0)
     with sheet.group("section"):
-        # Draw the cut through the middle of the array, seen along the jaw, `width` pixels wide, downwards from y = 0;
-        # the box that it fills with its labels (x0, y0, x1, y1 in pixels, y down)
+        # The cut through the middle of the array, seen along the jaw, 260 pixels wide, downwards from y = 0. `section`
+        # is the box of cut and labels (x0, y0, x1, y1 in pixels, y down)
         cuts = [(solid, _slice(solid, spec)) for solid in solids]
         cuts = [(solid, polygons) for solid, polygons in cuts if polygons]
         everything = [point for _, polygons in cuts for polygon in polygons for point in polygon]
