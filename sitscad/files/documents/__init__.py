@@ -1,5 +1,6 @@
-"""What people read of a package, and what goes to a fabricator beside its files: one module with a `render` each. A new
-paper is one module here, and one row of PAPERS.
+"""Documents of a package: texts, drawings and lists for users and fabricators, one module each.
+
+A new document needs one module here and one row of PAPERS.
 """
 
 from __future__ import annotations
@@ -52,4 +53,4 @@ PAPERS: tuple[Writer, ...] = (
     ),
     Writer("bom", "files.documents.parts_list:render", "report", ("layout", "estimates", "forced")),
 )
-"""Every paper, in the order in which a package is made, after the formats: they name, archive and hash the files."""
+"""All documents, in build order. They follow the formats, because they name, archive and hash the formats' files."""

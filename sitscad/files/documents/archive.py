@@ -1,6 +1,7 @@
-"""The archive that is sent: the files of the order under the names that the fabricator is used to, in one ZIP. Where
-the boards come in a panel, the archive holds the panel's images and not the single board's, so that nobody makes the
-wrong ones. Nothing is compressed and no date is kept: equal orders are equal bytes on any machine.
+"""The ZIP archive for the fabricator: the order's files, under the names of the fabricator's convention.
+
+If the boards are ordered in a panel, the archive holds the panel's images instead of the single board's. Files are
+stored uncompressed and without dates, so that equal orders give equal bytes on any machine.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ NOTE = "FORCED.txt"
 
 
 def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The archive by its path in the package, out of the files that were written before it. ``forced`` says why the
-    order ought not to be placed; where it is not empty it is in the archive.
+    """Return the archive, built from the package's earlier files, by its path in the package.
+
+    `forced` states why the order should not be placed. If it is not empty, the archive contains this text.
     """
     named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
     contents = _members(files, named, panel is not None, forced)
@@ -36,7 +38,7 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
 
 @record
 class Naming:
-    """What names in the archive depend on: the design's name, the fabricator's way to call files, the copper layers."""
+    """Inputs of the archive's file names: design name, naming convention (`way`) and number of copper layers."""
 
     name: str
     way: str
@@ -44,9 +46,21 @@ class Naming:
 
 
 def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
-    """What of an archive is not as the files beside it (by their paths in the package) make it, under whatever names a
-    fabricator calls them; `forced` is the note that has to be in it. Not `every` file has to be in it if plugins wrote
-    some that are not sent; but layers, drills, netlist, job file and its readme always have to.
+    """Yield the differences between an archive and the package's files, under any known naming convention.
+
+    Parameters
+    ----------
+    content : bytes
+        The archive.
+    files : mapping
+        Files of the package by path.
+    name : str
+        Name of the design.
+    forced : str
+        The note that the archive must contain; empty if none.
+    every : bool
+        Whether the archive must hold all files. If False (plugins added files that are not sent), only
+        layers, drills, netlist, job file and readme are required.
     """
     functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
     layers = sum(found is not None and found[1].startswith(b"Copper,") for found in functions)
@@ -76,7 +90,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
 
 
 def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The files that are in an order whatever plugins write: what job files name, and what all orders have."""
+    """Return the files that every order contains: those named in job files, job files, netlists and readmes."""
     jobs = b"".join(content for path, content in files.items() if path.endswith(".gbrjob"))
     return {
         path: content for path, content in files.items()
@@ -85,7 +99,7 @@ def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
-    """What is in the archive of some files, by name and in the names' order."""
+    """Return the archive's contents by file name, sorted by name."""
     chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
     called = {path: archive_name(named, path, files[path]) for path in chosen}
     contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
@@ -93,7 +107,7 @@ def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: 
 
 
 def archive_name(named: Naming, path: str, content: bytes) -> str:
-    """What a file is called in the archive: by its X2 file function where it has one, else as in the package."""
+    """Return a file's name in the archive, chosen by its X2 file function if it has one, else unchanged."""
     own = path.rpartition("/")[2]
     found = _FUNCTION.search(content)
     if found is None or not path.endswith((".gbr", ".drl")):
@@ -111,12 +125,12 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
 
 @cache
 def _endings(naming: str) -> tuple[tuple[str, str], ...]:
-    """X2 file functions (their beginnings) and endings of one way to call files."""
+    """Return the beginnings of X2 file functions and the file endings of one naming convention."""
     return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
 
 
 def _is_sent(path: str, in_panel: bool) -> bool:
-    """Whether a file goes to the fabricator: no pictures, no lists for programs, and one set of images only."""
+    """Whether a file goes to the fabricator: all but SVG and JSON files and the other set of images."""
     name = path.removeprefix(f"{FOLDER}/")
     if name.endswith((".svg", ".json")):
         return False
@@ -126,7 +140,7 @@ def _is_sent(path: str, in_panel: bool) -> bool:
 
 
 def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
-    """What names other files (the readmes, the job file) names them as in the archive."""
+    """Replace file names in readmes and job files by the names in the archive."""
     if not path.endswith((".txt", ".gbrjob")):
         return content
     for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
@@ -136,5 +150,5 @@ def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
 
 
 def _in_place(new: bytes, found: re.Match[bytes]) -> bytes:
-    """A name in place of another; where a column follows that, it stays where it was."""
+    """Replace a name; if a column follows, the padding is adjusted so that the column keeps its place."""
     return new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b"")

@@ -1,5 +1,6 @@
-"""How the sensor is put together, step by step, with the height to be measured after each (``mount/assembly.txt``); at
-the bench the bare board is tested, the tail plugged in, the finished sensor measured.
+"""Assembly instructions, step by step, with the height to be measured after each step (``mount/assembly.txt``).
+
+They include the bench tests of the bare board, the connection of the tail, and the measurement of the finished sensor.
 """
 
 from __future__ import annotations
@@ -85,10 +86,10 @@ NOTHING = Package({}, frozenset())
 def render(
     layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package
 ) -> dict[str, bytes]:
-    """The numbered text and what pieces weigh (of ``mount/assembly.json``); nothing without a mount."""
+    """Return the numbered steps with the weights of the pieces; empty without a mount."""
     if layout.spec.mount is None:
         return {}
-    # not there if pieces of a forced package cannot be put together
+    # absent if pieces of a forced package cannot be put together
     content = package.files.get("mount/assembly.json")
     weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
     stop = f"{FORCED}\n\n" if forced else ""
@@ -99,7 +100,7 @@ def render(
 
 
 def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
-    """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
+    """Return the whole page; `bench` are the estimates at the test temperature, 20 degrees Celsius."""
     spec = layout.spec
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
@@ -131,7 +132,7 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
 
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
-    """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
+    """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
     spec, at = layout.spec, levels(column(layout) or on_board(layout))
     yield from _prepared(layout)
     if is_wanted(layout):
@@ -150,7 +151,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
-    is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
+    is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
         yield from sealing
@@ -167,7 +168,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
 
 
 def _before_reading(mount: Mount | None) -> str:
-    """What is done before the finished sensor is measured; empty without a jaw or metal behind the board."""
+    """Describe the preparations for measuring the finished sensor; empty without a jaw or metal behind the board."""
     if mount is not None and mount.jaw is not None:
         return (
             "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
@@ -183,12 +184,12 @@ def _before_reading(mount: Mount | None) -> str:
 
 
 def _has_jig(elastomer: ElastomerPad | None, target: Target | None) -> bool:
-    """Whether there is anything to glue on the board, and so a jig."""
+    """Whether an elastomer or a target is glued on the board, which needs a jig."""
     return elastomer is not None or target is not None
 
 
 def _has_printed_mount(layout: Layout) -> bool:
-    """Whether the mount is made from the package: not one of the user's own, nor the jaw's metal itself."""
+    """Whether the package contains the mount; False for a custom mount or a board glued directly to the jaw."""
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return False
@@ -232,7 +233,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
 
 
 def _above_board(at: Levels, part: str) -> Toleranced:
-    """How high a piece's upper face is above the board's top face."""
+    """Return the height of a piece's upper face above the board's top face."""
     return at[part][1] - at["board"][1]
 
 
@@ -267,7 +268,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         )
     if said := tail_formed(layout):
         yield said
-    # where the board lies on metal or shield alone, nothing of the mount places it
+    # a board on metal or shield alone is not located by a mount
     place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
     spread = f"Spread {hard_dose(layout, areas['board'])}.{'' if stiff else why}"
     yield (
@@ -279,7 +280,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
-"""The pieces of the closed pair that are the instrument's, and the key of the jaw that says how thick each is."""
+"""Pieces of the closed pair that belong to the instrument, with the jaw's key that holds each piece's thickness."""
 
 
 def _checks(layout: Layout) -> list[str]:
@@ -301,16 +302,16 @@ def _checks(layout: Layout) -> list[str]:
             listed(layout.spec.assembly)]
 
 
-HEAVIEST = 6  # Parts whose weight the notes name
+HEAVIEST = 6  # Number of parts listed by weight
 
 
 def _grams(mass: float) -> str:
-    """A mass (kg) in grams, or in milligrams below one."""
+    """Format a mass (kg) in grams, or in milligrams below 1 g."""
     return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
 
 
 def _part_of(piece: str) -> str:
-    """The part that a piece of the assembly belongs to: films and rings of copper to the board, glue lines to glue."""
+    """Return the part that a piece of the assembly belongs to, such as the board for films and copper rings."""
     first = piece.split("-")[0]
     if first in ("board", "tail", "copper"):
         return "board"
@@ -318,12 +319,12 @@ def _part_of(piece: str) -> str:
 
 
 def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
-    """The mass (kg) of some pieces; those that cannot be weighed count as nothing."""
+    """Return the total mass (kg) of pieces; pieces without a known mass count as 0."""
     return math.fsum(each["mass_kg"] or 0.0 for each in pieces)
 
 
 def _weights(content: bytes) -> list[str]:
-    """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
+    """Describe the sensor's mass, centre of mass and heaviest parts, read from ``mount/assembly.json``."""
     document = json.loads(content)
     found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
@@ -355,7 +356,10 @@ def _weights(content: bytes) -> list[str]:
 
 
 def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
-    """The test of a bare board at 20 degrees Celsius (``bench``): readings by instrument and coil, and a drive code."""
+    """Describe the test of a bare board at 20 degrees Celsius, with a table of readings by instrument and coil.
+
+    `bench` are the estimates at this temperature. The text includes the drive code for the bare board.
+    """
     relative, metered = direct_resistance_sigma(layout.spec), {read.coil: read for read in bench.metered}
     meter = f"LCR, {show(METER_FREQUENCY, 'Hz')}:"
     rows = [("coil", "contacts", "ohmmeter", f"{meter} L", "R", "converter")]
@@ -381,7 +385,10 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
 
 
 def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
-    """The test of the finished sensor at rest at 20 degC: a table of instruments and coils; unverified metals."""
+    """Describe the test of the finished sensor at rest at 20 degrees Celsius, with a table of readings by coil.
+
+    `closes` is the text on preparations. `unseen` names metals near the coils whose data are unverified.
+    """
     coils = tuple(coil for coil in coils if REST in coil.states)
     if not coils:
         return f"{closes}Measure each coil again."
@@ -399,7 +406,7 @@ def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str
 
 
 def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
-    """Which face the contacts are on, where contact 1 is, and what the tail goes into; empty without contacts."""
+    """Describe the face of the contacts, the place of contact 1 and the connector; empty without contacts."""
     if not pads:
         return ""
     first = min(pads, key=lambda pad: pad.number)
@@ -420,7 +427,7 @@ def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
 
 
 def _tank_frequency(coil: CoilEstimate, state: str) -> str:
-    """The tank's frequency in a state, with one sigma."""
+    """Format the tank's frequency in a state, with its standard deviation."""
     found = coil.states.get(state)
     if found is None:
         return NONE

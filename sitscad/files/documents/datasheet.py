@@ -1,5 +1,6 @@
-"""``datasheet.html`` and ``datasheet.pdf``: the same tables, drawings and plots for a screen and for paper; and
-``datasheet.json``, the figures for programs.
+"""The data sheet: equal tables, drawings and plots in ``datasheet.html`` and ``datasheet.pdf``.
+
+``datasheet.json`` holds the figures for programs.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
-ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
+ROOM = (170.0, 96.0, 112.0, 96.0)  # Room for the drawing on the first page: left, low, width, height (mm)
 
 TOP, LEFT = 192.0, 14.0
 
@@ -61,14 +62,16 @@ def render(
     layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
     drawn: Curves | None, forced: str, bench: Estimates, cells: CellTable = NO_CELLS,
 ) -> dict[str, bytes]:
-    """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
-    degrees Celsius). Raises `MissingExtra` without the plotting library.
+    """Return the three files; empty without performance or curves.
+
+    `bench` are the estimates at 20 degrees Celsius, by which boards are tested. Raises `MissingExtra` without the
+    plotting library.
     """
     if not performance or drawn is None:
         return {}
     plots = figures(drawn, performance, cells.name)
     try:
-        found = foretell(response)  # its target kept level as all here
+        found = foretell(response)  # the target stays level, as in all figures here
     except NoResponse:
         found = None
     reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
@@ -85,8 +88,10 @@ def figures_for_programs(
     report: PerformanceReport, response: ResponseModel | None, found: Calibration | None = None,
     cells: Mapping[str, Any] | None = None,
 ) -> bytes:
-    """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
-    `cells` is the document of a `CellTable`.
+    """Return the content of ``datasheet.json``.
+
+    Predicted calibration errors need `found`, and the response table needs `response`. `cells` is the document of a
+    `CellTable`.
     """
     whole: dict[str, Any] = {"performance": report.documents(),
                              "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}
@@ -104,7 +109,7 @@ def figures_for_programs(
 
 
 def _plain(text: str) -> float:
-    """A figure to six digits, rounding's zeros as zero: the last bits of a sum differ between machines."""
+    """Round a figure to six digits and tiny values to 0, because the last bits of a sum differ between machines."""
     value = float(text)
     return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
 
@@ -156,9 +161,9 @@ def _sheets(
 
 
 FOOT = 36.0
-"""Height (mm) on the first sheet that is left for the gaps between its tables, and for the note below them."""
+"""Height (mm) reserved on the first sheet for the gaps between its tables and for the note below them."""
 
-MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
+MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts and limits; more get a sheet
 
 
 def _new(spec: SensorSpec, what: str, forced: bool, scale: str = "") -> Sheet:
@@ -166,7 +171,7 @@ def _new(spec: SensorSpec, what: str, forced: bool, scale: str = "") -> Sheet:
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
-    """Widths of columns (mm): the first, and equal ones for the rest; of many columns equal ones for all."""
+    """Return column widths (mm): `first`, then equal widths; with more than four columns, all are equal."""
     count = len(rows[0]) if rows else 1
     if count > 4:
         return [whole / count] * count
@@ -174,7 +179,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
-    """What the sensor is and tells, in two sentences."""
+    """Describe the sensor and its measured axes in a few sentences."""
     placements = cell_placements(layout.spec)
     cells, coils = len(placements), counted(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in felt[-1].axes)
@@ -212,14 +217,14 @@ def _page(
 
 
 def _figure(plotted: Plot) -> str:
-    """A plot as a figure of the page; narrow ones stand side by side, so that their letters are those of wide ones."""
+    """Return a plot as a figure of the page; narrow plots share a row, so that all plots have letters of one size."""
     sheet = Sheet(plotted.caption, plotted.size, decimals=3)
     plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
     return figure(svg(sheet), plotted.caption)
 
 
 def _table(rows: Rows) -> str:
-    """A table with its first row as the heading, and numbers in all columns but the first."""
+    """Return an HTML table whose first row is the heading; all columns but the first are numeric."""
     head, *lines = rows or [()]
     return html_table(head, lines, [k > 0 for k in range(len(head))])
 
@@ -235,7 +240,7 @@ def _lines(found: Table) -> Rows:
 def sensor(
     felt: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
 ) -> Rows:
-    """What belongs to the sensor as a whole."""
+    """Return the rows on the sensor as a whole: converter, capacitor, target, elastomer and metal behind it."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
     result = "" if readout.conversion is None else readout.conversion.result_text
@@ -255,14 +260,14 @@ def sensor(
 
 
 def _converters(device: Converter, coils: int) -> str:
-    """Number and part of the converters, with the channels that the coils take."""
+    """Describe number and part of the converters and the channels used."""
     number = device.needed(coils)
     several = f"{number} x " if number > 1 else ""
     return f"{several}{device.part}, {counted(coils, 'channel')}{' in all' if several else ''}"
 
 
 def _metal_behind(spec: SensorSpec) -> Rows:
-    """The metal behind the board that the figures count; none without it."""
+    """Return the row on the metal behind the board that the figures include; empty without this metal."""
     metal = None if spec.mount is None else spec.mount.metal_behind
     if metal is None:
         return []
@@ -271,7 +276,7 @@ def _metal_behind(spec: SensorSpec) -> Rows:
 
 
 def _cells(cells: CellTable) -> Rows:
-    """The cells with the worst figures, and the cell whose curves are drawn; empty without cells."""
+    """Return the rows on the worst cells and on the cell whose curves are drawn; empty without cells."""
     groups = cells.groups
     if not groups:
         return []
@@ -296,7 +301,7 @@ ACCEPT = (
     "oscillates. One of converter and LCR meter is enough. An LCR meter at the tank's frequency reads another "
     "inductance: the report has it."
 )
-"""How the limits of bare coils are used."""
+"""Use of the limits for bare coils."""
 
 TARES = (
     "The one tare is taken at rest before the temperature changes: its drift counts from there. A tare before each "
@@ -311,8 +316,10 @@ TARED_AFTER_A_GRASP = (
 
 
 def acceptance(bench: Estimates) -> Rows:
-    """The readings by instrument between which a bare coil at 20 degrees Celsius (`bench`) is sound: three sigma of
-    manufacture about the design's. Inductance and resistance only if `bench` has an LCR meter's readings.
+    """Return the accepted readings by instrument of bare coils at 20 degrees Celsius (`bench`).
+
+    Limits are three standard deviations of manufacture about the design's value. Inductance and resistance are listed
+    only if `bench` has an LCR meter's readings.
     """
     limits = production_limits(bench.coils)
     if not limits:
@@ -334,19 +341,19 @@ def acceptance(bench: Estimates) -> Rows:
 
 
 def _within_sigmas(value: float, sigma: float, unit: str) -> str:
-    """The range of a reading that is accepted."""
+    """Format the accepted range of a reading."""
     return _between(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
 
 
 def _between(low: float, high: float, unit: str) -> str:
-    """A range, both ends in the unit of the higher one."""
+    """Format a range, with both ends in the unit of the higher end."""
     last = show(high, unit, 4)
     scale = 10.0 ** round(math.log10(float(last.partition(" ")[0]) / high))
     return f"{float(f'{low * scale:.4g}'):.7g} to {last}"
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
-    """What to know before the figures are used."""
+    """Yield the notes on the use of the figures."""
     full = felt[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
     counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]

@@ -1,4 +1,4 @@
-"""The data sheet's plots: curves of the coils and of their combinations, the working range, errors by cause."""
+"""Plots of the data sheet: coils, combinations of coils, working range, and errors by cause."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Draw = Callable[[Any], None]
 NANO = 1e9
 BAND = 0.18  # Opacity of a one-sigma band
 
-DIGITS = 6  # Significant digits of what is drawn: so that the last bit of a sum on another machine moves nothing
+DIGITS = 6  # Significant digits of plotted values, so that rounding on other machines changes no plot
 
 
 @record(eq=False)
 class Plot:
-    """One plot: its caption, its size (mm), and what draws it on a matplotlib figure."""
+    """One plot: its caption, its size (mm), and the function that draws it on a matplotlib figure."""
 
     caption: str
     size: tuple[float, float]
@@ -33,7 +33,7 @@ class Plot:
 
 
 def figures(found: Curves, felt: Sequence[Performance], cell: str = "") -> list[Plot]:
-    """All plots of a sensor, the `WIDE` ones first; `cell` names the cell with these curves if there are cells."""
+    """Return all plots of a sensor, `WIDE` ones first; `cell` names the cell that the curves belong to, if any."""
     far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears
                               if curve.axis in SHEARS) else ""
     side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in found.shears))
@@ -64,7 +64,7 @@ EXTRAPOLATED = "extrapolated"
 
 
 def _shade(axes: Any, curve: Curve, held: float) -> None:
-    """Marks the shear beyond which the pad's law is extrapolated, and names it once in the legend."""
+    """Mark the shear beyond which the pad's law is extrapolated, with a single entry in the legend."""
     most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
     if curve.axis not in SHEARS or most <= held:
         return
@@ -74,7 +74,7 @@ def _shade(axes: Any, curve: Curve, held: float) -> None:
 
 
 def difference(found: Curves, axis: str) -> tuple[str, Array]:
-    """The combination of coils that tells a shear or a moment: in words, and its weights (coils)."""
+    """Return the combination of coils that measures a shear or a moment, as text and as weights (coils)."""
     along = found.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
     weights = np.where(np.abs(along) < 1e-9, 0.0, -along / np.maximum(np.abs(along), 1e-12))
     low, high = ([name for name, w in zip(found.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
@@ -97,12 +97,12 @@ def _rounded(values: Array) -> Array:
 
 
 def _coils(found: Curves, of: str, figure: Any) -> None:
-    """Every coil over normal force, and over shear under half of it; `of` goes before the title."""
+    """Draw each coil over normal force, and over shear under half this force; `of` begins the title."""
     shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
     names = "each coil" if len(found.coils) > 1 else _total(found)
     for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
         for k, name in enumerate(found.coils):
-            dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
+            dashes = "--" if k % 2 else "-"  # coils with equal readings (by symmetry) stay visible
             _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
         _shade(axes, curve, found.held)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
@@ -112,7 +112,7 @@ def _coils(found: Curves, of: str, figure: Any) -> None:
 
 
 def _combined(found: Curves, figure: Any) -> None:
-    """The sum over normal force, and the differences over shear."""
+    """Draw the sum of the coils over normal force, and their differences over shear."""
     kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
     first, *others = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
     total, spread = found.normal.inductance.sum(axis=1), np.hypot.reduce(found.normal.sigma, axis=1)
@@ -140,7 +140,7 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
 
 
 def _range(found: Curves, figure: Any) -> None:
-    """The sum over the differences: where in it the working range lies."""
+    """Draw the working range: the sum of the coils over their differences."""
     panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
     for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
         words, weights = difference(found, kind)
@@ -161,7 +161,7 @@ def _range(found: Curves, figure: Any) -> None:
 
 
 def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
-    """The shear forces (N) of a line, those beyond where the pad's law was held apart, each part with its dashes."""
+    """Yield the shear forces (N) of a line in parts, with line styles: solid within `held`, dashed beyond."""
     ends = np.clip([-held, held], shear[0], shear[-1])
     yield np.array([ends[0], *shear[np.abs(shear) < held], ends[1]]), "-"
     for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):
@@ -170,7 +170,7 @@ def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
 
 
 def _errors(full: Performance, figure: Any) -> None:
-    """Every error at full load by its cause, in per cent of full scale."""
+    """Draw each error at full load by its cause, in per cent of full scale."""
     axes, names = figure.subplots(), list(full.axes)
     causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
     for k, name in enumerate(names):
@@ -187,4 +187,4 @@ def _errors(full: Performance, figure: Any) -> None:
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(names))  # bars reach every corner
 
 
-LEAST = 0.003  # Where the bars of errors begin (per cent)
+LEAST = 0.003  # Left end of the error bars (per cent)

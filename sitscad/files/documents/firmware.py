@@ -1,4 +1,4 @@
-"""Register settings for the converter: a C header with every word explained, and a JSON of the same settings."""
+"""Register settings for the converter: a commented C header, and a JSON file with equal settings."""
 
 from __future__ import annotations
 
@@ -20,16 +20,15 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def config_path(converter: Converter, ending: str) -> str:
-    """The path in the package of the C header (``h``) or of the JSON (``json``)."""
+    """Return the package path of the C header (``h``) or of the JSON file (``json``)."""
     return f"firmware/{converter.name}_config.{ending}"
 
 
 def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """Header and JSON, with the registers in the order in which they must be written; both say so where ``forced`` is
-    not empty.
+    """Return header and JSON file, with the registers in the order of writing; both have a warning if forced.
 
-    Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
-    and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
+    If a setting is unknown or does not fit its field, the sensor cannot be read out. Then the header is an ``#error``
+    and the JSON file has the reason under ``refused``, so that even a forced build has no settings that look right.
     """
     converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
@@ -48,7 +47,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
 
 
 def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
-    """The two files of a sensor that cannot be read out."""
+    """Return the two files for a sensor that cannot be read out, by path."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
     converter = spec.readout.device
     value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
@@ -59,16 +58,16 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
 
 
 SETTINGS = ("capacitance_F", "conversion_capacitance_F", "scan_rate_Hz", "supply_current_A")
-"""Keys of the readout that the JSON has, beside those of the converter's formula."""
+"""Keys of the readout in the JSON file, beside those of the converter's formula."""
 
 TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
-"""Keys of the readout that the JSON has under ``timing``."""
+"""Keys of the readout under ``timing`` in the JSON file."""
 
 
 def table(
     spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
-    """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
+    """Return the JSON text: keys with SI units as suffixes, registers as numbers in the order of writing."""
     converter, readout = spec.readout.device, estimates.readout
     registers = converter.register_map
     value: dict[str, Any] = {
@@ -103,7 +102,7 @@ def table(
 
 
 def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
-    """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
+    """Return the JSON entry of a coil: channel, place, and expected frequencies and inductances."""
     coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
     offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
     force = spec.requirements.normal_force
@@ -134,7 +133,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
 def header(
     spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
-    """The C header (C99 and C++): one constant table of writes a converter."""
+    """Return the C header (C99 and C++), with one constant table of register writes per converter."""
     readout, converter = estimates.readout, spec.readout.device
     macro, name = converter.part, converter.name
     lines = [
@@ -172,7 +171,7 @@ def header(
 
 
 def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[str]:
-    """Timing, frequency, R_P and amplitude of every coil in every state, and the formula of the `frequency`."""
+    """Describe timing, the expected readings of each coil in each state, and the formula of `frequency`."""
     device = spec.readout.device
     part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
@@ -207,7 +206,7 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
 
 
 def _timing(estimates: Estimates, device: Converter) -> list[str]:
-    """Return what a scan takes, and the supply's current."""
+    """Describe the times of a scan and the supply current."""
     readout, times = estimates.readout, LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES
     scans = [each for each in RATES if each.key in SCANS]
     rows = by_quantity([readout], (*times, *scans))
@@ -216,13 +215,11 @@ def _timing(estimates: Estimates, device: Converter) -> list[str]:
 
 
 SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
-"""Keys of the readout that the header has beside times."""
+"""Keys of the readout in the header, beside the times."""
 
 
 def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
-    """What a step of a reading is (of its result, or of what is counted), in henries of the converter's formula, and
-    the scatter of the frequency.
-    """
+    """Describe one step of a reading in henries of the converter's formula, and the frequency's standard deviation."""
     conversion, inductance = readout.conversion, state.converter_inductance
     step, size = "one count of the reference", "unknown"
     if conversion is not None:
@@ -234,7 +231,7 @@ def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
 
 
 def _formula_macros(spec: SensorSpec, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
-    """Constants of the formulas of frequency and inductance, as macros (Hz, F). None for what is unknown."""
+    """Return macros for the constants of the frequency and inductance formulas (Hz, F); unknown ones are left out."""
     clock, capacitance = ("F_CLK_HZ", spec.readout.clock), ("CAPACITANCE_F", readout.conversion_capacitance)
     values = (clock, *text.constants, capacitance)
     return [
@@ -245,7 +242,7 @@ def _formula_macros(spec: SensorSpec, readout: ReadoutEstimate, text: FirmwareTe
 
 
 def _result_macros(converter: Converter, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
-    """Addresses, mask and flags of the results."""
+    """Return macros for the results' addresses, mask and flags."""
     registers, macro, words = converter.register_map, converter.part, converter.result_words
     upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
     how = f"DATA = register & {macro}_{upper}_MASK"
@@ -275,7 +272,7 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate, text: Firmwar
 
 
 def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) -> list[str]:
-    """Macros that make counts of results that show a part of a conversion. Empty if they show all."""
+    """Return macros that convert partial results to counts; empty if results show the whole conversion."""
     conversion = readout.conversion
     if conversion is None or not conversion.is_partial:
         return []
@@ -295,13 +292,13 @@ def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) 
 
 
 def _loads(estimates: Estimates) -> dict[str, float]:
-    """Forces (N) of the pressed states that have numbers, by name."""
+    """Return the forces (N), by name, of the pressed states that have estimates."""
     named = {name for coil in estimates.coils for name in coil.states}
     return {state.name: state.force for state in estimates.states if state.force and state.name in named}
 
 
 def _further_states(converter: Converter, estimates: Estimates) -> list[str]:
-    """Force and expected inductance by the formula in every pressed state but that under the required force."""
+    """Return force and expected inductance of pressed states other than that under the required force."""
     lines = []
     for name, force in _loads(estimates).items():
         if name == PRESSED:
@@ -316,7 +313,7 @@ def _further_states(converter: Converter, estimates: Estimates) -> list[str]:
 
 
 def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
-    """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
+    """Return macros for the expected inductance at rest and pressed, and its change per newton with one sigma."""
     found = []
     for index, coil in enumerate(coils):
         rest, pressed = (coil.states[name].converter_inductance if name in coil.states else None
@@ -339,7 +336,7 @@ def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: fl
 
 
 def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
-    """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
+    """Return the table of each coil's converter, channel and place, for programs that reconstruct forces."""
     lines = [
         "",
         "/* Every coil: name, converter, channel and I2C bus (from 0), address, place of its centre on the board (m):",
@@ -364,7 +361,7 @@ def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
 
 
 def _device(converter: Converter, number: int, device: Device) -> list[str]:
-    """The lines of one converter: its address, its channels and its registers."""
+    """Return the lines on one converter: address, channels and registers."""
     pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
     channels = ", ".join(f"channel {i} is {comment_text(name)}" for i, name in enumerate(device.coils))
     lines = [

@@ -1,4 +1,4 @@
-"""The driver of a sensor: C files that are the same for all, the tables by which sensors differ, and its readme."""
+"""The sensor's driver: common C files, the tables that differ between sensors, and the readme."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from sitscad.layout.tail_tracks import contacts
 from sitscad.spec.sensor import SensorSpec
 
 RECOVERY = 5.2e-3
-"""Time (s) that a channel takes which does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
+"""Time (s) taken by a channel that does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
 
 
 def addr_pin(converter: Converter, address: int) -> str:
-    """Level of the ADDR pin that selects an address, or the line that it is tied to."""
+    """Return the level of the ADDR pin that selects an address, or the line it is tied to."""
     net = converter.address_net(address)
     return {"GND": "low", "VDD": "high"}.get(net, f"to {net}")
 
@@ -41,8 +41,9 @@ def addr_pin(converter: Converter, address: int) -> str:
 def driver_files(
     spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], forced: bool = False
 ) -> dict[str, str]:
-    """The files of the driver by their paths in the package; none for a converter of another family. Raises ValueError
-    where the sensor has no band to be tested by.
+    """Return the driver's files by path; empty for a converter without a driver.
+
+    Raises ValueError if the sensor has no frequency bands for its self-test.
     """
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
@@ -62,13 +63,13 @@ def driver_files(
 
 
 def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
-    """A band in counts: the design's, lowest and highest."""
+    """Return a band in counts: the design's value, lowest and highest, limited to the converter's range."""
     scale, most = 1.0 / conversion.hertz_per_count, 2**conversion.device.bits - 2
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
 def unlike(found: Sequence[CoilBands]) -> float:
-    """The difference (Hz) of two coils' designs from which on an exchange is seen in spite of manufacture."""
+    """Return the least frequency difference (Hz) at which the self-test detects two exchanged coils."""
     widest = sorted(band.own_sigma for band in found)[-2:]
     return 5.0 * math.hypot(*widest)
 
@@ -77,7 +78,7 @@ def _config(
     spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], found: Sequence[CoilBands],
     conversion: Conversion, forced: bool,
 ) -> str:
-    """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
+    """Return ``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
     places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
@@ -136,7 +137,7 @@ def _config(
 
 
 def _cell_macros(spec: SensorSpec, coils: int) -> list[str]:
-    """Numbers of cells and of their coils. A sensor without cells is one cell."""
+    """Return macros for the numbers of cells and of their coils; a sensor without cells counts as one cell."""
     each = coils if spec.cells is None else spec.cells.coils
     return [
         *(["#define SENSOR_HAS_CELLS /* a map for each, which cells.h includes */"] if spec.cells is not None else []),
@@ -146,7 +147,7 @@ def _cell_macros(spec: SensorSpec, coils: int) -> list[str]:
 
 
 def _cells_header(cells: int) -> str:
-    """``cells.h``: the maps of all cells for ``sensor.c``, under the names that ``calibration_header`` gives them."""
+    """Return ``cells.h``, which includes the maps of all cells under the names from ``calibration_header``."""
     numbers = range(1, cells + 1)
     lines = [
         "/*",
@@ -214,7 +215,7 @@ def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
 
 
 def _tank(place: Channel, coil: CoilEstimate) -> str:
-    """A coil's converter and channel, its frequency and R_P as drawn: assembled where it has that state."""
+    """Return a coil's converter, channel, frequency and R_P as drawn, assembled if it has this state."""
     state = coil.states.get(REST) or next(iter(coil.states.values()))
     return f"{{{place.converter}, {place.number}, {state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
 
@@ -222,7 +223,7 @@ def _tank(place: Channel, coil: CoilEstimate) -> str:
 def _python_config(
     spec: SensorSpec, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion, forced: bool
 ) -> str:
-    """``sensor_config.py``: the tables as MicroPython reads them."""
+    """Return ``sensor_config.py``: the tables for MicroPython."""
     lines = [f'"""The sensor {_plain(spec.name)}: what sensor.py knows of it."""', ""]
     lines += [f"# {FORCED}."] if forced else []
     lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
@@ -261,7 +262,7 @@ def _macro(name: str, rows: Sequence[str]) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """Text that neither ends a comment of C nor leaves a string."""
+    """Return a text that can neither end a C comment nor a string."""
     return " ".join(comment_text(text).replace('"', "'").encode("ascii", "replace").decode().split())
 
 
@@ -273,14 +274,14 @@ PINS = (
            "that the converter stays off until the program drives it low; to GND if no output is free. Never open"),
     ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
 )
-"""Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
+"""Pins of a converter and their wiring (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
 
 
 README = "firmware/readme.txt"
 
 
 def _without_driver(device: Converter) -> Iterator[str]:
-    """What the readme says for a converter that no driver is written for."""
+    """Yield the readme's text for a converter without a driver."""
     yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
            f"do `sitscad read` and the simulated converter know {device.part}.")
     if not device.has_circuit:
@@ -295,8 +296,10 @@ def _without_driver(device: Converter) -> Iterator[str]:
 
 
 def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced: str = "") -> dict[str, bytes]:
-    """``firmware/readme.txt``: what is wired to what, and the first ten steps from a board on the bench to newtons.
-    For a converter of another family it says that there is no driver; there is none where it cannot be set up.
+    """Return ``firmware/readme.txt``: the wiring, and ten steps from a board on the bench to newtons.
+
+    For a converter without a driver, the readme states this. Empty if the converter cannot be set up or the sensor has
+    no frequency bands.
     """
     spec, readout = layout.spec, estimates.readout
     if readout.conversion is None:
@@ -333,7 +336,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
 
 
 def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
-    """Pins of every converter, the capacitors, the coils' contacts."""
+    """Yield the lines on the pins of each converter, the capacitors and the coils' contacts."""
     spec, device = layout.spec, layout.spec.readout.device
     number = device.needed(len(estimates.coils))
     yield f"{number} {device.part} ({device.package})."
@@ -380,8 +383,9 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
 def _readings(
     spec: SensorSpec, found: tuple[CoilBands, ...], temperature: float, bench: Estimates
 ) -> Iterator[str]:
-    """Every coil's frequencies at a temperature (degrees Celsius) with the bands of manufacture, and what a meter reads
-    of the bare board.
+    """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.
+
+    The readings of an LCR meter on the bare board follow if `bench` has them.
     """
     said = (
         f"Frequency at the converter at {temperature:g} degC, with the limits of the self-test ({SIGMAS:g} sigma of "
@@ -408,7 +412,7 @@ def _readings(
 
 
 def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
-    """What becomes of boards that are sound and too fast for the converter; empty where no band reaches so far."""
+    """Warn of sound boards that are too fast for the converter; empty if no band exceeds its limit."""
     most = device.limit("sensor_frequency_max")
     each = [(one.coil, name, band) for one in found
             for name, band in (("the bare board", one.bare), ("assembled and at rest", one.assembled))]
@@ -424,11 +428,11 @@ def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
 
 
 def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder: str = "firmware/") -> str:
-    """The drive code with which the converter reads a bare board; empty where no code is chosen."""
+    """Describe the drive code for a bare board; empty if no code is chosen."""
     device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
     if code is None or readout.high_current or readout.drive_code is None:
         return ""
-    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # per channel if they differ
     if used == str(code):
         return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
     codes = f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
@@ -442,7 +446,7 @@ def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder:
 
 
 def _i2c_addresses(spec: SensorSpec, coils: int) -> str:
-    """The addresses that answer on each bus, as `i2cdetect` shows them; buses of Linux as `BUSES` has them."""
+    """Describe the addresses that `i2cdetect` shows on each bus; `BUSES` has the bus numbers for Linux."""
     buses: dict[int, list[int]] = {}
     for at in spec.readout.device.places(coils):
         buses.setdefault(at.bus, []).append(at.address)
@@ -505,7 +509,7 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
 
 
 def _calibrating(spec: SensorSpec) -> Iterator[str]:
-    """Yield the steps from readings to newtons, or the one that says why there is no map to newtons."""
+    """Yield the steps from readings to newtons, or the reason why the sensor has no map to newtons."""
     if spec.cells is None and not is_felt(spec):
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
         yield "Read frequencies; the header of the register table says what inductance they are."
@@ -526,7 +530,7 @@ def _calibrating(spec: SensorSpec) -> Iterator[str]:
 
 
 COIN = "bring a flat piece of copper or aluminium (a coin)"
-"""What moves a bare board's coils: pressing alone moves none, for no target is on it yet."""
+"""Action that changes the readings of a bare board's coils; pressing does not, because the target is missing."""
 
 
 PROGRAM = (
@@ -558,4 +562,4 @@ FILES = (
     ("simulated/", "a simulated converter, to try all of it without a board"),
     ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
 )
-"""The files of the folder, and what each is for."""
+"""Files of the folder, and their purposes."""
