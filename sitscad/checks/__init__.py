@@ -1,1 +1,1 @@
-"""The rules, what mends a finding, findings in text and JSON, and which of them count."""
+"""Rules, changes that mend findings, output of findings, and the policy that filters them."""

@@ -1,4 +1,4 @@
-"""`check`: every rule that applies to a design, and an honest list of those that could not be applied."""
+"""`check`: applies every rule to a design, and lists the rules that could not be applied."""
 
 from __future__ import annotations
 
@@ -35,31 +35,31 @@ _ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, d
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
 )
-"""Every rule, in the order of their identifiers; those of the spec itself (SIT0xx) are applied while it is loaded."""
+"""Every rule, sorted by identifier. Rules of the spec itself (SIT0xx) are applied when the spec is loaded."""
 
 
 _added: tuple[Rule, ...] = ()
 
 
 def add_rules(rules: tuple[Rule, ...]) -> None:
-    """Put rules of a plugin in force for this process."""
+    """Add rules of a plugin for this process."""
     global _added
     _added = (*_added, *rules)
 
 
 def all_rules() -> tuple[Rule, ...]:
-    """Every rule in force, those of plugins among them, in the order of their identifiers."""
+    """Return every active rule, with rules of plugins, sorted by identifier."""
     return tuple(sorted((*RULES, *_added), key=lambda rule: rule.id)) if _added else RULES
 
 
 @record
 class CheckResult:
-    """The result of a check: findings in the order of rule and place, and the checks that were not made, with reasons.
+    """The result of a check: findings sorted by rule and place, and the checks that were not made, with reasons.
 
     It also holds the change of each coil's reading from rest to the required force, the fit of the sensor in its jaw
-    and how the jaw closes. ``reached`` sets each required figure beside the figure of the design (``felt`` in the text
-    and JSON of `sitscad check`). The board's size is the length and width (m) of its body, of the whole board, and of
-    the plate or cap below it.
+    and how the jaw closes. ``reached`` lists each requirement with the value of the design (``felt`` in the text and
+    JSON of `sitscad check`). ``board`` is the length and width (m) of the board's body, of the whole board, and of the
+    plate or cap below it.
     """
 
     findings: tuple[Finding, ...]
@@ -71,7 +71,7 @@ class CheckResult:
     board: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
-        """A line with the verdict and the rules of errors and warnings."""
+        """Return a line with the verdict, the rules of errors and warnings, and the number of notes."""
         graver = [f"{one.rule} {one.severity}" for one in self.findings if one.severity is not Severity.NOTE]
         said = ", ".join(dict.fromkeys(graver))
         notes = counted(len(self.findings) - len(graver), "note")
@@ -89,13 +89,31 @@ def check(
 ) -> CheckResult:
     """Apply every rule to a design.
 
-    The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
-    result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
-    hint says that something was tried, the changed design was laid out, estimated and checked. `hints` limits
-    the number of such trials: ``none`` tries nothing, for callers that read no hints; ``decisive`` tries a few changes,
-    for errors first; ``full`` takes minutes. The verdict does not depend on it.
-    Raises ValueError for any other choice, and SpecError for a spec put together in Python that has values which
-    no text could have.
+    Parameters
+    ----------
+    spec : SensorSpec
+        The spec of the sensor.
+    layout, estimates : optional
+        Layout and estimates of this spec. They are computed if left out.
+    hints : {"none", "decisive", "full"}
+        Number of trials of changed designs for hints. ``none`` tries no change, for callers that read no hints.
+        ``decisive`` tries a few changes, for errors first. ``full`` takes minutes. The verdict does not depend on it.
+
+    Returns
+    -------
+    CheckResult
+        Findings are sorted by rule, line, column and message, so that the order of rules does not matter.
+
+    Raises
+    ------
+    ValueError
+        For any other value of `hints`.
+    SpecError
+        For a spec built in Python with values that no text could have.
+
+    Notes
+    -----
+    No CAD module is imported. A change that a hint calls tried was laid out, estimated and checked.
     """
     refuse_unusable(spec)
     return judged(Design(spec, layout, estimates), hints)
@@ -105,9 +123,10 @@ def judged(
     design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
     is_ignored: Callable[[Finding], bool] = lambda _: False,
 ) -> CheckResult:
-    """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
-    otherwise, but that no hint is searched for where a finding is milder than the `least` or is ignored, and for none
-    where the `least` is None.
+    """Apply every rule to a design. Layout and estimates are made when a rule first needs them.
+
+    Unlike `check`, it searches no hint for findings that are milder than `least` or ignored. If `least` is None, it
+    searches no hints at all.
     """
     budget = Budget.of(hints)
     said: list[Outcome] = []
@@ -117,7 +136,7 @@ def judged(
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     findings = Trials(design, all_rules(), said, not_checked, budget).advised(least, is_ignored)
-    from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
+    from sitscad.estimates.signal import signals  # its imports are already loaded by the rules
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
@@ -127,16 +146,19 @@ def judged(
 
 @checked_arguments
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
-    """Return the findings of a spec that could not be loaded, with fixes after which it can be read.
+    """Return the findings of a spec that could not be loaded, with fixes that make it readable.
 
-    If only coils or turns lack room, hints and fixes name changes that give room. These are laid out within the budget
+    If only coils or turns lack room, hints and fixes name changes that make room. These are laid out within the budget
     of `hints`, as in `check`.
     """
     return of_refused(error, all_rules(), hints)
 
 
 def explain(rule_id: str) -> str:
-    """What a rule checks, why, how to mend a breach, and where its limit comes from; KeyError for an unknown rule."""
+    """Return the texts of a rule: what it checks, why, how to mend a violation, and the source of its limit.
+
+    Raises KeyError for an unknown rule.
+    """
     rule = next((rule for rule in all_rules() if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
     if rule is None:
         raise KeyError(rule_id)

@@ -1,4 +1,4 @@
-"""SIT411 and SIT413: moments that the spec requires, against what array and pad can tell."""
+"""SIT411 and SIT413: required moments against the moments that array and pad can measure."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 
 def moments_told(design: Design) -> Iterator[Verdict]:
-    """The moments that are asked for: told by coils on both sides, and not where the shear that reads as they do is
-    asked for as well.
+    """Yield a finding for each required moment that the array cannot measure.
+
+    Coils on both sides of its axis are needed. A moment that gives the same reading as a required shear force cannot be
+    measured, too.
     """
     spec, asked = design.spec, design.spec.requirements
     if not any(asked.moments):
@@ -30,7 +32,7 @@ def moments_told(design: Design) -> Iterator[Verdict]:
                 "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
             )
         return
-    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by whatever feels
+    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by the estimates
 
     axes, count = axes_felt(spec), len(spec.array.placements)
     for name, value in zip(MOMENTS, asked.moments, strict=True):
@@ -53,8 +55,8 @@ def moments_told(design: Design) -> Iterator[Verdict]:
 
 
 def moment_range(design: Design) -> Iterator[Verdict]:
-    """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
-    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by whatever feels
+    """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's law."""
+    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by the estimates
 
     if not any(design.spec.requirements.moments):
         return

@@ -1,7 +1,6 @@
-"""Specs as paths lead to them: files, folders and standard input, each under the nearest configuration above it; and
-several of them at work in processes beside each other.
+"""Specs from paths, folders and standard input, each with its configuration, and parallel processes for them.
 
-No rule is loaded for that unless a configuration names one: a package that has not changed needs none.
+Rules are loaded only if a configuration names rules.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ Made = TypeVar("Made")
 
 STDIN = "-"
 SHOWN = 1 << 18
-"""Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
+"""Number of bytes of an unreadable spec that are read to show its lines: the largest size of a spec."""
 
 
 def policy_for(path: str) -> Policy:
-    """The policy of the nearest configuration above a spec; above the working folder for standard input."""
+    """Return the policy of the nearest configuration above a spec, or above the working folder for standard input."""
     return nearest_policy(Path(path).parent, _rules())
 
 
 def _rules() -> Iterator[RuleTexts]:
-    """Every rule in force, loaded when the first one is asked for."""
+    """Yield every active rule. Rules are loaded at the first access."""
     from sitscad.checks.judging import all_rules
 
     yield from all_rules()
 
 
 def opened(path: str, policy: Policy | None = None) -> SensorSpec:
-    """The spec at a path, or of standard input; raises `SpecError` with every finding where it is none."""
+    """Return the spec at a path or from standard input. Raises `SpecError` with all findings if it is no valid spec."""
     profiles = None if policy is None else policy.profiles
     if path == STDIN:
         return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
@@ -50,20 +49,20 @@ def opened(path: str, policy: Policy | None = None) -> SensorSpec:
 
 
 STUDY = "sitscad_study:"
-"""How the line begins by which a file says that it is a study."""
+"""Start of the line that marks a file as a study."""
 
 
 def is_study(path: str) -> bool:
-    """Whether a file says that it is a study and no spec."""
+    """Whether a file is marked as a study and is therefore no spec."""
     return _begins(path, STUDY)
 
 
 def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
-    """Paths as they are, folders as the specs in them and below, in order of their names.
+    """Return paths of specs, with folders replaced by the specs inside and below, sorted by name.
 
-    Of the YAML files in a folder those are specs that have a key ``sitscad`` at the left; packages and hidden folders
-    are left out, and studies are, which `passed_by` is told. Raises ValueError for a folder without any, and for a path
-    of a study.
+    YAML files in a folder are specs if they have a top-level key ``sitscad``. Packages and hidden folders are left out.
+    Studies in folders are left out as well, and `passed_by` is called with each. Raises ValueError for a folder without
+    specs, and for the path of a study.
     """
     found: list[str] = []
     for path in paths:
@@ -88,7 +87,7 @@ def _begins(path: str, word: str) -> bool:
 
 
 def _yaml_files(folder: str) -> list[str]:
-    """The YAML files in a folder and below, but for hidden folders and packages."""
+    """Return the YAML files in a folder and below, without hidden folders and packages."""
     found = []
     for root, folders, files in os.walk(folder):
         kept = (
@@ -100,7 +99,10 @@ def _yaml_files(folder: str) -> list[str]:
 
 
 def beginning(path: str) -> str:
-    """What a spec may hold at most, to show a line of it; nothing of what is no plain file (a pipe would never end)."""
+    """Return the start of a file, up to the largest size of a spec.
+
+    Empty for anything but plain files (a pipe may never end).
+    """
     try:
         if not Path(path).is_file():
             return ""
@@ -111,10 +113,10 @@ def beginning(path: str) -> str:
 
 
 def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
-    """What `work` makes of every one of some values, in their order; `jobs` processes at most (the processors if None).
+    """Yield `work(value)` for every value in order, computed by at most `jobs` processes (all processors if None).
 
-    With one process, or one value, the work is done here. `work`, values and results have to be picklable; an exception
-    of any of them is raised here, at its place in the order.
+    With a single process or value, the work is done in this process. `work`, values and results must be picklable. An
+    exception in a process is raised here, at its place in the order.
     """
     wanted = min(jobs or processors(), len(given))
     if wanted <= 1:
@@ -130,7 +132,7 @@ def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | N
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Return the number of processors that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # pragma: no cover - not Linux
@@ -138,24 +140,25 @@ def processors() -> int:
 
 
 def processes(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
-    """Processes for work side by side, which end when this one does, even where it is killed. `undisturbed` ones leave
-    Ctrl-C to this one.
+    """Return a pool of processes that end with this process, even if it is killed.
+
+    `undisturbed` processes leave Ctrl-C to this process.
     """
-    from concurrent.futures import ProcessPoolExecutor  # only where there are several
+    from concurrent.futures import ProcessPoolExecutor  # imported only for several processes
 
     return ProcessPoolExecutor(count, initializer=_ready, initargs=(undisturbed,))
 
 
 def _ready(undisturbed: bool) -> None:
     if undisturbed:
-        import signal  # only in a process of several
+        import signal  # imported only in a pool process
 
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """Who waits for work from a process that was killed waits forever."""
+    """Wait until the parent process ends, then end this process. Otherwise it would wait for work forever."""
     from multiprocessing import connection, parent_process
 
     if (parent := parent_process()) is not None:

@@ -1,6 +1,6 @@
-"""SIT401 to SIT410, SIT412 and SIT414: resolution and errors of the forces against the requirements of the spec.
+"""SIT401 to SIT410, SIT412 and SIT414: resolution and errors of the forces against the spec's requirements.
 
-The figures are those of the data sheet. Other rules here refuse readings from which no force can be told.
+The values are the same as in the data sheet. Other rules here refuse readings from which no force can be determined.
 """
 
 from __future__ import annotations
@@ -52,17 +52,17 @@ def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
     told: str = "", slows: bool = False, limit: float | None = None, shrinks: bool = False,
 ) -> Iterator[Verdict]:
-    """Yield a figure beside the requirement `key`, and a finding if the figure exceeds the requirement.
+    """Yield a result for the requirement `key`, and a finding if the value exceeds the requirement.
 
     `told` is the requirement in words. `limit` is the requirement of one axis, if the key has a value for each axis.
-    With `slows` the figure improves at a lower scan rate; with `shrinks` the search also tries smaller pads.
+    With `slows`, the value improves at a lower scan rate. With `shrinks`, the search also tries smaller pads.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
     told = told or show(asked, unit, 3)
     if most.value > asked:
-        # metals and pads that feel more per newton, before them fewer scans if those help
+        # metals and pads with more signal per newton; before them fewer scans if these help
         spec, hint = design.spec, RULE_TEXTS[rule]["mend"].rstrip(".")
         slower = (partial(slower_scans, spec, 1.1 * most.value / asked),) if slows else ()
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
@@ -72,8 +72,9 @@ def judged(
 
 
 def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, ...]:
-    """Figures of a sensor without cells that one of the `RULES` sets beside requirements. Empty if the rule does not
-    apply.
+    """Return the results that a rule of `RULES` yields for requirements. Empty if the rule does not apply.
+
+    The design must be a sensor without cells, or a single cell.
     """
     if rule.apply is None or not all(NEEDS[need][0](design.spec) for need in rule.needs):
         return ()
@@ -81,7 +82,10 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Figures beside requirements in the order of the rules; for cells the worst by requirement, with its cell."""
+    """Return results for requirements, sorted by rule.
+
+    For cells, each is the worst of all cells, with its cell number.
+    """
     worst: dict[str, RequirementResult] = {}
     for number, cell in design.cells.extremes.items():
         for one in _noted(cell):
@@ -91,16 +95,17 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def _noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Figures of one cell. If one has a requirement, what sensors are mostly off by follows, asked or not: the drift
-    with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, a tilt of
-    one degree, and the pad's modulus if nobody has measured it.
+    """Return results of one cell. If any result has a requirement, the largest error sources are added.
+
+    These are the drift with temperature (at rest and at full load after one tare, and with a tare before each grasp),
+    hysteresis and creep of the pad, a tilt of one degree, and the pad's modulus if it was not measured.
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
     found = design.sensing.felt if any(one.limit is not None for one in results) else None
     if found is None or not found.held[0]:
         return tuple(results)
-    from sitscad.estimates.performance.causes import DEGREE, farthest  # loaded by whatever feels
+    from sitscad.estimates.performance.causes import DEGREE, farthest  # already loaded by the estimates of performance
     from sitscad.estimates.performance_values import unit_of
 
     end = farthest(needs)
@@ -128,21 +133,22 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def axis_text(axis: str) -> str:
-    """Name of an axis of force or moment for people."""
-    from sitscad.estimates.performance_values import AXIS_WORDS  # loaded by whatever feels
+    """Return the name of an axis of force or moment in plain words."""
+    from sitscad.estimates.performance_values import AXIS_WORDS  # already loaded by the estimates of performance
 
     return AXIS_WORDS[axis]
 
 
 def _unfelt(design: Design) -> Undecided:
-    """Why nothing was estimated of what the sensor feels."""
+    """Return the reason why no performance was estimated."""
     is_too_large = not (design.estimates.is_solved or design.estimates.is_rough)
     return NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
 
 
 def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
-    """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
-    to feel, and of points at which the pad gives way.
+    """Turn a rule about estimated performance into a rule about a design.
+
+    The new rule is undecided if there is no performance, and at working points where the pad gives way.
     """
 
     @wraps(rule)
@@ -160,7 +166,7 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def where_held(rule: FeltRule) -> FeltRule:
-    """A rule about the whole working range: nothing where the pad gives way within it, and so undecided."""
+    """Limit a rule to designs whose pad holds in the whole working range. Otherwise it is undecided."""
 
     @wraps(rule)
     def apply(found: Felt, design: Design) -> Iterator[Verdict]:
@@ -173,12 +179,12 @@ def where_held(rule: FeltRule) -> FeltRule:
 
 
 POINTS = tuple(point.text for point in WORKING_POINTS)
-"""The working points, in words."""
+"""Working points in words."""
 
 
 @record
 class Worst:
-    """The largest of some figures, and where it is."""
+    """The largest of several values, with its axis and working point."""
 
     value: float
     axis: str
@@ -186,8 +192,9 @@ class Worst:
 
 
 def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
-    """The largest of what `of` gives for a working point and an axis by their numbers, where the pad holds the target;
-    None without such axes. `axes` have one unit.
+    """Return the largest of `of(point, axis)` over the working points at which the pad holds the target.
+
+    The arguments of `of` are numbers. `axes` must share one unit. None if the array has no such axis.
     """
     names = found.bench.range.axes
     each = [
@@ -207,13 +214,13 @@ MORE_COILS = "two coils in line tell shear along them, three or four both axes"
 
 @where_felt
 def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Noise of the normal axis at every working point."""
+    """Yield findings on the noise of the normal force at every working point."""
     yield from _resolution(found, design, "SIT401", "normal_resolution", ("normal",))
 
 
 @where_felt
 def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Noise of the shear axes that the array tells apart; a coil alone tells none."""
+    """Yield findings on the noise of the shear axes that the array can measure. A single coil measures no shear."""
     if not set(SHEARS) & set(found.bench.range.axes):
         lone = len(found.bench.range.axes) == 1
         yield Violation(
@@ -228,7 +235,7 @@ def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def moment_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Noise of the moments that are asked for and told."""
+    """Yield findings on the noise of the required moments."""
     yield from _resolution(found, design, "SIT412", "moment_resolution", MOMENTS, "N m")
 
 
@@ -241,7 +248,7 @@ MOMENT_OR_SHEAR = (
 def _resolution(
     found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
-    """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
+    """Yield findings on the largest noise on some axes, against the required resolution `key`."""
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
         words = (
@@ -257,7 +264,10 @@ ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as 
 @where_felt
 @where_held
 def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
-    """What every axis errs by while another goes over its full scale, by the best polynomial in the readings."""
+    """Yield findings on the error of each axis while another axis covers its full scale.
+
+    Forces are computed by the best polynomial in the readings.
+    """
     from sitscad.estimates.performance.inversion import crosstalk as crossed
 
     asked = design.spec.requirements.crosstalk
@@ -279,7 +289,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
-    """What the tilt that the contact may have costs on every axis that is asked for."""
+    """Yield findings on the error by the required tilt of the contact, on every axis with a limit."""
     from sitscad.estimates.performance_values import unit_of
 
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
@@ -289,7 +299,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     each = ((name, worst(found, (name,), lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max())))
             for name in told)
     shares = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
-    if shares:  # the axis that is nearest to its limit, or farthest beyond
+    if shares:  # the axis with the largest ratio of value to limit
         _, name, most = max(shares, key=lambda one: one[0])
         unit = unit_of(name)
         beside = " beside the moment that it takes" if name in MOMENTS else ""
@@ -308,7 +318,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_felt
 @where_held
 def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Error of shear over normal at full load."""
+    """Yield findings on the error of the ratio of shear to normal force at full load."""
     asked = design.spec.requirements.friction_error
     assert asked is not None
     shear = next((name for name in found.bench.range.axes if name in SHEARS), None)
@@ -329,7 +339,10 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Drift of every axis of force at full load between the temperature of the tare and the range's farther end."""
+    """Yield findings on the drift of the forces at full load over the temperature range.
+
+    The drift is from the temperature of the tare to the farther end of the range.
+    """
     from sitscad.estimates.performance.causes import farthest, warming
 
     needs = design.spec.requirements
@@ -350,16 +363,16 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
 
 BESIDE_NOISE = 10.0
-"""How many times the resolution one degree of tilt may be read as before it is worth a note."""
+"""Ratio of the reading of one degree of tilt to the noise from which on there is a note."""
 
 
 @where_felt
 @where_held
 def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Whether two loads within what is required read alike."""
+    """Yield a finding if two different loads within the requirements give the same reading."""
     twins = design.sensing.twins
     if twins is not None:
-        from sitscad.estimates.performance_values import AXES, unit_of  # loaded by whatever feels
+        from sitscad.estimates.performance_values import AXES, unit_of  # already loaded by the estimates of performance
 
         words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
@@ -373,7 +386,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
-    """One degree of tilt against the noise."""
+    """Yield a note if one degree of tilt reads as much more than the noise."""
     from sitscad.estimates.performance.causes import DEGREE
     from sitscad.estimates.performance_values import unit_of
 
@@ -410,7 +423,10 @@ def _against_tilt(asked: Requirements, axis: str) -> str:
 @where_felt
 @where_held
 def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Errors together of every axis at full load: against the allowed error, or else against the resolution."""
+    """Yield findings on the total error of every axis at full load.
+
+    The limit is the allowed error, or else the required resolution.
+    """
     needs, names, causes = design.spec.requirements, found.bench.range.axes, found.lasting_errors
     where = TOGETHER + ", with the shear that is not told" * any(_unseen_axis(cause) for cause in causes)
     for kind, axes, unit in (("normal", ("normal",), "N"), ("shear", SHEARS, "N"), ("moment", MOMENTS, "N m")):
@@ -445,18 +461,18 @@ TOGETHER = "at full load, errors together, a tare before each grasp"
 
 
 def _unseen_axis(cause: str) -> str:
-    """The axis of shear of a cause of errors if the array does not tell it, else nothing."""
+    """Return the shear axis named by a cause of errors that the array does not measure. Empty for other causes."""
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
 MUCH_OF_FULL_SCALE = 0.5
-"""Share of an axis' full scale that unmeasured shear may be read as before it is worth a note."""
+"""Reading of unmeasured shear, as a fraction of an axis' full scale, from which on there is a note."""
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Shear that must be expected and that the array does not tell: what it is read as on the axes that are asked for.
+    """Yield findings on shear that must be expected but is not measured: its reading on the required axes.
 
-    It is computed where other figures of what is felt are judged as well: it costs a check of one coil twice its time.
+    The reading is computed only if a requirement needs performance, because it doubles the time to check a single coil.
     """
     asked, is_lone = design.spec.requirements, len(design.spec.array.placements) == 1
     borne = show(asked.shear_force or 0.0, "N")
@@ -497,8 +513,9 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
 
 
 def _read_as(found: Felt, asked: Requirements) -> tuple[float, float, str, str, float] | None:
-    """The worst reading of unmeasured shear at full load: its share of full scale, the error (N, N m) and its axis, the
-    shear's axis and force (N). None if the array tells all shear, or if no axis is asked for.
+    """Return the worst reading of unmeasured shear at full load. None if there is none on a required axis.
+
+    The values are the fraction of full scale, the error (N, N m), its axis, the shear axis and the shear force (N).
     """
     axes = found.bench.range.axes
     wanted = {"normal": asked.normal_force, "moment_x": asked.moments[0], "moment_y": asked.moments[1],
@@ -542,7 +559,7 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
 
 
 def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:
-    """A rule that is applied once a design: its findings and its figures are asked for apart."""
+    """Return a rule's function cached by design, because findings and results are requested separately."""
     return lambda design: kept(design, f"verdicts of {number}", lambda: tuple(apply(design)))
 
 

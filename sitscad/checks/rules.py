@@ -1,6 +1,4 @@
-"""What a rule is, what it may look at, and what it says: the vocabulary of the checks, and the limits that sitscad sets
-itself (`data/own_limits.csv`).
-"""
+"""Rules, their needs and their results; the limits that sitscad sets itself (`data/own_limits.csv`)."""
 
 from __future__ import annotations
 
@@ -23,15 +21,16 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 ROUNDING = 1e-9
-"""Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
+"""Lengths that differ by less than this (m) are equal: a nanometre is a rounding error."""
 
 
 @record
 class Violation:
-    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``fixes`` are
-    families of changes that may mend it, the best first: the search in `fixes` tries them. ``hint`` says what else
-    helps, or is a function that finds out. ``keeps_limit`` is set where ``measured`` lies on the right side of the
-    limit, by little.
+    """A violation that a rule found, before the rule's texts are added.
+
+    ``severity`` and ``source`` override those of the rule. ``fixes`` are families of changes that may mend it, the best
+    first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns it. ``keeps_limit``
+    is set if ``measured`` is on the right side of the limit, but near to it.
     """
 
     message: str
@@ -51,25 +50,26 @@ class Violation:
 
 @record
 class Undecided:
-    """Something a rule could not decide although its needs were met, and why."""
+    """The reason why a rule could not decide a case although its needs were met."""
 
     reason: str
 
 
 def joined(*words: str) -> str:
-    """What is not empty of some words, apart by semicolons."""
+    """Join all texts that are not empty by semicolons."""
     return "; ".join(filter(None, words))
 
 
 Verdict = Violation | Undecided | RequirementResult
-"""What a rule yields: what it finds, what it cannot decide, and figures beside their requirements, met or not."""
+"""Results that a rule yields: a violation, an undecided case, or a value for a requirement."""
 
 
 @record
 class Rule:
-    """One rule: its texts for `explain`, the parts that it needs, and the function that applies it. ``severity`` is the
-    worst that it says, ``cases`` says when it is which, mildest first, where single complaints are milder; ``needs``
-    are keys of `NEEDS`.
+    """A rule: its texts for `explain`, its needs, and the function that applies it.
+
+    ``severity`` is the highest severity of its findings. ``cases`` describes when milder severities apply, mildest
+    first. ``needs`` are keys of `NEEDS`.
     """
 
     id: str
@@ -85,15 +85,17 @@ class Rule:
 
     @property
     def severities(self) -> str:
-        """Every severity that a finding of the rule can have, mildest first, and when."""
+        """Every severity that a finding of the rule can have, mildest first, with conditions."""
         return self.cases or self.severity.value
 
 
 def rule_of(
     number: str, apply: Callable[[Design], Iterable[Verdict]] | None = None, *needs: str, **values: object
 ) -> Rule:
-    """A rule of sitscad by its number, with its texts out of ``data/rules.csv``: `values` stand in them by name, and
-    the sources of converters' figures by the names of these.
+    """Return a rule by its number, with its texts from ``data/rules.csv``.
+
+    `values` replace names in the texts. Other names are replaced by the sources of the converters' values with these
+    names.
     """
     row = RULE_TEXTS[number]
     texts = {field: row[field] for field in ("summary", "why", "mend", "source", "severities")}
@@ -105,20 +107,20 @@ def rule_of(
 
 
 _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "bandwidth": ("bandwidth",)}
-"""Needs of single requirements."""
+"""Names of single requirements as needs, and their keys."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "moment resolution": ("moment_resolution",), "normal error": ("normal_error",),
             "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
-"""Needs of SIT4xx, and the requirements that each takes."""
+"""Names of the needs of SIT4xx, and their keys in the requirements."""
 
 
 _REQUIRED = _ASKED | _FEELING
 
 NO_REQUIREMENT = "no requirements."
-"""How a reason begins that names requirements which are not in the spec."""
+"""Start of a reason that names requirements missing in the spec."""
 
 
 def _unstated(keys: Sequence[str]) -> str:
@@ -153,12 +155,12 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
-"""What a rule may need of the spec: how to tell, and the reason given when it is missing."""
+"""Needs of rules: a test of the spec, and the reason if it fails."""
 
 
 @record
 class Outcome:
-    """One finding, without its place in the text, and the changes that are to be tried for it."""
+    """A finding without its place in the text, and the changes to try for it."""
 
     finding: Finding
     fixes: tuple[Family, ...] = ()
@@ -166,20 +168,26 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
-"""Rules about a target, its pad and what is felt, which judge a cell: that of which they find most. Nothing
-is tried for their hints, for what is tried is a whole sensor.
+"""Rules about a target, its pad and performance, which are applied to the worst cell of an array of cells.
+
+No changes are tried for their hints, because trials need a whole sensor.
 """
 
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Those of them that ask how far a pad gives way: of them it is first the cell with the least webs."""
+"""Rules of `OF_ONE_CELL` about the pad's compression.
+
+If cells are equally bad, they name the cell with the least webs.
+"""
 
 
 def apply_rule(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Finding], list[NotChecked]]:
-    """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints,
-    and none is looked for where a finding is milder than the `least`, of all where that is None.
+    """Return the findings of one rule with their places in the spec's text, and the reasons for cases not checked.
+
+    No changes are tried for hints. Hints are omitted for findings milder than `least`, and for all findings if it is
+    None.
     """
     found, undecided = outcomes(rule, design, least)
     return [located(outcome.finding, design.spec.source) for outcome in found], undecided
@@ -188,14 +196,14 @@ def apply_rule(
 def outcomes(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Outcome], list[NotChecked]]:
-    """What one rule finds, and what it could not check; hints are looked for as in `apply_rule`."""
+    """Return the outcomes of one rule, and the reasons for cases not checked. Hints are limited as in `apply_rule`."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
         return _of_worst_cell(rule, design, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         mount = design.spec.mount
         is_by_file = missing == "jaw" and mount is not None and mount.is_jaw_unmeasured
-        # of several requirements those that are not stated
+        # requirements that the spec does not state
         absent = [key for key in _REQUIRED.get(missing, ()) if getattr(design.spec.requirements, key) is None]
         why = _unstated(absent) if absent else NEEDS[missing][1]
         return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else why)]
@@ -210,8 +218,10 @@ def outcomes(
 
 
 def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
-    """What a rule finds of the cell that it finds most of, which is named: of two extremes, those with the softest pad
-    and with the least signal, the rule's own first where they are as bad.
+    """Return the outcomes of a rule for the worst of two extreme cells, with its number in the message.
+
+    The extremes are the cell with the softest pad and the cell with the least signal. If both are equally bad, the
+    first in the rule's order counts.
     """
     order = list(design.cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
@@ -224,7 +234,7 @@ def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[
 
 
 def _weight(finding: Finding) -> tuple[float, ...]:
-    """How bad a finding is: by its severity, then of what is felt (SIT4xx, of which less is better) by its figure."""
+    """Return a sort key for how bad a finding is: its severity, then for SIT4xx the ratio of value to limit."""
     beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
 
@@ -238,7 +248,10 @@ JAW_BY_FILE_ALONE = (
 def finding_of(
     rule: Rule, complaint: Violation, converter: Converter, least: Severity | None = Severity.NOTE
 ) -> Finding:
-    """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
+    """Return the finding for a violation of a rule.
+
+    Converter-dependent parts of the rule's source are for this converter.
+    """
     severity, hint = complaint.severity or rule.severity, complaint.hint
     if not isinstance(hint, str):
         hint = hint() if least is not None and severity.weighs(least) else ""
@@ -251,8 +264,9 @@ def finding_of(
 
 
 def located(finding: Finding, source: SpecSource) -> Finding:
-    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint. One
-    in a section that the spec leaves out points at the spec's end, where the section can be added.
+    """Return the finding with the line and column of its key in the spec's text.
+
+    If the key is missing, the hint names it. If its whole section is missing, the place is the end of the spec.
     """
     finding = replace(finding, key=written_key(finding.key, source.keys))
     section = (finding.key or "").partition(".")[0]
@@ -267,7 +281,7 @@ def located(finding: Finding, source: SpecSource) -> Finding:
 
 @record
 class OwnLimit:
-    """One limit: its value in SI units (relative ones as shares), and the reason for it."""
+    """A limit in SI units (relative limits as fractions), and the reason for it."""
 
     value: float
     source: str
@@ -275,5 +289,5 @@ class OwnLimit:
 
 @cache
 def own_limits() -> dict[str, OwnLimit]:
-    """Every limit by its name."""
+    """Return every limit by its name."""
     return {row["name"]: OwnLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}

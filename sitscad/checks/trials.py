@@ -1,5 +1,6 @@
-"""Trials of changed designs: each is laid out, estimated and judged by all rules, as far as the budget goes. Changes of
-a spec that was refused are written into its text, which is read again.
+"""Trials of changed designs: each is laid out, estimated and checked by all rules, within a budget.
+
+Changes of a spec that was refused are written into its text, which is then read again.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ from sitscad.spec.yaml.source import SpecSource
 
 
 class Trials:
-    """Tries changes of a design. ``rules`` are all rules, ``said`` what they say of the design as it stands, and
-    ``undecided`` those that could not be applied to it, or not wholly; all findings share one ``budget``.
+    """Trials of changes of a design.
+
+    ``rules`` are all rules. ``said`` are their outcomes for the unchanged design, ``undecided`` the rules that could
+    not be applied fully. All findings share one ``budget``.
     """
 
     def __init__(self, design: Design, rules: Sequence[Rule], said: Iterable[Outcome], undecided: Iterable[NotChecked],
@@ -39,10 +42,9 @@ class Trials:
     def advised(
         self, least: Severity | None = Severity.NOTE, is_ignored: Callable[[Finding], bool] = lambda _: False
     ) -> list[Finding]:
-        """Return every finding with its place, and with hint and fixes if it weighs as much as `least` and is not
-        ignored.
+        """Return every finding with its place, and with hint and fixes if it is not milder than `least` nor ignored.
 
-        The trials go to errors first, then to warnings, in the order of the rules.
+        The trials are made for errors first, then for warnings, in the order of the rules.
         """
         order = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
         found = dict[int, Finding]()
@@ -65,8 +67,10 @@ class Trials:
         return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Search the changes that an outcome gives for those that mend its finding. Few trials are not for notes. Where
-        nothing was tried and nothing may be, no change is made.
+        """Search the changes of an outcome for changes that mend its finding.
+
+        With a small budget, no changes are tried for notes. If nothing was tried and the budget is spent, no change is
+        made.
         """
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
@@ -74,10 +78,11 @@ class Trials:
         return search(outcome.fixes, lambda fix: self._left(finding, fix), self.budget)
 
     def _left(self, finding: Finding, fix: Fix) -> Left | None:
-        """What a change leaves to complain of; None if the budget does not reach so far.
+        """Try a change and return the problems that remain. None if the budget does not suffice.
 
-        Broken are the rule itself if it still complains of the same key (of a note: if it still says one) or cannot be
-        applied any more, others of which the same key is still an error, and every rule with more errors.
+        The change breaks the finding's own rule if the rule still complains at this key (for a note: if it still has a
+        note) or can no longer be applied. It breaks another rule that still has an error at the same key, and every
+        rule that has more errors.
         """
         tried = self._of(fix.spec)
         if tried is None:
@@ -98,22 +103,22 @@ class Trials:
         if broken:
             return Left(broken, gain=self._gain(finding, tried))
         left = self._brought(tried)
-        # an error is mended though what complains already gets worse by it
+        # an error counts as mended even if present complaints get worse
         is_error = finding.severity is Severity.ERROR
         return left if is_error else Left(brings=tuple(sorted({*left.brings, *left.worse})))
 
     def _ordered(self, finding: Finding) -> list[Rule]:
-        """All rules, that of a finding first."""
+        """Return all rules, the finding's own rule first."""
         return sorted(self._rules, key=lambda rule: rule.id != finding.rule)
 
     def _broken(self, finding: Finding, tried: _Tried, rule: Rule) -> tuple[str, ...]:
-        """A rule by name if a changed design breaks it."""
+        """Return the rule's identifier in a tuple if a changed design breaks the rule. Otherwise empty."""
         said, undecided = tried.said[rule.id]
         graver = _complaints(said)
         if rule.id == finding.rule:
             left = said if finding.severity is Severity.NOTE else graver
             is_unknown = bool(undecided) and rule.id not in self._undecided
-            # one of another unit, which stood before as it stands now, is another than this one
+            # an unchanged finding in another unit is a different finding
             if is_unknown or any(one.key == finding.key and (one.unit == finding.unit or one.message not in
                                                              self._messages) for one in left):
                 return (rule.id,)
@@ -128,7 +133,10 @@ class Trials:
         return Left((), tuple(sorted(brings)), tuple(sorted(worse)))
 
     def _gain(self, finding: Finding, tried: _Tried) -> float:
-        """The factor by which a finding's figure comes nearer to its limit, if nothing else gets worse; else 1."""
+        """Return the factor by which a finding's value comes nearer to its limit.
+
+        It is 1 if anything else gets worse.
+        """
         left = self._brought(tried)
         figures = [one.measured for one in tried.said.get(finding.rule, ([], []))[0] if one.key == finding.key]
         if set(left.brings) | (set(left.worse) - {finding.rule}) or len(figures) != 1 or not figures[0]:
@@ -139,7 +147,7 @@ class Trials:
         return more if finding.limit > finding.measured else 1.0 / more
 
     def _of(self, changed: SensorSpec) -> _Tried | None:
-        """A changed design, laid out once; None if the budget does not reach so far."""
+        """Return a changed design, laid out once. None if the budget does not suffice."""
         for spec, tried in self._tried:
             if spec == changed:
                 return tried
@@ -161,11 +169,11 @@ class Trials:
 
 
 class _NeedsEstimates(Exception):
-    """A rule has asked for estimates that are not there yet."""
+    """Raised if a rule needs estimates that are not made yet."""
 
 
 class _Unestimated(Design):
-    """A drawn design whose estimates nobody may ask for yet."""
+    """A drawn design without estimates, which raises `_NeedsEstimates` if a rule needs them."""
 
     @property
     def estimates(self):  # type: ignore[no-untyped-def]
@@ -173,7 +181,7 @@ class _Unestimated(Design):
 
 
 class _Tried:
-    """A changed design with what each rule that was applied says of it: findings, and what it could not decide."""
+    """A changed design with the findings and the undecided cases of each applied rule."""
 
     def __init__(self, design: Design) -> None:
         self._design, self.is_estimated = design, False
@@ -182,7 +190,10 @@ class _Tried:
         self.said = dict[str, tuple[list[Finding], list[NotChecked]]]()
 
     def says(self, rule: Rule, is_estimated: bool) -> bool:
-        """Apply a rule if it was not applied before. False if the rule asks for estimates and there are none yet."""
+        """Apply a rule if it was not applied before.
+
+        Return False if the rule needs estimates and there are none yet.
+        """
         if rule.id in self.said:
             return True
         if not is_estimated and rule.id in self.asks:
@@ -197,8 +208,10 @@ class _Tried:
 
 
 def as_written(found: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
-    """Remedies with what their edits replace in the spec's text: those that bring no warning, or all where each brings
-    some; not those that the text has no place for.
+    """Return remedies with edits completed from the spec's text.
+
+    Remedies without new warnings are preferred; if each brings a warning, all are returned. Remedies that the text has
+    no place for are left out.
     """
     found, written = list(found), []
     for remedy in [remedy for remedy in found if not remedy.brings] or found:
@@ -220,8 +233,9 @@ def _errors(found: Iterable[Finding]) -> list[Finding]:
 
 
 def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
-    """The findings of a spec that could not be loaded, with those of their fixes with which they are gone and nothing
-    else is wrong: each is written into the text, which is read again. Findings about other files have none.
+    """Return the findings of a spec that could not be loaded, with fixes that remove the finding and add none.
+
+    Each fix is tested: it is written into the text, which is read again. Findings about other files have no fixes.
     """
     findings, source = _with_room(error, rules, hints), error.source
     return tuple(
@@ -231,7 +245,7 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
 
 
 def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
-    """The fixes of a finding with which the text can be read, or is read further than before."""
+    """Yield the fixes of a finding after which the text can be read, or is read further than before."""
     for remedy in finding.fixes:
         try:
             edits = completed(source.text, remedy.edits)
@@ -246,16 +260,17 @@ def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator
 
 
 OTHERWISE = {"SIT014": "or smaller coils", "SIT016": "or a finer trace and spacing, more layers, or a larger coil"}
-"""What else gives room, by the rule that asks for it."""
+"""Further advice to make room, by rule."""
 
 ROOM = ("SIT112", "SIT113")
-"""The rules that judge whether vias and leads have room."""
+"""Rules that check the room for vias and leads."""
 
 
 def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
-    """Return the findings of a refused spec. If coils or turns lack room (SIT014, SIT016), hints and fixes name changes
-    with which coils, vias and leads have room: loading knows in closed form only how far apart coils must be and how
-    many turns fit.
+    """Return the findings of a refused spec, with hints and fixes that make room if coils or turns lack room.
+
+    This concerns SIT014 and SIT016. Loading knows only closed formulas for the distance of coils and the number of
+    turns. The fixes are laid out, so that vias and leads have room as well.
     """
     spec, first = error.lacking_room, error.findings[0]
     refused = {finding.rule for finding in error.findings}

@@ -1,4 +1,4 @@
-"""SIT134: figures of the spec against what is usual for each (`data/usual_ranges.csv`), read by one rule."""
+"""SIT134: values of the spec against their usual ranges (`data/usual_ranges.csv`)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from sitscad.spec.presets import dielectric_roles
 
 @record
 class UsualRange:
-    """What is usual for the figure of one key: least and most (SI; endless where one is open), as they are written, and
-    where that is from. ``value`` names what is looked at: a path of the spec's values, or one of `WORKED_OUT`;
-    ``called`` is what messages call it.
+    """Usual range of the value at one key.
+
+    ``low`` and ``high`` are in SI units, infinite if open. ``words`` is the range as written, ``source`` its source.
+    ``value`` is a path of the spec's values or a key of `WORKED_OUT`. ``called`` is the value's name in messages.
     """
 
     key: str
@@ -37,12 +38,12 @@ class UsualRange:
 SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N",
       "moment": "N m", "pressure": "Pa",
       "conductivity": "S/m"}
-"""The units in which figures of a dimension are shown with a prefix."""
+"""Units of the dimensions whose values are shown with an SI prefix."""
 
 
 @cache
 def usual_ranges() -> tuple[UsualRange, ...]:
-    """Every row of the table."""
+    """Return every row of the table."""
     found = []
     for row in rows("usual_ranges"):
         low, high, dimension = row["low"], row["high"], row["dimension"]
@@ -70,7 +71,7 @@ def _layers(kind: LayerKind, rigid: bool = False) -> Callable[[Design], list[flo
 
 
 def _poisson(design: Design) -> float | None:
-    """Poisson's ratio of the pad by its moduli: (3 K - 2 G) / (6 K + 2 G)."""
+    """Return Poisson's ratio of the pad from its moduli: (3 K - 2 G) / (6 K + 2 G)."""
     if design.spec.elastomer is None:
         return None
     bulk, shear = design.spec.elastomer.material.bulk_modulus, design.spec.elastomer.material.shear_modulus
@@ -78,7 +79,7 @@ def _poisson(design: Design) -> float | None:
 
 
 def _asked(design: Design) -> list[float]:
-    """What the requirements let an error be, in parts of the force that they require."""
+    """Return the required errors and resolutions, each as a fraction of the required force."""
     asked, normal = design.spec.requirements, design.spec.requirements.normal_force
     moments = [each for each in asked.moments if each]
     tilts = {"normal": normal, "shear_x": asked.shear_force, "shear_y": asked.shear_force, "moment_x": asked.moment_x,
@@ -92,7 +93,7 @@ def _asked(design: Design) -> list[float]:
 
 
 def _holes(design: Design) -> list[float]:
-    """The coordinates of the holes of a bench plate from the board's middle (m)."""
+    """Return the coordinates (m) of the holes of a bench plate, from the middle of the board."""
     mount = design.spec.mount
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
@@ -117,16 +118,17 @@ WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
     ]),
     "holes": ("the place of a hole", _holes),
 }
-"""What no single value of the spec is, by the name that the table has for it: what it is called (empty: by its key),
-and what gives it.
+"""Values that are computed from several values of the spec, by their name in the table.
+
+Each has a name in messages (empty: its key) and a function that returns the values.
 """
 
 
 def unusual(design: Design) -> Iterator[Verdict]:
-    """Every figure that lies beyond what is usual; a fabricator's rules are told at once."""
+    """Yield a finding for every value outside its usual range. All values of a fabricator's rules share one finding."""
     farthest = []
     for usual in usual_ranges():
-        # of what is left the value farthest beyond it
+        # of the remaining values, the farthest beyond its range
         worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
         if worst is not None and _by(usual, worst) > 1e-9:
             farthest.append((usual, worst))
@@ -147,13 +149,16 @@ def unusual(design: Design) -> Iterator[Verdict]:
 
 
 def _by(usual: UsualRange, value: float) -> float:
-    """The distance of a value beyond a range, in parts of the bound that it passes; negative within the range."""
+    """Return the distance of a value beyond a range, relative to the bound that it passes.
+
+    Negative within the range.
+    """
     passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
 
 
 def _values(design: Design, path: str) -> list[float]:
-    """The numbers at a path of the spec's values; nothing where one of them is left out."""
+    """Return the numbers at a path of the spec's values. Empty if a part of the path is missing."""
     found: Any = design.spec
     if path in WORKED_OUT:
         found = WORKED_OUT[path][1](design)

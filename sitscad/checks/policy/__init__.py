@@ -1,5 +1,6 @@
-"""What a project holds against its specs: rules that are chosen, waived with a reason or weighed otherwise, and what
-was known before. Rules find, the policy judges; nothing of it changes what is drawn.
+"""A project's policy for its specs: selected rules, waivers with a reason, changed severities and a baseline.
+
+The policy changes only which findings count and how much. It never changes the design.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""What a project holds against its specs, as a value; and the nearest configuration above a spec that says it:
-``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
+"""A project's policy as a value, and the search for the nearest configuration file above a spec.
 
-One file decides, the nearest one; files further up are not looked at. ::
+The file is ``sitscad.toml``, or ``pyproject.toml`` with a table ``[tool.sitscad]``. Only the nearest file counts. ::
 
     [tool.sitscad]
     select = ["SIT1", "SIT2"]              # all rules if left out
@@ -28,15 +27,17 @@ from sitscad.checks.findings import RuleTexts
 
 
 class PolicyError(ValueError):
-    """A configuration or baseline that cannot be used; the text says where and why."""
+    """A configuration or baseline that cannot be used. The message gives the place and the reason."""
 
 
 @record
 class Policy:
-    """What is held against a spec. ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is
-    all), ``reasons`` are patterns that are ignored, each with its reason, ``severity`` what the findings of a pattern
-    weigh instead. ``profiles`` is the folder of fabricators' profiles. ``named`` is what reports call the file that
-    says so, empty where nothing does.
+    """The policy for a spec.
+
+    ``select`` and ``ignore`` are patterns of rules (`stands_for`); an empty ``select`` means all rules. ``reasons``
+    maps ignored patterns to reasons. ``severity`` maps patterns to the severities of their findings. ``profiles`` is
+    the folder of fabricators' profiles. ``named`` is the name of the configuration file in reports, empty if there is
+    no file.
     """
 
     select: tuple[str, ...] = ()
@@ -48,11 +49,14 @@ class Policy:
 
     @property
     def says_anything(self) -> bool:
-        """Whether it changes the judgement of any spec."""
+        """Whether the policy changes the findings of any spec."""
         return bool(self.select or self.ignore or self.reasons or self.severity)
 
     def as_json(self) -> dict[str, object]:
-        """The rules' part as plain values, patterns in their order (the last one counts), and what reports call it."""
+        """Return the policy without ``profiles`` as plain values.
+
+        The order of patterns is kept, because the last match counts.
+        """
         return {
             "select": list(self.select),
             "ignore": [*self.ignore],
@@ -63,7 +67,10 @@ class Policy:
 
 
 def kept_policy(said: Mapping[str, Any]) -> Policy:
-    """The policy that a manifest keeps (`Policy.as_json`); ValueError, TypeError or KeyError for what is none."""
+    """Return the policy stored in a manifest (`Policy.as_json`).
+
+    Raises ValueError, TypeError or KeyError if the values are no policy.
+    """
     reasons, severity = dict(said["reasons"]), dict(said["severity"])
     for text in (*said["select"], *said["ignore"], *reasons, *reasons.values(), *severity, said["named"]):
         if not isinstance(text, str):
@@ -73,13 +80,16 @@ def kept_policy(said: Mapping[str, Any]) -> Policy:
 
 
 def stands_for(pattern: str, rule: str, name: str) -> bool:
-    """Whether a pattern means a rule: its identifier or the beginning of it, its number, or its name."""
+    """Whether a pattern matches a rule: by the start of its identifier, its number or its name."""
     wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
     return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
 
 
 def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
-    """The identifiers that are selected and not ignored; rules of the spec itself always are."""
+    """Return the identifiers of rules that are selected and not ignored.
+
+    Rules of the spec itself (SIT0xx) are always included.
+    """
 
     def is_wanted(rule: RuleTexts) -> bool:
         is_selected = not select or any(stands_for(pattern, rule.id, rule.name) for pattern in select)
@@ -98,18 +108,18 @@ MEANT = {
     **dict.fromkeys(("levels", "severities"), "severity"),
     **dict.fromkeys(("fabricators", "profile", "shops"), "profiles"),
 }
-"""What others call a key."""
+"""Keys of other tools, and the key of sitscad for each."""
 MAX_BYTES = 1 << 20
-"""A larger file is no configuration."""
+"""Largest size of a configuration file in bytes."""
 
 
 def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
-    """The policy of the nearest configuration in a folder or above it; an empty one where there is none.
+    """Return the policy of the nearest configuration in a folder or above it. Empty if there is none.
 
     Raises
     ------
     PolicyError
-        for a configuration that cannot be read, or has keys, rules or severities that do not exist.
+        For a configuration that cannot be read, or has keys, rules or severities that do not exist.
     """
     whole = folder.resolve()
     for each in (whole, *whole.parents):
@@ -123,7 +133,7 @@ def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
 
 
 def _content(path: Path) -> bytes:
-    """A file's bytes; PolicyError where it cannot be read or is too large."""
+    """Return a file's bytes. Raises PolicyError if the file cannot be read or is too large."""
     try:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
@@ -136,8 +146,8 @@ def _content(path: Path) -> bytes:
 
 @lru_cache(maxsize=8)
 def _parsed(content: bytes) -> dict[str, Any]:
-    """A file's TOML, read once for all the designs of a study; ValueError where it is none."""
-    import tomllib  # only where there is a file
+    """Return a file's TOML, parsed once for all designs of a study. Raises ValueError if it is no TOML."""
+    import tomllib  # imported only if there is a file
 
     return tomllib.loads(content.decode("utf-8"))
 
@@ -157,7 +167,7 @@ def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
 
 
 def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
-    """The policy that a table says; PolicyError for what it does not know."""
+    """Return the policy in a table. Raises PolicyError for unknown keys and values."""
     for key in table:
         message = f"{key!r} is no key of sitscad's configuration, which are {', '.join(KEYS)}"
         _require(key in KEYS, path, message, MEANT.get(key.lower(), key), KEYS)
@@ -171,7 +181,7 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     severity = table.get("severity", {})
     _require(isinstance(severity, dict), path, "severity is no table of rules and severities")
     profiles = table.get("profiles")
-    if profiles is not None:  # what is passed on must not read files elsewhere
+    if profiles is not None:  # a configuration that is passed on must not read files elsewhere
         is_text = isinstance(profiles, str) and "\0" not in profiles
         is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
         _require(is_below, path, "profiles is no folder beside this file, or below")
@@ -186,7 +196,7 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
-    """The patterns of a list, each of which stands for a rule; PolicyError for others."""
+    """Return the patterns of a list. Raises PolicyError if a pattern matches no rule."""
     if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
         raise PolicyError(f"{path}: {key} is no list of rules")
     known = [word for rule in rules for word in (rule.id, rule.name)]

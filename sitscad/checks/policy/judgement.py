@@ -1,10 +1,11 @@
-"""Findings as a policy judges them: weighed, left out, ignored with a reason, or known before.
+"""Application of a policy to findings: changed severities, rules left out, ignored findings and known findings.
 
-Comments in a spec silence rules, too: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``. Such a comment
-is for the findings whose key starts on its line: of a flow mapping all its keys, of a section's line the section alone.
-Several rules are separated by commas; the reason is required. Another comment may stand before.
+Comments in a spec silence rules, too: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``. A comment
+applies to findings whose key starts on its line. On the line of a flow mapping this includes all keys of the mapping,
+on the line of a section only the section itself. Several rules are separated by commas. The reason is required. Another
+comment may precede it.
 
-What was known before: the JSON of an earlier ``check``. Its findings do not fail again; new and graver ones do.
+Known findings come from a baseline, the JSON of an earlier ``check``. They do not fail again; new or worse findings do.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ from sitscad.spec.yaml.source import SpecSource
 MAX_BYTES = 64 << 20
 
 LARGEST = 1e15
-"""No figure of a finding is so large in SI units: what is larger in a baseline was not measured."""
+"""Largest absolute value of a finding in SI units. Larger values in a baseline cannot have been measured."""
 
 SAME = 1e-6
-"""The part of its limit by which a figure may come out worse from one machine to the next."""
+"""Increase of a measured value, relative to its limit, that is allowed as a difference between machines."""
 
 
 @record
 class Known:
-    """A finding that was known before: how much it weighed, and its figures (SI; None where it had none)."""
+    """A finding in a baseline: its severity, measured value and limit (SI; None if it has none)."""
 
     severity: Severity
     measured: float | None = None
@@ -42,8 +43,10 @@ class Known:
     keeps_limit: bool = False
 
     def covers(self, now: Finding) -> bool:
-        """Whether a finding is no graver than this one was: in what it weighs, and in its figure, which lies on the
-        wrong side of its limit as before, and by no more; or as well on the right side.
+        """Whether a finding is no worse than this known finding.
+
+        Its severity must be no higher. Its value must lie on the same side of the limit, no farther beyond it, or no
+        nearer to it if the limit is kept.
         """
         if not self.severity.weighs(now.severity):
             return False
@@ -60,22 +63,24 @@ class Known:
 
 @record
 class Baseline:
-    """The findings known of every spec (its absolute path, and its name), by what makes two findings the same."""
+    """Known findings by spec (absolute path and name) and by the identity of the finding."""
 
     named: str
     known: Mapping[tuple[str, str], Mapping[str, Known]]
 
     def of(self, path: str, name: str) -> Mapping[str, Known]:
-        """What is known of a spec."""
+        """Return the known findings of a spec. Empty if there are none."""
         return self.known.get((_place(path), name), {})
 
     def holds(self, path: str, name: str) -> bool:
-        """Whether a spec was checked for it."""
+        """Whether a spec is part of the baseline."""
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Which findings of a spec were known and are no graver: each by its own entry, or by another one of its rule
-        and key that no finding has, because one that stood before it was mended.
+        """Return a bool for each finding of a spec: whether a known finding covers it.
+
+        Each finding takes its own entry first. Otherwise it takes a free entry of the same rule and key, because an
+        earlier finding at this key may have been mended.
         """
         free, found = dict(self.of(path, name)), [False] * len(findings)
         names = identities(findings)
@@ -90,27 +95,30 @@ class Baseline:
         return found
 
     def as_json(self, path: str, name: str) -> dict[str, Any]:
-        """What is known of a spec as plain values, for a manifest; empty where nothing is."""
+        """Return the known findings of a spec as plain values, for a manifest. Empty if there are none."""
         known = self.of(path, name)
         rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(known.items())}
         return {"named": self.named, "known": rows} if rows else {}
 
 
 def known_of(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
-    """What a baseline knows of a spec as plain values; empty without a baseline."""
+    """Return a baseline's known findings of a spec as plain values. Empty without a baseline."""
     return {} if baseline is None else baseline.as_json(path, name)
 
 
 def read_baseline(path: str) -> Baseline:
-    """The baseline in a file that ``sitscad check --format json`` printed. Paths in it count from the file's own
-    folder. Raises `PolicyError` for any other file.
+    """Read a baseline from the output of ``sitscad check --format json``.
+
+    Its paths are relative to the file's folder.
+
+    Raises `PolicyError` for any other file.
     """
     try:
         with open(path, "rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         raise PolicyError(f"cannot read the baseline {path}: {getattr(error, 'strerror', None) or error}") from error
-    import json  # only where there is a baseline
+    import json  # imported only with a baseline
 
     try:
         folder = os.path.dirname(os.path.abspath(path))
@@ -122,8 +130,9 @@ def read_baseline(path: str) -> Baseline:
 
 
 def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
-    """The baseline that a manifest keeps of the spec at a path (`Baseline.as_json`). Raises ValueError, TypeError or
-    KeyError for what is none.
+    """Return the baseline stored in a manifest for the spec at a path (`Baseline.as_json`).
+
+    Raises ValueError, TypeError or KeyError if the values are no baseline.
     """
     rows = {
         str(key): Known(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
@@ -133,12 +142,15 @@ def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline
 
 
 def _place(path: str, folder: str = "") -> str:
-    """What a spec is known by: its absolute path, from the working folder or another; ``-`` (standard input) itself."""
+    """Return a spec's absolute path, relative paths counted from a folder. ``-`` (standard input) stays."""
     return path if path == "-" else os.path.abspath(os.path.join(folder, path))
 
 
 def _figure(value: Any) -> float | None:
-    """A figure of a baseline, None for what cannot have been measured, as true, NaN and 1e99."""
+    """Return a measured value of a baseline.
+
+    None for values that cannot have been measured, like true, NaN and 1e99.
+    """
     return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
 
 
@@ -159,16 +171,17 @@ def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
 
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
-"""Rules beside SIT2xx that no fabricator can judge: coils that lead nowhere, are shorted or open."""
+"""Rules beside SIT2xx that a fabricator cannot waive: coils that are open, shorted or not connected."""
 
 
 def judged(
     checked: CheckedSpec, source: SpecSource | None, rules: Sequence[RuleTexts], policy: Policy | None = None,
     baseline: Baseline | None = None,
 ) -> CheckedSpec:
-    """What a policy, the comments in the spec and a baseline leave of what was found. ``source`` is the spec's text
-    with its keys, None where it could not be read: then nothing can be ignored. Errors that only physics can judge and
-    that are no errors any more stand in the result's ``silenced``.
+    """Apply a policy, the comments in the spec and a baseline to the results of a check.
+
+    ``source`` is the spec's text with its keys. If it is None, the spec could not be read, and nothing can be ignored.
+    Errors of SIT2xx and `NOT_FOR_WAIVING` that no longer count as errors are listed in ``silenced`` of the result.
     """
     if source is None:
         return checked
@@ -181,7 +194,7 @@ def judged(
         left_out = [rule.id for rule in rules if rule.id not in wanted]
         checked = checked.without(left_out, f"left out by {policy.named}")
     checked = _commented(checked, source, comments(source.text, names), names)
-    # the last reason that fits counts
+    # the last matching reason counts
     reasons = list(policy.reasons.items())[::-1]
     checked = _ignored(checked, "configuration", lambda finding: next(
         (why for pattern, why in reasons if stands_for(pattern, finding.rule, finding.name)), None))
@@ -200,8 +213,9 @@ def ignored_anyway(
     source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
 ) -> Callable[[Finding], bool]:
-    """Return what tells whether a located finding is left out or ignored whatever it says: by the policy, by patterns
-    of rules that are selected or ignored, or by a comment. Nobody reads its hint.
+    """Return a function that tests whether a located finding is ignored or left out, so that its hint is not needed.
+
+    The policy, the patterns of selected or ignored rules, or a comment may ignore it.
     """
     wanted = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
     written = comments(source.text, [rule.id for rule in rules])
@@ -216,7 +230,7 @@ def ignored_anyway(
 
 
 def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
-    """Findings for which there is a reason moved to the ignored ones; what a spec is read by is never ignored."""
+    """Move findings with a reason to the ignored findings. Findings of SIT0xx are never ignored."""
     kept, ignored = [], []
     for finding in checked.findings:
         why = None if finding.rule.startswith("SIT0") else reason(finding)
@@ -228,7 +242,7 @@ def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | No
 
 
 def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
-    """Findings with the severities that a policy gives them; the last pattern that stands for a rule counts."""
+    """Return findings with the severities of a policy. The last pattern that matches a rule counts."""
     if not severity:
         return checked
     found = []
@@ -242,7 +256,7 @@ def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedS
 def _commented(
     checked: CheckedSpec, source: SpecSource, written: tuple[Comment, ...], names: Mapping[str, str]
 ) -> CheckedSpec:
-    """Findings that comments silence moved to the ignored ones, and a warning of every comment that is in vain."""
+    """Move findings that comments silence to the ignored findings, and add a warning for each useless comment."""
     if not written:
         return checked
     used: set[tuple[int, str]] = set()
@@ -264,7 +278,7 @@ def _commented(
 
 
 def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
-    """What is to be said of a comment: its fault, or which of its rules that were checked it names in vain."""
+    """Yield a warning for a comment with a fault, or with checked rules that have no finding at its keys."""
     if comment.fault:
         message = f"the comment ignores nothing: {comment.fault}"
     elif spare:
@@ -278,7 +292,7 @@ def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> I
 
 
 RULE = "SIT020"
-"""The rule of comments in vain."""
+"""Identifier of the rule about useless comments."""
 
 _WORDS = re.compile(r"#\s*sitscad:\s*ignore\b(.*)", re.IGNORECASE)
 _RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.*))?")
@@ -286,7 +300,10 @@ _RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.
 
 @record
 class Comment:
-    """One comment: where it stands, the rules that it names, its reason; ``fault`` says why it counts for nothing."""
+    """A comment that silences rules: its place, its rules and its reason.
+
+    ``fault`` is the reason why it has no effect.
+    """
 
     line: int
     column: int
@@ -295,10 +312,10 @@ class Comment:
     fault: str = ""
 
     def covers(self, finding: Finding, source: SpecSource) -> bool:
-        """Whether a finding is of a rule that it names, at a key that starts on its line."""
+        """Whether the comment names the finding's rule, and the finding's key starts on the comment's line."""
         if finding.rule not in self.rules or finding.file is not None:
             return False
-        # the lines on which the key stands, or the brackets begin that it stands in
+        # lines of the key, and of the opening brackets around it
         key = finding.key or ""
         lines = {source.keys[key][0]} if key in source.keys else set()
         while key:
@@ -310,7 +327,7 @@ class Comment:
 
 
 def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
-    """The comments of a spec that silence rules; `known` are the identifiers of all rules."""
+    """Return the comments of a spec that silence rules. `known` are the identifiers of all rules."""
     if "sitscad:" not in text.lower():
         return ()
     rules = frozenset(known)
@@ -324,7 +341,7 @@ def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
 
 
 def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:
-    """The comment that words say: rules and reason, or what is wrong with it."""
+    """Parse the text of a comment into rules and reason, or into a fault."""
     match = _RULES.fullmatch(words.rstrip())
     if match is None:
         return Comment(line, column, fault="it names no rule; write # sitscad: ignore SIT103 and the reason")
@@ -341,7 +358,7 @@ def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comme
 
 
 def _comment_start(line: str) -> int | None:
-    """Where the comment of a line begins: a # after a blank, outside of quotes."""
+    """Return the index at which a line's comment begins: a # after a blank, outside quotes. None if there is none."""
     quote = ""
     for index, character in enumerate(line):
         if quote:
