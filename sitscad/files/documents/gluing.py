@@ -1,6 +1,4 @@
-"""Gluing in words: how much of which glue, what presses the pieces meanwhile, how long it takes, how heights are
-measured on silicone; and against which ledge each piece is pushed, with the tolerance of its place.
-"""
+"""Gluing instructions: doses, weights on the pieces, setting times, heights on silicone, and the places of pieces."""
 
 from __future__ import annotations
 
@@ -46,7 +44,7 @@ from sitscad.spec.mount import Assembly, Jaw, Mount, StepPart
 from sitscad.spec.sensor import SensorSpec
 
 STEEL = 7850.0
-"""Density (kg/m3) of steel, as of the washers below."""
+"""Density (kg/m3) of steel."""
 
 WASHER_MASS, WASHER_HEIGHT = 6.2e-3, 2.0e-3
 """Mass (kg) and height (m) of a washer M8 of ISO 7093: 24 mm, hole 8.4 mm, 2 mm thick, of steel of 7.85 g/cm3."""
@@ -55,39 +53,39 @@ JELLY_OFF = (
     "Wipe the jelly off the target with a swab of naphtha or heptane, then with isopropanol, which alone hardly "
     "dissolves it; keep both off the elastomer, which naphtha swells (unverified)."
 )
-"""How petroleum jelly is taken off: a mixture of hydrocarbons, soluble in hydrocarbons and hardly in alcohols."""
+"""Removal of petroleum jelly, a mixture of hydrocarbons: soluble in hydrocarbons and hardly in alcohols."""
 
 PRESS_MASS = 2e-3
 """Least mass (kg) of a printed press of the jig."""
 
 BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
-"""Diameters (m) of the steel bars that load a press, and of the hole in their middle for the press's peg."""
+"""Diameters (m) of the steel bars that load a press, and of the bars' central hole for the press's peg."""
 
 HEIGHT_ERROR = 5e-6
-"""How far (m) an instrument may press a pad whose height it reads."""
+"""Largest compression (m) of a pad by the instrument that measures its height."""
 
 LIGHT_GAUGE = 0.1
 """Force (N) of a light dial gauge. From memory, not verified."""
 
 LARGEST_BEAD = 10.0
-"""Largest volume (mm3) that is given as a single bead, too."""
+"""Largest volume (mm3) of glue that is also stated as a single bead."""
 
 RATCHET = 5.0
 """Least force (N) of a micrometer's ratchet, usually 5 to 10 N. From memory, not verified."""
 
 
 def toleranced(size: Toleranced) -> str:
-    """A length in millimetres, with the farthest that its tolerances take it from that."""
+    """Format a length in millimetres with its largest deviation by tolerances."""
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
 def grams(mass: float) -> str:
-    """A mass (kg) to two digits, in grams or kilograms."""
+    """Format a mass (kg) to two digits, in grams or kilograms."""
     return f"{_plain(mass * 1e3, 2)} g" if mass < 1.0 else f"{_plain(mass, 2)} kg"
 
 
 def duration(seconds: float) -> str:
-    """A time (s) in seconds, minutes or hours."""
+    """Format a time (s) in seconds, minutes or hours."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * length:
             return f"{seconds / length:.2g} {unit}"
@@ -95,12 +93,12 @@ def duration(seconds: float) -> str:
 
 
 def product(assembly: Assembly) -> str:
-    """The glue's product, or just glue."""
+    """Return the name of the glue's product, or `glue` if the spec has no adhesive."""
     return assembly.adhesive.product if assembly.adhesive is not None else "glue"
 
 
 def dose(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
-    """How much glue goes on an area (m2) for a line (m): ``2.9 mm3 of Loctite 401``; a tape by its area."""
+    """Describe the dose of glue for an area (m2) and a line (m): a volume (``2.9 mm3 of ...``) or an area of tape."""
     under, volume = f"{_plain(1e6 * area, 3)} mm2", 1e9 * area * line
     if glue is not None and glue.viscosity is None:
         return f"{glue.product}, {under} cut to the outline"
@@ -112,12 +110,12 @@ def dose(glue: Adhesive | None, area: float, line: float, tolerance: float) -> s
 
 
 def _plain(value: float, digits: int) -> str:
-    """A number to significant digits, never with an exponent."""
+    """Format a number to significant digits, never with an exponent."""
     return f"{float(f'{value:.{digits - 1}e}'):.12g}"
 
 
 def setting(glue: Adhesive | None) -> str:
-    """How long glue flows, when pieces may be let go, and when it is at full strength; empty if nothing is known."""
+    """Describe the glue's open time, setting time and cure time; empty if all are unknown."""
     if glue is None or glue.set_time is None or glue.open_time is None:
         return "" if glue is None or not glue.cure_time else f" Full strength comes after {duration(glue.cure_time)}."
     maker = "Loctite's" if glue.product.startswith("Loctite") else "the maker's"
@@ -129,7 +127,7 @@ def setting(glue: Adhesive | None) -> str:
 
 
 def measuring(spec: SensorSpec) -> str:
-    """How heights on the soft pad are measured; empty without one."""
+    """Describe the measurement of heights on the soft pad; empty if the spec has no pad."""
     force, travel = force_for(spec, HEIGHT_ERROR), pressed_by(spec, RATCHET)
     if force is None or travel is None:
         return ""
@@ -147,7 +145,7 @@ def measuring(spec: SensorSpec) -> str:
 
 
 def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
-    """Which faces get a primer; empty where none is needed."""
+    """Describe the faces that get a primer; empty if no primer is needed."""
     if glue is None or not glue.primer or elastomer is None:
         return ""
     return (
@@ -158,28 +156,28 @@ def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
 
 
 def washers(mass: float) -> int | None:
-    """Number of washers that bring a press to a mass (kg). None if its peg does not hold them."""
+    """Return the number of washers that bring a press to a mass (kg); None if its peg is too short for them."""
     count = max(1, math.ceil((mass - PRESS_MASS) / WASHER_MASS))
     return count if count * WASHER_HEIGHT <= PEG[1] else None
 
 
 def bar_height(across: float, mass: float) -> float:
-    """Height (m) of a steel bar of a diameter (m), with its hole, that has a mass (kg)."""
+    """Return the height (m) of a steel bar with a hole, from its diameter `across` (m) and mass (kg)."""
     return mass / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))
 
 
 def steel_bar(mass: float) -> tuple[float, float]:
-    """Diameter and height (m) of a bar with a hole that brings a press to a mass (kg)."""
+    """Return diameter and height (m) of a steel bar with a hole that brings a press to a mass (kg)."""
     bars = [(across, bar_height(across, mass - PRESS_MASS)) for across in BARS]
     return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
 MOST_STANDING = 3.0
-"""Largest mass (kg) that stands on a press; a bar of it is as high as wide. An assumption."""
+"""Largest mass (kg) that stands on a press; a steel bar of this mass is as high as wide. An assumption."""
 
 
 def is_clamped(mass: float) -> bool:
-    """Whether a clamp over a spring takes the place of a mass (kg)."""
+    """Whether a clamp over a spring replaces a mass (kg) on a press."""
     return mass > MOST_STANDING
 
 
@@ -188,7 +186,7 @@ SPRING_RATE = 10e3
 
 
 def spring(mass: float) -> str:
-    """The force of a mass (kg), and by how much a spring becomes shorter under it."""
+    """Describe the force of a mass (kg) and the compression of a spring by this force."""
     force = mass * STANDARD_GRAVITY
     travel = force / SPRING_RATE
     return (f"{show(force, 'N', 2)}: a spring of {1e-3 * SPRING_RATE:g} N/mm, at least "
@@ -196,7 +194,7 @@ def spring(mass: float) -> str:
 
 
 def loaded(part: str, mass: float) -> str:
-    """Instruction to load the press of a part to a mass (kg); the beginning of a sentence."""
+    """Return the instruction to load the press of a part to a mass (kg); other text follows in the sentence."""
     if is_clamped(mass):
         return (
             f"Have a bar clamp and a compression spring ready, which goes over the peg of jig-{part}-press: so large a "
@@ -215,7 +213,7 @@ def loaded(part: str, mass: float) -> str:
 
 
 def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
-    """How the elastomer or the target is glued in the jig at its place, and how high it is then."""
+    """Describe the gluing of the elastomer or the target in the jig, and the resulting height."""
     assembly, count = spec.assembly, len(glued_pieces(spec, part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
     said = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
@@ -242,9 +240,10 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
 
 
 def line_areas(layout: Layout) -> dict[str, float]:
-    """Areas (m2) of the glue lines between a jaw and the board, each by the piece above it, from the jaw upwards.
+    """Return the areas (m2) of the glue lines between a jaw and the board, by the piece above each line.
 
-    Pieces are as long as the board's body. A line is as wide as the narrower of its two faces.
+    The order is from the jaw upwards; empty without a jaw. Pieces are as long as the board's body. A line is as wide as
+    the narrower of its two faces.
     """
     spec, jaw, (_, area), half = layout.spec, layout.spec.jaw, board_plan(layout), layout.body_size[1] / 2
     if jaw is None:
@@ -263,13 +262,13 @@ def line_areas(layout: Layout) -> dict[str, float]:
 
 
 def hard_dose(layout: Layout, area: float) -> str:
-    """How much glue goes on an area (m2) between two hard faces."""
+    """Describe the dose of glue for an area (m2) between two hard faces."""
     assembly = layout.spec.assembly
     return dose(hard_adhesive(layout), area, assembly.glue_line, assembly.glue_tolerance)
 
 
 def why_other(layout: Layout) -> str:
-    """Why hard faces have another glue than the spec's; empty if they have the spec's."""
+    """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue."""
     own, used, (plan, area) = layout.spec.assembly.adhesive, hard_adhesive(layout), board_plan(layout)
     if own is None or used is None or used == own:
         return ""
@@ -282,7 +281,7 @@ def why_other(layout: Layout) -> str:
 
 
 def board_glued(layout: Layout) -> str:
-    """The glue under the board: how much, why another one than the spec's, and what is pressed on; a whole sentence."""
+    """Describe the glue under the board: dose, reason for the choice of glue, and pressing, in whole sentences."""
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     said = hard_dose(layout, board_plan(layout)[1])
@@ -290,7 +289,10 @@ def board_glued(layout: Layout) -> str:
 
 
 def pressing(layout: Layout, spread: str) -> str:
-    """What presses the board on its mount, never a finger on the pads, after the sentence that spreads glue."""
+    """Describe the pressing of the board on its mount; `spread` is the sentence on spreading the glue.
+
+    The board is never pressed by a finger on the pads.
+    """
     spec, mass = layout.spec, board_press(layout)
     part = "target" if spec.target is not None else "elastomer"
     if spec.target is None and spec.elastomer is None:
@@ -323,7 +325,7 @@ INHIBITION = (
 
 
 def inhibited(spec: SensorSpec, hard: Adhesive | None = None) -> str:
-    """What may keep the film from curing on the glued pieces, and what to do; empty if nothing is known to.
+    """Warn of glues that may keep the film from curing, with the remedy; empty if none is known to.
 
     `hard` is the adhesive of hard faces, the spec's if None.
     """
@@ -341,7 +343,7 @@ def inhibited(spec: SensorSpec, hard: Adhesive | None = None) -> str:
     )
 
 
-FLUSH = 10e-6  # Steps below this (m) are none
+FLUSH = 10e-6  # Smallest step (m) between faces that counts; smaller ones are flush
 
 FILM = "film that no glue holds (polyethylene or PTFE)"
 
@@ -350,21 +352,21 @@ GAUGE, FILM_STEP = 0.05e-3, 0.05e-3
 
 
 def near(assembly: Assembly) -> str:
-    """Tolerance of a piece's place, along and across."""
+    """Format the tolerance of a piece's place, along and across."""
     return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
-    """Place of the end at the tip, and width (m) where it is widest, of each piece between a jaw's metal and the board.
+    """Return the place of the tip end (m) and the largest width (m) of each piece between a jaw and the board.
 
-    Pieces of a mount widen upwards, as far as the port leaves them room.
+    Pieces of a mount widen upwards as far as the port leaves room.
     """
     ledges, stop = side_ledges(layout), stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
     half, x0 = layout.body_size[1] / 2, layout.body[0]
     found = {}
     for name, (_, top) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False):
         found[name] = x0, 2.0 * min(half, room_across(layout, top))
-    if "mount" in found and (stop is not None or ledges is not None):  # they stand up to the board's top face
+    if "mount" in found and (stop is not None or ledges is not None):  # both reach up to the board's top face
         wide = 2.0 * min(half if ledges is None else ledges[1], room_across(layout, 0.0))
         found["mount"] = (x0 if stop is None else stop[0]), wide
     sheet = stack.shield(layout)
@@ -374,10 +376,11 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
 
 
 def squared(layout: Layout, stiff: list[str]) -> str:
-    """The places of mount and shield on the jaw, and how they are kept straight.
+    """Describe the places of mount and shield on the jaw, and the strips that align them.
 
-    Empty if a joint places them; a pocket has room that films take. A film between each strip and the jaw makes room
-    for a mount that is about as wide as the jaw, or wider: every pair of widths leaves a gap that a gauge measures.
+    Empty if a joint places the pieces. In a pocket, films fill the room round the pieces. Elsewhere, strips beside the
+    jaw align the pieces. If a mount is nearly as wide as the jaw or wider, a film between strip and jaw leaves a
+    measurable gap.
     """
     jaw, mount = layout.spec.jaw, layout.spec.mount
     if jaw is None or mount is None or retention(layout.body, layout.spec.mount) is not None or not stiff:
@@ -407,18 +410,21 @@ def squared(layout: Layout, stiff: list[str]) -> str:
 
 
 def _squaring_film(narrower: Iterable[float]) -> float:
-    """Thickness (m) of the film between a jaw and the strips beside pieces that are narrower by so much (m) a side."""
+    """Return the thickness (m) of the film between a jaw and the strips beside its pieces.
+
+    `narrower` holds the widths (m) by which pieces are narrower than the jaw on each side.
+    """
     return max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower)) / FILM_STEP - 1e-9))
 
 
 def stiff_pieces(layout: Layout) -> list[str]:
-    """Pieces that are glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
+    """List the pieces glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
     below = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
     return below[: below.index("board")] if "board" in below else []
 
 
 def film_rooms(layout: Layout) -> set[float]:
-    """Thicknesses (m) of the films that fill the room round pieces while these are glued; empty without a mount."""
+    """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing; empty without a mount."""
     spec, found, stiff = layout.spec, set[float](), stiff_pieces(layout)
     if spec.mount is None:
         return found
@@ -437,7 +443,7 @@ def film_rooms(layout: Layout) -> set[float]:
 
 
 def strips_off(layout: Layout, stiff: list[str]) -> str:
-    """The strips and films of `squared` are taken away before the board comes; empty without any."""
+    """Describe the removal of the strips and films of `squared` before the board is glued; empty if there are none."""
     jaw = layout.spec.jaw
     if jaw is None or not squared(layout, stiff):
         return ""
@@ -448,7 +454,10 @@ def strips_off(layout: Layout, stiff: list[str]) -> str:
 
 
 def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Room (m) of each piece in the jaw's pocket, at the end and at the sides; a seat is cut back to its clearance."""
+    """Return each piece's room (m) in the jaw's pocket, at the end and at the sides.
+
+    A mount that would leave less room is cut back to the pocket's clearance.
+    """
     assert jaw.pocket is not None
     (along, across), sizes = jaw.pocket, piece_sizes(layout)
     start = sum(jaw_range(layout.body, jaw)) / 2 - along / 2
@@ -457,7 +466,7 @@ def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tu
 
 
 def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
-    """The places of mount and shield in the jaw's pocket: how thick the films at its end and its sides are."""
+    """Describe the places of mount and shield in the jaw's pocket, with the thickness of films at end and sides."""
     found = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
              for part, gaps in _pocket_gaps(layout, jaw, stiff).items()]
     return (
@@ -468,7 +477,7 @@ def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
 
 
 def against_stop(layout: Layout) -> str:
-    """The board's place on a grasper's mount: how far from the stop and the ledges, or flush; a whole sentence."""
+    """Describe the board's place on a grasper's mount: its gaps to stop and ledges, or flush edges."""
     room, mount = clearance(layout.spec.mount), layout.spec.mount
     jaw = layout.spec.jaw
     assert mount is not None and jaw is not None
@@ -489,12 +498,12 @@ def against_stop(layout: Layout) -> str:
 
 
 def _tail_end(tail: Tail | None) -> str:
-    """The end of the board where its tail leaves, in words."""
+    """Name the end of the board where its tail leaves."""
     return "the tail" if tail is not None else "the end at large x (drawing of the board)"
 
 
 def in_base(fpc: FpcSpec, mount: Mount | None) -> str:
-    """The board's place in the jig's base; a whole sentence."""
+    """Describe the board's place in the jig's base, in whole sentences."""
     room = clearance(mount)
     return (
         f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} The films stay, no higher than the "
@@ -503,7 +512,7 @@ def in_base(fpc: FpcSpec, mount: Mount | None) -> str:
 
 
 def _films(fpc: FpcSpec) -> str:
-    """Where films fill the room round the board in a recess, and so place it; whole sentences."""
+    """Describe the films that fill the room round the board in a recess and so place it, in whole sentences."""
     end = _tail_end(fpc.tail)
     if stack.has_round_body(fpc.body):
         return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
@@ -514,7 +523,7 @@ def _films(fpc: FpcSpec) -> str:
 
 
 def in_well(layout: Layout, part: str) -> str:
-    """How a piece comes to its place in a frame's well, though frame and well have room; whole sentences."""
+    """Describe the placing of a piece in a frame's well, which has room on all sides; whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates(layout.spec, part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
@@ -539,7 +548,7 @@ def in_well(layout: Layout, part: str) -> str:
 
 
 def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
-    """What the picture of the jig has below it: where the tail is, which way frame and piece are pushed, and films."""
+    """Return the captions of the jig's picture: the tail's side, the directions of pushing, and the film."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates(layout.spec, part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
@@ -550,7 +559,7 @@ def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
 
 
 def press_words(layout: Layout) -> tuple[str, ...]:
-    """What the picture of the board's press has below it: its place, the foam that is not drawn, and the force."""
+    """Return the captions of the board press's picture: its place, the foam (not drawn), and the mass on the board."""
     return (
         f"The feet stand on the board's rim, {in_mm(FOOT_INSET)} mm inside its edges.",
         f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
@@ -559,13 +568,13 @@ def press_words(layout: Layout) -> tuple[str, ...]:
 
 
 def _box(pieces: Sequence[Body]) -> Box:
-    """The box (m) round all pieces."""
+    """Return the bounding box (m) of all pieces."""
     boxes = [piece.footprint.box for piece in pieces]
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
 def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
-    """The board's place in the recess of a plate or a cap; a whole sentence."""
+    """Describe the board's place in the recess of a plate or a cap, in whole sentences."""
     room = clearance(mount)
     return (
         f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} Its place is kept to {near(assembly)}. "
@@ -576,7 +585,7 @@ def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
 def on_own(
     body: tuple[float, float, float, float], assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None
 ) -> str:
-    """Where the board lies on a mount of the user's own; whole sentences."""
+    """Describe the board's place on a mount of the user's own, in whole sentences."""
     x0, y0, x1, y1 = body
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
     if part is None:
@@ -597,7 +606,7 @@ def on_own(
 
 
 def floor_grooves(layout: Layout) -> str:
-    """What the grooves in the mount's floor are for, beside the dose; empty without any."""
+    """Describe the grooves in the mount's floor, which take surplus glue; empty if there are none."""
     spans = seat_spans(layout.spec)
     if not spans:
         return ""
@@ -613,7 +622,7 @@ def floor_grooves(layout: Layout) -> str:
 
 
 def over_jaw(layout: Layout, at: Levels) -> str:
-    """What hangs over the metal beside a shield; empty without a shield below a mount."""
+    """Describe parts of the mount that overhang the metal beside a shield; empty if there are none."""
     if "shield" not in at or "mount" not in at or layout.spec.jaw is None:
         return ""
     hangs = [name for name, there in (("stop", stop_place(layout.body, layout.spec.jaw, layout.spec.mount)),
@@ -621,7 +630,7 @@ def over_jaw(layout: Layout, at: Levels) -> str:
     if not hangs:
         return ""
     gap = (at["mount"][0] - at["jaw"][1]).nominal
-    if at["mount"][0].nominal < at["shield"][0].nominal:  # it lies on the metal itself
+    if at["mount"][0].nominal < at["shield"][0].nominal:  # the mount lies on the metal itself
         return ""
     verb = "hangs" if len(hangs) == 1 else "hang"
     return (
@@ -631,5 +640,5 @@ def over_jaw(layout: Layout, at: Levels) -> str:
 
 
 def listed(assembly: Assembly) -> str:
-    """The row of the table of tolerances that is no thickness."""
+    """Return the tolerance table's row on the places of pieces; all other rows are thicknesses."""
     return f"  {'each piece beside its place':<28}{near(assembly)} (along and across)"

@@ -1,4 +1,4 @@
-"""What a shop has to know that cuts elastomer and target: ``laser/readme.txt``."""
+"""Notes for the shop that cuts elastomer and target (``laser/readme.txt``)."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ SILICONE = "silicone"
 
 
 def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
-    """The text, ``forced`` a warning first. Raises ValueError where a sheet cannot be laid out."""
+    """Return the text, with a warning first if `forced`. Raises ValueError if a sheet cannot be laid out."""
     found = sheets(layout)
     return {"laser/readme.txt": text(layout.spec, found, bool(forced)).encode("utf-8")} if found else {}
 
 
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
-    """The whole page."""
+    """Return the whole page."""
     lines = [FORCED, ""] if forced else []
     lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}"]
     lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
@@ -85,7 +85,7 @@ SHIELD = (
 )
 
 def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
-    """What is drawn for the kerf, and what is done about it, by sheet."""
+    """Describe the kerf of each sheet's drawing, and the compensation that the shop sets."""
     kerfs, said = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
     for part, kerf in kerfs.items():
         width = in_mm(COUPON_SIZE)
@@ -116,12 +116,12 @@ def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
         yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
-    # The least feature (m) that a laser which cuts it leaves; None where nothing is known
+    # Least feature (m) that lasers for this material leave; None if unknown
     material = _kind(sheet)
     found = [parse_quantity(row["least"], "length") for row in _table() if row["material"] == material and row["least"]]
     least = max(found) if found else None
     if least is not None:
-        # the part and its webs are drawn wider by a kerf, copies stand as far apart as the lines between them
+        # parts and webs are drawn wider by a kerf, so copies are closer by a kerf
         beside = [spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
         narrow = max(0.0, min(*sheet.size, *beside, *web, (COUPON_SIZE - COUPON_HOLE) / 2))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
@@ -145,7 +145,7 @@ def _kind(sheet: LaserSheet) -> str:
 
 
 def _bought(pad: ElastomerPad | None, mount: Mount | None) -> str | None:
-    """How the elastomer's sheet is come by."""
+    """Describe sources of the elastomer's sheet; None if no order code is known."""
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None

@@ -1,8 +1,9 @@
-"""Steps of the assembly that depend on what carries the sensor and on how it is sealed.
+"""Assembly steps that depend on the mount and on the encapsulation, and data of the solids in ``mount/``.
 
-What is known of the solids in ``mount/``: what was measured on the closed pair (``fit.json``, from which `build`
-makes its findings, and a picture of each that is not kept), how each printed piece is made (``print.json``), what the
-assembly weighs (``assembly.json``), and its picture.
+* ``fit.json``: measurements on the closed pair, from which `build` makes its findings, and a picture of collisions
+* ``print.json``: sizes and limits of the printed pieces
+* ``assembly.json``: mass of the assembly
+* pictures of the assembly and of the jig
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ from sitscad.spec.yaml.source import SpecSource
 
 
 def doses(layout: Layout) -> tuple[float, ...]:
-    """Volumes (m3) of liquid glue that the steps have spread at a time, the smallest first."""
+    """Return the volumes (m3) of the single doses of liquid glue in the steps, smallest first."""
     assembly, hard = layout.spec.assembly, hard_adhesive(layout)
     areas = list[float]()
     if assembly.adhesive is not None and assembly.adhesive.viscosity is not None:
@@ -80,7 +81,7 @@ def doses(layout: Layout) -> tuple[float, ...]:
 
 
 def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mount | None) -> Iterator[str]:
-    """What is cut into the jaw for a dovetail or pins."""
+    """Yield the step that cuts a dovetail groove or pin holes into the jaw; empty without such a joint."""
     found = retention(body, mount)
     if found is not None and mount is not None and mount.jaw is not None:
         room, tip, beside = joint_clearance(glue_line, mount), jaw_range(body, mount.jaw)[0], mount.jaw.width / 2
@@ -103,7 +104,7 @@ def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mo
 
 
 def fastened(layout: Layout) -> Iterator[str]:
-    """How the board is glued to a plate, a cap or a part of the user's own, and how the tail is bent over it."""
+    """Yield the steps that glue the board to a plate, a cap or a custom part, and bend the tail."""
     mount = layout.spec.mount
     if mount is None:
         return
@@ -125,7 +126,7 @@ def fastened(layout: Layout) -> Iterator[str]:
 
 
 def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
-    """Height of the board on the user's own mount over the metal behind it, or how far metal has to be."""
+    """Describe the board's height over metal behind a custom mount, or the least distance of metal."""
     metal = mount.metal_behind if mount is not None else None
     if metal is None:
         return metal_below_told(coil, mount)
@@ -136,7 +137,7 @@ def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
 
 
 def in_place(layout: Layout) -> Iterator[str]:
-    """Yield the steps that put the glued, bent and sealed sensor on its plate or finger; none for a jaw."""
+    """Yield the steps that put the glued, bent and sealed sensor on its plate or finger; empty for a jaw."""
     mount = layout.spec.mount
     if mount is None or mount.jaw is not None:
         return
@@ -166,13 +167,13 @@ def in_place(layout: Layout) -> Iterator[str]:
 
 
 def _spacing(layout: Layout) -> str:
-    """How far apart the screws are, in words that follow a name; empty if they are no rectangle's corners."""
+    """Describe the spacing of the screws; empty if they are not the corners of a rectangle."""
     apart = screw_spacing(layout)
     return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
 
 
 def _heads(layout: Layout) -> str:
-    """Screws of which material, and whether their heads stand above the sensor; empty for inch threads."""
+    """Describe the screws' material, and the height of their heads above the sensor; empty for inch threads."""
     above = heads_above(layout)
     if above is None:
         return ""
@@ -195,13 +196,13 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 
 
 def set_screw(body: tuple[float, float, float, float], mount: Mount | None) -> float:
-    """Length (m) of the set screws in a cap's sides, which do not stand out."""
+    """Return the length (m) of the set screws in a cap's sides; the longest standard screw that does not stand out."""
     _, side = cap_size(body, mount)
     return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
 
 
 def nut_screw(depth: float) -> tuple[int, bool]:
-    """Length (mm) of the M2 screws through mount and adapter of a depth (m), and whether they are to be cut to it."""
+    """Return the length (mm) of the M2 screws through mount and adapter of a depth (m), and whether to cut them."""
     grip = depth - CORNER_SCREW.nut_height
     length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
     if min(1e-3 * length - grip, NUT) >= NUT / 2:
@@ -210,7 +211,7 @@ def nut_screw(depth: float) -> tuple[int, bool]:
 
 
 def _into_nuts(depth: float) -> str:
-    """The four M2 screws through mount and adapter of a depth (m) into the nuts at its lower face; a whole sentence."""
+    """Describe the M2 screws through mount and adapter of a depth (m) into the nuts below, in a whole sentence."""
     length, is_cut = nut_screw(depth)
     if is_cut:
         return f"M2 x {length} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
@@ -219,7 +220,7 @@ def _into_nuts(depth: float) -> str:
 
 
 def screw_length(thread: str, grip: float) -> int | None:
-    """Length (mm) of a metric screw through plastic of a thickness (m); None for inch threads, or beyond the table."""
+    """Return the length (mm) of a metric screw through plastic (m); None for inch threads or beyond the table."""
     if not thread.startswith("M"):
         return None
     own = 1e-3 * float(thread.removeprefix("M"))
@@ -227,9 +228,12 @@ def screw_length(thread: str, grip: float) -> int | None:
 
 
 def screws(thread: str, grip: float) -> str:
-    """Screws with their length for a thread, like M2 or 1/4-20 (empty: any), through plastic of a thickness (m)."""
+    """Describe the screws of a thread, with their length through plastic of a thickness (m).
+
+    `thread` is a name such as M2 or 1/4-20; if empty, any screw fits.
+    """
     lies = f"{in_mm(grip, 1)} mm of plastic lie under each head"
-    if not thread.startswith("M"):  # inch threads have lengths of their own
+    if not thread.startswith("M"):  # the length table is metric
         whose = f"{thread} screws" if thread else "the screws"
         return f"{lies}: {whose} are longer by {ENGAGED:g} of their diameters at least."
     length = screw_length(thread, grip)
@@ -241,7 +245,7 @@ def screws(thread: str, grip: float) -> str:
 
 
 def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
-    """Whether the part under a plate or a mount of the user's own may be of metal; empty for a finger or jaw."""
+    """Describe limits on metal in the part under a plate or custom mount; empty for a finger or jaw."""
     if mount is None or mount.jaw is not None or mount.finger is not None:
         return ""
     if mount.metal_behind is not None:
@@ -258,7 +262,7 @@ def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
 
 
 def _room_below(layout: Layout) -> str:
-    """Limit of the part under a plate, for a tail that is bent down; empty if no bend goes down."""
+    """Describe the limit of the part under a plate for a tail that bends down; empty if no bend goes down."""
     first = next((bend for bend in bends(layout) if bend.direction == "down"), None)
     if first is None:
         return ""
@@ -268,10 +272,13 @@ def _room_below(layout: Layout) -> str:
     )
 
 
-SAME = 1e-6  # Lengths (m) that differ by less are the same
+SAME = 1e-6  # Smallest difference (m) between two lengths
 
 def _seated(layout: Layout) -> str:
-    """How high the board's top face is above the face under the mount; nothing over a shield, which is glued itself."""
+    """Describe the height of the board's top face above the face under the mount.
+
+    Empty without a mount, or with a shield.
+    """
     spec = layout.spec
     if spec.mount is None or spec.shield is not None:
         return ""
@@ -281,7 +288,7 @@ def _seated(layout: Layout) -> str:
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:
-    """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
+    """Describe the application of the film: cast in its mould, or brushed on if it is too thin for casting."""
     poured, caution = skin_pour(layout), inhibited(layout.spec, hard_adhesive(layout))
     if poured is None:
         return (
@@ -304,7 +311,7 @@ def skin(layout: Layout, film: Encapsulation) -> str:
 
 
 def pushed_out(layout: Layout) -> str:
-    """How the board leaves the jig's base."""
+    """Describe the removal of the board from the jig's base."""
     places, size = push_places(layout)
     holding = "glue" if skin_pour(layout) is None else "glue or skin"
     if len(places) == 1:
@@ -325,12 +332,14 @@ def cures_badly(mount: Mount | None) -> bool:
 
 
 PARABOLA = 1.5
-"""A bonded pad's free side bulges as a parabola, half as far again in the middle as on the average (Gent 2012, 2.3)."""
+"""Ratio of the largest to the mean bulge of a bonded pad's free side, a parabola (Gent 2012, 2.3)."""
 
 
 def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """The proof as JSON, in metres, and a picture of what does not fit; without a jaw whose figures are known only what
-    the board is carried on, and what is measured of STEP files.
+    """Return the fit proof as JSON, in metres, and a picture of solids that collide.
+
+    Without a jaw of known dimensions, the file only has measurements that need no closed pair, such as the board's
+    support and STEP files.
     """
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
@@ -340,7 +349,7 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     if proof is None:
         return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
     files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
-    # The tail and the hinge's pin, where the one runs into the other while the jaws are closed or open
+    # A collision of the tail with the hinge's pin, with jaws closed or open
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
     drawn = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
     return files | ({"mount/fit-solids.svg": clash_svg(layout.spec.name, drawn).encode("utf-8")} if drawn else {})
@@ -351,19 +360,20 @@ def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
 
 
 def unread_files(mount: Mount | None, source: SpecSource) -> str:
-    """The text of a ``mount/fit.json`` that tells of STEP files which cannot be read; empty if all can be.
+    """Return the text of a ``mount/fit.json`` that lists unreadable STEP files; empty if all are readable.
 
-    No solid and no file of solids can be made of such a spec. Empty, too, without a CAD kernel.
+    No solids or files of solids can be made for a spec with unreadable files. The text is also empty without a CAD
+    kernel.
     """
     try:
         unread = [each for each in read_files(mount, source) if not each.is_kept]
-    except MissingExtra:  # what needs it says so
+    except MissingExtra:  # functions that need the CAD kernel report its absence
         return ""
     return json_bytes({"measured": [_measured(each) for each in unread]}).decode("ascii") if unread else ""
 
 
 def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
-    """The forces that the spec asks to be borne, shear along every axis; none without a pad or a force."""
+    """Return the required loads, with shear along each axis; empty without a pad or a required force."""
     normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
     if not (normal or shear):
         return ()
@@ -384,9 +394,12 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
 
 
 def bulge(spec: SensorSpec, press: float) -> float:
-    """How far (m) the elastomer's free sides come out in the middle when it is pressed by so much (m). An
-    incompressible pad pushes out what its face takes away: over the whole side that is area times press over perimeter
-    times the height that is left, half as far again in the middle of a parabola.
+    """Return the largest bulge (m) of the elastomer's free sides at a compression `press` (m).
+
+    Notes
+    -----
+    An incompressible pad displaces the volume of its face area times the compression. The mean bulge is this volume
+    over perimeter and remaining height. The largest bulge, in the middle of a parabola, is 1.5 times the mean.
     """
     pad = elastomer(spec)
     if pad is None or press <= 0.0:
@@ -396,7 +409,7 @@ def bulge(spec: SensorSpec, press: float) -> float:
 
 
 def document(proof: Proof) -> dict[str, Any]:
-    """The proof in plain values: lengths in metres, volumes in cubic metres."""
+    """Return the proof as plain values: lengths in metres, volumes in cubic metres."""
     return {
         "closed_pair_radius_m": _rounded(proof.radius),
         "closed_pair_radius_from_figures_m": _rounded(proof.plane_radius),
@@ -422,7 +435,7 @@ FIGURES = ("wall", "free_wall", "hole", "clearance", "pin", "groove")
 
 
 def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """The measured pieces of mount, jig and moulds with their process's limits; nothing without a mount."""
+    """Return the printed pieces of mount, jig and moulds with their process's limits; empty without a mount."""
     if spec.mount is None:
         return {}
     process = spec.mount.process
@@ -439,7 +452,7 @@ def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: Senso
 
 
 def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """The JSON, in kilograms, metres and cubic metres, axes as in ``mount/assembly.step``."""
+    """Return masses and centres as JSON (kg, m and m3), with axes as in ``mount/assembly.step``."""
     weights = weigh(layout, solids)
     sensor = tuple(weight for weight in weights if not weight.is_carrier)
     path = tail_path(layout)
@@ -467,12 +480,12 @@ def _balance(found: Balance) -> dict[str, Any]:
 
 
 def _rounded(value: float, digits: int = 9) -> float:
-    """A value to a nanometre, or to so many digits: below is the kernel's rounding, which differs between machines."""
+    """Round a value to a nanometre or to `digits` decimals, because CAD kernels differ between machines below this."""
     return round(value, digits) + 0.0
 
 
 def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """``mount/assembly.svg``, with the finger of metal or the metal behind it; nothing without a mount."""
+    """Return ``mount/assembly.svg``, with a metal finger or the metal behind the mount; empty without a mount."""
     spec = layout.spec
     if spec.mount is None:
         return {}
@@ -480,8 +493,9 @@ def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
 
 
 def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[Solid, ...]) -> dict[str, bytes]:
-    """``mount/jig-PART.svg`` for each part that is glued in the jig: the jig with all that is in it then; and
-    ``mount/jig-board-press.svg``, the press on the board with what is below it.
+    """Return pictures of the jig with its contents, one per glued part (``mount/jig-PART.svg``).
+
+    ``mount/jig-board-press.svg`` shows the press on the board with the pieces below. Empty without a mount or jig.
     """
     spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
     if spec.mount is None or not jig:
@@ -492,7 +506,7 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
         pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
         shown_with = (base, *shown, frame, *pieces, press)
         words = pushed_ways(layout, frame.name.removeprefix("jig-"))
-        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without a port
+        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without the port's circle
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
     if jig[-1].name == BOARD_PRESS:
@@ -503,5 +517,5 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
 
 
 def jig_picture(frame: str) -> str:
-    """File of the picture of the jig while a frame of that name is used."""
+    """Return the path of the picture that shows the jig in use with a frame."""
     return f"mount/{frame}.svg"

@@ -1,4 +1,4 @@
-"""What the fabricator reads first: the order's parameters as plain text."""
+"""The fabricator's readme: the order's parameters as plain text."""
 
 from __future__ import annotations
 
@@ -49,9 +49,10 @@ def render(
     layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
     files: Mapping[str, bytes] | None = None, forced: str = "",
 ) -> dict[str, bytes]:
-    """The readme for the fabricator by its path in the package. ``panel`` is what the boards are ordered in, ``bench``
-    has the coils' resistances at 20 degC, ``files`` the images whose fingerprint it states. It begins with a warning if
-    ``forced`` is not empty.
+    """Return the readme for the fabricator by its path in the package.
+
+    `panel` is the panel in which the boards are ordered, `bench` has the coils' resistances at 20 degC, and `files` are
+    the images whose fingerprint the readme states. The readme begins with a warning if `forced` is not empty.
     """
     return {f"{FOLDER}/readme.txt": readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
 
@@ -60,7 +61,7 @@ def readme(
     layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
     files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
-    """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
+    """Return the order's parameters, critical properties, tests, files, and the fingerprint of `files` if given."""
     incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
     if incomplete:
         incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
@@ -81,7 +82,7 @@ def readme(
 
 
 def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
-    """What is hashed, and the line of a shell that prints the same."""
+    """Return the section on the fingerprint: the hashed files, and the shell command that prints the hash."""
     images = board_images(files)
     what = (
         "SHA-256 of the board's Gerber and drill files one after another, in the order of the line below; in the "
@@ -155,14 +156,14 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
 
 
 def _delivery(layout: Layout, panel: Panel | None) -> str:
-    """How the boards are delivered, as single boards or in panels."""
+    """Describe the delivery of the boards, as single boards or in panels."""
     if panel is None:
         small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
         return f"single boards, cut out{small if is_too_small(layout) else ''}"
     width, height = (show(side, "m") for side in panel.size)
     many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec.name, '-drawing.pdf')}"
     sides = zip(sorted(panel.size), sorted(layout.spec.fpc.rules.panel_size), strict=True)
-    is_larger = any(own > usual + 1e-9 for own, usual in sides)  # than the size that the fabricator's rules fill
+    is_larger = any(own > usual + 1e-9 for own, usual in sides)  # larger than the rules' panel size
     larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
     return f"in panels of {width} x {height}, {many}{larger}"
 
@@ -172,7 +173,7 @@ def _panel_name(name: str, ending: str) -> str:
 
 
 def _thin_tail(layout: Layout) -> str:
-    """The tail of fewer layers than the body, and where the others end."""
+    """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
     first, last = tail_copper(layout) + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
     (extent,) = body_files(layout)
@@ -235,12 +236,12 @@ def _contacts(layout: Layout) -> str:
 def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
     rules = fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
-    # Where the copper is thicker than any for which the rules give widths: for which they hold
+    # Validity of the rules' widths, if the copper is thicker than in all their rows
     foil = fpc.stackup.line_foil(layers)
     thickest = max((row.copper for row in rules.track_lines), default=foil)
     beyond = f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
     beyond = beyond if foil > thickest + 1e-9 else ""
-    # Those figures of the rules for which no page was seen: the fabricator knows better
+    # Rules without a page as source, for the fabricator to confirm
     named = {"hole_to_hole": "from hole to hole", "drill_to_copper": "from hole to copper", "trace_width": "track",
              "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
              "outline_tolerance": "outline", "registration": "register",
@@ -342,7 +343,7 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
 
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
-    """The files of the board that the archive holds."""
+    """Yield name and description of the board's files in the archive."""
     if panel is None:
         yield from _images(layout)
     else:
@@ -356,7 +357,7 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
 
 
 def _images(layout: Layout) -> Iterator[tuple[str, str]]:
-    """Images, drill files and job file of the single board."""
+    """Yield name and description of images, drill files and job file of the single board."""
     drills = drill_files(layout.copper_layers, layout.spans, layout.spec.name)
     yield from (file.row for file in (*gerber_files(layout), *drills))
     yield _name(layout.spec.name, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
@@ -365,7 +366,7 @@ def _images(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _not_sent(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
-    """The files that stay in the package, and the archive itself."""
+    """Yield name and description of the files that stay in the package, and of the archive itself."""
     name = layout.spec.name
     yield _name(name, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
     if panel is not None:

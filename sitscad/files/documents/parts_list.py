@@ -1,5 +1,6 @@
-"""What has to be ordered, made or bought for one sensor and its converter (``bom.csv``), and where the tank capacitors
-on the tail stand (``placement.csv``): a table for whoever places them, in the coordinates of all files.
+"""Bill of materials for one sensor with its converter (``bom.csv``), and the tank capacitors' placement on the tail.
+
+``placement.csv`` has the capacitors' positions in the coordinate system of all files.
 """
 
 from __future__ import annotations
@@ -51,14 +52,14 @@ from sitscad.spec.places import place_in_words
 from sitscad.spec.presets import board_kind
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
-USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
+USUAL_CHIP = "chip-0603"  # Package of a tank capacitor if the spec names none: can be soldered by hand
 
 LIQUIDS = "two liquids"
 
 
 @record
 class Item:
-    """One row: what one sensor, and (``for_boards``) all of `fpc.boards`, need; maker and order code where known."""
+    """One row: quantity for one sensor, quantity for all boards (`for_boards`), and maker and order code if known."""
 
     item: str
     quantity: int
@@ -72,18 +73,18 @@ class Item:
 
 
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """``bom.csv``: UTF-8, commas, one header row; the first row a warning, of quantity 0, where ``forced``."""
+    """Return ``bom.csv``: UTF-8, commas, one header row; if `forced`, the first row is a warning of quantity 0."""
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
     lines = [[field.name for field in fields(Item)]]
     for item in (*stop, *items(layout, estimates)):
         cells = map(str, astuple(item))
-        # no spreadsheet may take a cell for a formula
+        # a leading quote keeps spreadsheets from reading a cell as a formula
         lines.append([f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell for cell in cells])
     return {"bom.csv": csv_text(lines).encode("utf-8")}
 
 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
-    """The rows, in the order in which the sensor is put together; only what the spec contains."""
+    """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
     found = (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
     return tuple(
@@ -94,11 +95,11 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
 SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "foam", "jelly",
           "jelly solvent", "mould", "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser",
           "controller", "spare connector")
-"""What one of serves for many sensors."""
+"""Items that are needed once for several sensors."""
 
 
 def _ordered(item: Item, order: Order | None) -> Item:
-    """A row with maker and code, and in its note what is not sure of them."""
+    """Add maker and order code to a row, with a note if the code is unverified."""
     if order is None:
         return item
     size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
@@ -173,7 +174,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
 
 
 def _converter_circuit(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
-    """Parts around the converters, of the circuit that sitscad draws."""
+    """Yield the parts around the converters in the circuit that sitscad draws."""
     device, oscillator = readout.device, f"{show(readout.clock, 'Hz')} oscillator"
     if not device.has_circuit:
         yield Item("clock", 1, oscillator, "", "", "it is what frequencies are measured by")
@@ -193,7 +194,7 @@ def _converter_circuit(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
 
 
 def _soft_parts(layout: Layout) -> Iterator[Item]:
-    """What lies on the board: elastomer, target, film."""
+    """Yield the parts on the board: elastomer, target, film."""
     spec = layout.spec
     if spec.elastomer is not None:
         pad, name = spec.elastomer, spec.elastomer.material.name
@@ -230,12 +231,12 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
 
 
 def _place(plate: Target | ElastomerPad) -> str:
-    """A plate's place in words; empty where it stands straight over the mean of the coils."""
+    """Describe a plate's place; empty if it is neither shifted from the coils' mean nor turned."""
     return f"; {place}" if (place := place_in_words(plate)) else ""
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:
-    """What lies behind the board: shield, mount, jaw, other metal."""
+    """Yield the parts behind the board: shield, glue, mount, jaw, other metal, and the aids for assembly."""
     spec = layout.spec
     sheet = shield(layout)
     if spec.shield is not None and sheet is not None:
@@ -287,7 +288,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
 
 
 def _weights(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
-    """What weighs on the jig's presses while glue sets, and the foam of the board's press."""
+    """Yield the weights on the jig's presses, and the foam of the board's press."""
     note, board, pockets = "on jig-*-press (mount/assembly.txt)", board_press(layout), foot_pockets(layout)
     masses = {*(piece_press(layout.spec, part).mass for part in parts), *([board] if pockets else [])}
     if counts := [count for mass in masses if (count := washers(mass)) is not None]:
@@ -328,7 +329,7 @@ def _glue(layout: Layout) -> Iterator[Item]:
 
 
 def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
-    """The printed pieces, named and measured as in the drawing of the assembly."""
+    """Yield the mount's pieces, with the names and dimensions of the assembly drawing."""
     note = "print from mount/"
     if mount.kind != "grasper-pad":
         standoff = f"standoff {in_mm(mount.standoff)} mm"
@@ -369,7 +370,7 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
 
 
 def _screw(thread: str, grip: float, hole: float) -> str:
-    """A screw with its length, as the steps have it, through plastic of a thickness (m); else its hole (m)."""
+    """Describe a screw with its length through plastic of a thickness (m), or by its hole's diameter (m)."""
     length = screw_length(thread, grip)
     return (thread or f"for {in_mm(hole)} mm holes") if length is None else f"{thread} x {length}"
 
@@ -378,9 +379,10 @@ PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
 def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
-    """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part. The
-    rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance that
-    ``estimates`` chose, as in ``bom.csv``.
+    """Return ``placement.csv`` with KiCad's columns (millimetres, degrees); empty without capacitors on the board.
+
+    Rotation 0 is a chip along x with its first terminal on the left. The value is the capacitance of `estimates`, as in
+    ``bom.csv``.
     """
     if not layout.capacitors:
         return {}
@@ -396,5 +398,5 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
 
 
 def capacitance_text(chosen: float | None) -> str:
-    """The tank capacitor's value (F) for people, where one was found."""
+    """Format the tank capacitor's value (F); `none found` if there is none."""
     return show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found"

@@ -1,4 +1,4 @@
-"""Preparations of an assembly: tools, waits, casting, workpieces, files that a package lacks, order codes of parts."""
+"""Preparations of an assembly: tools, waits, casting, workpieces, files missing from a package, and order codes."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ TOOLS = (
     ("mill the dovetail", "mill with a dovetail cutter"), ("drill two holes", "drill"),
     ("solder wires", "soldering iron"),
 )
-"""Tools, each by the words of the steps that name it."""
+"""Pattern in the text of the steps, and the tool that this text needs."""
 
 
 def tools(steps: str) -> str:
-    """List all tools that the steps name; a whole sentence."""
+    """List all tools that the steps name, in a whole sentence."""
     page = re.sub(r"\s+", " ", steps).lower()
     return f"Tools: {', '.join(tool for words, tool in TOOLS if re.search(words, page))}."
 
@@ -73,13 +73,13 @@ def waits(layout: Layout) -> str:
 
 
 def pours(spec: SensorSpec) -> int:
-    """How many times the mould is filled for one sensor's pads; 1 without a mould."""
+    """Return the number of mould fillings for one sensor's pads; 1 without a mould."""
     poured = pour(spec)
     return 1 if poured is None else math.ceil(len(glued_pieces(spec, "elastomer")) / poured.pads)
 
 
 def _cure(material: str) -> str:
-    """How long a silicone cures, in words."""
+    """Describe a silicone's cure time."""
     known = presets.casting(material)
     if known is None or not known.cure_time:
         return f"as its maker's sheet says ({material})"
@@ -90,7 +90,7 @@ MADE = {
     "resin": "printed in resin", "powder": "printed in powder", "filament": "printed in filament",
     "machined": "milled in plastic",
 }
-"""How a piece is made, by `mount.process`."""
+"""Description of the manufacturing process, by `mount.process`."""
 
 USES = (
     ("mount-adapter", "stays: between the mount and the part below"),
@@ -102,17 +102,17 @@ USES = (
     ("mould-skin", "casts the skin"),
     ("mould-.*", "casts the elastomer; not needed for a cut one"),
 )
-"""Purpose of each piece, by its name's beginning; the first that fits."""
+"""Purpose of each piece, by a pattern of its name; the first match applies."""
 
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
-"""Part of a build (`--only`) that writes the files which the steps name."""
+"""Part of a build (`--only`) that writes the files named in the steps."""
 
 SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
-"""Files of each such part, in words."""
+"""Files of each of these parts, as text."""
 
 
 def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
-    """Yield the lines that list every piece to be printed or milled; none if the package has no ``print.json``."""
+    """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``."""
     content = package.files.get("mount/print.json")
     if content is None:
         return
@@ -137,7 +137,7 @@ def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
 
 
 def _cut(spec: SensorSpec) -> str:
-    """The parts that are cut from sheets, and how each is cut, in words that follow the board's; empty without any."""
+    """Describe the parts cut from sheets and their cutting, to follow the text on the board; empty if none."""
     ways: dict[str, list[str]] = {}
     for part in ("elastomer", "target", "shield"):
         if (sheet := getattr(spec, part)) is not None:
@@ -146,17 +146,17 @@ def _cut(spec: SensorSpec) -> str:
 
 
 def cutting(sheet: ElastomerPad | Target | Shield) -> str:
-    """How a piece is cut from its sheet: by a laser, unless the metal is too thick for lasers that are known."""
+    """Describe the cutting of a piece: `cut` by a laser, or `etched or punched` if no known laser cuts the metal."""
     return "cut" if is_laser_cut(sheet.material.name, sheet.thickness) else "etched or punched"
 
 
 def _lacking(said: str, stages: frozenset[str]) -> list[str]:
-    """Stages that would write files which the steps name, and that are not among those of the package."""
+    """Return the build stages that would write files named in the steps but are not in the package."""
     return [stage for name, stage in STAGE_OF.items() if name in said and stage not in stages]
 
 
 def is_current(said: str, stages: frozenset[str]) -> bool:
-    """Whether the steps, as they were written, say of exactly those files that they are lacking which are."""
+    """Whether the text's list of missing files matches the stages that the package lacks."""
     steps, _, lacking = said.partition(LACKING)
     return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
 
@@ -165,8 +165,8 @@ LACKING = "Named above and not in this package"
 
 
 def not_here(said: str, package: Package, width: int) -> list[str]:
-    """Lines that name the files of which the steps speak and that this package lacks, with the command for each."""
-    stages = _lacking(said, package.stages) if package.stages else []  # none if text alone is wanted
+    """Return the lines that name the steps' files missing from the package, with the build command for each."""
+    stages = _lacking(said, package.stages) if package.stages else []  # no stages: text without a package
     if not stages:
         return []
     words = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
@@ -177,7 +177,7 @@ def not_here(said: str, package: Package, width: int) -> list[str]:
 
 @record
 class Order:
-    """Maker, order code, what the code means in words, and where it comes from."""
+    """Maker, order code, its description, and its source."""
 
     maker: str
     code: str
@@ -186,8 +186,10 @@ class Order:
 
 
 def order_of(kind: str, name: str, **values: Any) -> Order | None:
-    """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
-    code, and of connectors `contacts` decide the make. None where the data have none.
+    """Return the order of a connector, capacitor, converter or elastomer by the spec's name for it.
+
+    `values` are inserted into the order code; for connectors, `contacts` also selects the row. None if the data have no
+    matching row.
     """
     contacts = values.get("contacts")
     row = next(
@@ -200,7 +202,10 @@ def order_of(kind: str, name: str, **values: Any) -> Order | None:
 
 
 def connector_order(connector: Connector, contacts: int) -> Order | None:
-    """The order of a tail's connector with so many contacts; without a code where its list has none with that many."""
+    """Return the order of a tail's connector with a number of contacts.
+
+    The order has no code if the maker's list has no connector with this number. None if the data have no matching row.
+    """
     order = order_of("connector", connector.name, contacts=contacts)
     if order is None or not connector.positions or contacts in connector.positions:
         return order
@@ -208,7 +213,7 @@ def connector_order(connector: Connector, contacts: int) -> Order | None:
 
 
 def capacitor(package: str, capacitance: float) -> Order | None:
-    """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
+    """Return the order of a C0G capacitor (package such as ``chip-0603``, capacitance in F); None beyond the series."""
     row, *_ = _table().get(("capacitor", package), [None])
     if row is None:
         return None
@@ -219,8 +224,9 @@ def capacitor(package: str, capacitance: float) -> Order | None:
 
 
 def three_digits(capacitance: float) -> str:
-    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros. 220 pF are
-    ``221``; ``R`` is the decimal point below 10 pF.
+    """Return a capacitance (F) in the makers' code (IEC 60062), such as ``221`` for 220 pF.
+
+    The code has two digits of picofarads and the number of zeros. Below 10 pF, ``R`` is the decimal point.
     """
     value = capacitance * 1e12
     if value < 9.95:
@@ -245,17 +251,17 @@ RAW_RESIN = (
     "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
     "practice, unverified.)"
 )
-"""What a mould of resin needs before silicone is poured into it."""
+"""Preparation of a resin mould before silicone is poured into it."""
 
 
 RELEASE = (
     "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
 )
-"""What keeps silicone from sticking in a mould."""
+"""Application of mould release, which keeps silicone from sticking."""
 
 
 def amount(poured: Pour) -> str:
-    """How much is mixed, and how much of it the pieces are."""
+    """Describe the volume of silicone to mix, and the volume of the cast pieces."""
     pieces = "the pads'" if poured.pads > 1 else "the piece's"
     own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
     if poured.mixed < LEAST_MIX:
@@ -264,7 +270,7 @@ def amount(poured: Pour) -> str:
 
 
 def mixed(material: ElastomerMaterial) -> str:
-    """A silicone with its mixing ratio and how long it can be poured, by its data or by its maker's sheet."""
+    """Describe a silicone with its mixing ratio and pot life, or refer to its maker's sheet."""
     known = presets.casting(material.name)
     if known is None:
         return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
@@ -274,7 +280,7 @@ def mixed(material: ElastomerMaterial) -> str:
 
 
 def cured(material: ElastomerMaterial) -> str:
-    """How long a silicone cures, and how that is seen; a whole sentence."""
+    """Describe a silicone's cure time and the test for a finished cure, in a whole sentence."""
     known = presets.casting(material.name)
     seen = "what is left in the cup is firm and no longer sticky then"
     if known is None or known.cure_time is None:

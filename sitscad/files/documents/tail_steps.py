@@ -1,4 +1,4 @@
-"""Steps of the assembly that bend the tail and hold it: which bends are made before the board is glued, which after."""
+"""Assembly steps that bend and fix the tail, before and after the board is glued."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
 
 LEAST_FIXED = 3e-3
-"""How much of a tail (m) is glued to the jaw where nothing else holds it."""
+"""Least length (m) of tail glued to the jaw if nothing else holds the tail."""
 
 LEAST_MET = 0.05e-3
-"""Overlap (m) of rod and mount that is worth a word."""
+"""Least overlap (m) of rod and mount that the notes mention."""
 
 
 def tail_fixed(layout: Layout) -> tuple[float, float] | None:
-    """Length and width (m) of the tail that is glued to a mount's tongue or to a jaw's face; None if none is."""
+    """Return length and width (m) of the tail glued to a mount's tongue or a jaw's face; None if none is."""
     tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
     if jaw is None or path is None:
         return None
@@ -34,9 +34,9 @@ def tail_fixed(layout: Layout) -> tuple[float, float] | None:
 
 
 def early_bends(layout: Layout) -> tuple[Bend, ...]:
-    """Bends that are made before the board is glued: those whose rod has no room once a jaw lies under the tail.
+    """Return the bends made before the board is glued, because a jaw below the tail leaves no room for the rod.
 
-    A bend of the mount over a round edge is made later, over this edge. A bend up needs no room below. Empty without a
+    A bend over the mount's round edge is made later, over this edge. A bend up needs no room below. Empty without a
     jaw.
     """
     if layout.spec.jaw is None:
@@ -46,7 +46,7 @@ def early_bends(layout: Layout) -> tuple[Bend, ...]:
 
 
 def tail_formed(layout: Layout) -> str:
-    """The step that bends the tail of a loose board; empty if no bend is made before the board is glued."""
+    """Describe the bending of the tail of a loose board; empty if no bend is made before the board is glued."""
     early = early_bends(layout)
     if not early:
         return ""
@@ -64,12 +64,12 @@ def tail_formed(layout: Layout) -> str:
 
 
 def _piece(layout: Layout) -> str:
-    """The piece on the board that a hand must not hold."""
+    """Name the piece on the board that a hand must not hold."""
     return "target" if layout.spec.target is not None else "elastomer" if layout.spec.elastomer is not None else "coils"
 
 
 def tail_bent(layout: Layout) -> str:
-    """How the tail of the glued board is bent; empty without a tail, or if all bends were made before."""
+    """Describe the bending of the glued board's tail; empty without a tail, or if all bends are made before."""
     if layout.spec.fpc.tail is None:
         return ""
     found, early = bends(layout), early_bends(layout)
@@ -83,7 +83,7 @@ def tail_bent(layout: Layout) -> str:
 
 
 def _listed(layout: Layout, found: Sequence[Bend]) -> str:
-    """Bends in their order, each with the side on which its rod lies, and the rod's diameter; whole sentences."""
+    """Describe bends in order, with the rod's side and diameter, in whole sentences."""
     has_edge = lip(layout) is not None
     said, needs_rod = [], False
     for number, bend in enumerate(found, 1):
@@ -102,7 +102,7 @@ def _listed(layout: Layout, found: Sequence[Bend]) -> str:
 
 
 def _rod(radius: float | None) -> str:
-    """The rod that the tail is bent round; empty without a radius (m)."""
+    """Describe the rod that the tail is bent round; empty if no radius (m) is given."""
     if radius is None or radius <= 0.0:
         return ""
     across = math.ceil(2e4 * radius - 1e-6) / 10.0
@@ -113,7 +113,7 @@ def _rod(radius: float | None) -> str:
 
 
 def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
-    """Room below a plate, or below a part of the user's own, for the rod of a bend down; empty if none is needed."""
+    """Describe the room that the rod of a bend down needs below the mount; empty if none is needed."""
     mount, down = layout.spec.mount, [bend for bend in late if bend.direction == "down"]
     if mount is None or mount.kind not in ("bench-plate", "custom") or not down:
         return ""
@@ -128,7 +128,7 @@ def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
 
 
 def own_end(layout: Layout) -> str:
-    """Where a mount of the user's own has to end, so that the rod for the first bend down is clear of it."""
+    """Describe the place where a custom mount must end to clear the rod for the first bend down."""
     first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
     end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
     side = "behind" if end >= 0.0 else "before"
@@ -139,8 +139,9 @@ def own_end(layout: Layout) -> str:
 
 
 def tail_held(layout: Layout) -> str:
-    """Where a pull on the tail ends: on the mount's tongue, else on the jaw's face, else behind the jaw; and the bends
-    that are made on the glued board.
+    """Describe the strain relief of the tail, with the bends made on the glued board.
+
+    The tail is fixed to the mount's tongue, else to the jaw's face, else behind the jaw.
     """
     said, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
     fixed = tail_fixed(layout)
@@ -150,7 +151,7 @@ def tail_held(layout: Layout) -> str:
             f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
             f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         ).rstrip()
-    # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
+    # Start (x, m) and length (m) of the tail's contact with the jaw's face, up to the heel
     path, jaw = tail_path(layout), layout.spec.jaw
     assert path is not None and jaw is not None
     begin, room = path.last.x, jaw_range(layout.body, jaw)[1] - path.last.x
