@@ -1,4 +1,4 @@
-"""What `check` found, in every form that it is told in. A new form is one function and one row of `FINDING_FORMATS`."""
+"""Output of the findings of `check` in every format. A new format is one function and one row of `FINDING_FORMATS`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]
 
 
 def _late(name: str) -> Format:
-    """A form of `ci`, which is loaded when it is first asked for: a check that is read needs none of it."""
+    """Return a format of module `ci`, imported at its first use, because a check in text or JSON does not need it."""
     return lambda checked, output: getattr(import_module("sitscad.checks.findings.ci"), name)(checked, output)
 
 
@@ -37,4 +37,4 @@ FINDING_FORMATS: Mapping[str, Format] = {
     "text": as_text, "json": lambda checked, output: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
     "github": _late("github"),
 }
-"""How ``check`` can tell what it found: each takes the checked specs and the options of the output."""
+"""Output formats of ``check``: each takes the checked specs and the output options."""

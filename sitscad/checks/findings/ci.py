@@ -1,12 +1,14 @@
-"""Findings for programs that take them in: SARIF 2.1.0 (OASIS Standard, with errata 01) for code hosts and editors,
-JUnit XML for test reports, annotations of GitHub Actions and the page of a job (`job_summary`).
+"""Findings for other programs.
 
-SARIF: one run for all specs. What was not checked is a notification of the run, not a result: readers show every result
-as a complaint, whatever its kind. Results have the fingerprints of `identities`, which survive moved lines; one value
-stands as ``primaryLocationLineHash``, too, which GitHub code scanning looks at.
+The formats are SARIF 2.1.0 (OASIS Standard, with errata 01) for code hosts and editors, JUnit XML for test reports,
+annotations of GitHub Actions, and the summary page of a job (`job_summary`).
 
-GitHub shows ten annotations of a kind in a step and drops the rest without a word, so the ten worst of all are told,
-then their number and that of the others.
+SARIF has one run for all specs. Rules that were not checked are notifications of the run and not results, because
+readers show every result as a complaint, whatever its kind. Results have the fingerprints of `identities`, which stay
+the same when lines move. One of them is repeated as ``primaryLocationLineHash``, which GitHub code scanning uses.
+
+GitHub shows ten annotations of a kind in a step and drops the rest without notice. Therefore only the ten worst
+findings become annotations, followed by the total number.
 """
 
 from __future__ import annotations
@@ -36,17 +38,17 @@ from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 ROOT = "%SRCROOT%"
-LONGEST = 1000  # Characters of a line up to which it stands whole in a result
+LONGEST = 1000  # Largest length (characters) of a line that a result quotes whole
 
 _GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
-"""The tag of a rule, by the first figure of its number."""
+"""Tag of a rule by the first digit of its number."""
 
 
 def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """The SARIF document of some checked specs; deterministic: it holds neither times nor the machine's paths."""
+    """Return the SARIF document of checked specs. It is deterministic, without times or paths of the machine."""
     indices = {rule.id: index for index, rule in enumerate(output.rules)}
     driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in output.rules]}
-    # What SARIF says of the run: rules that were not checked
+    # Notifications of the SARIF run: rules that were not checked
     notifications = [
         {
             "level": "note",
@@ -100,10 +102,10 @@ def _result(
         where = {"uri": quote(os.fsencode(name_from_root)), "uriBaseId": ROOT}
     mark = fingerprint(output.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
-    # What the finding's JSON has beyond what SARIF has a place for
+    # Properties of the finding's JSON that SARIF has no place for
     entry = finding_json(finding)
     told = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
-    # Where SARIF says that a finding lies
+    # Location of a finding in SARIF
     region = _region(spec, finding)
     place = {"artifactLocation": where} | ({"region": region} if region else {})
     location: dict[str, Any] = {"physicalLocation": place}
@@ -127,7 +129,7 @@ def _result(
 
 
 def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
-    """What mends a finding, as the lines of the spec that become others; None where the text has no place for it."""
+    """Return a fix as replaced lines of the spec. None if the text has no place for it."""
     try:
         after = rewritten(spec.text, remedy.edits).splitlines(keepends=True)
     except CannotWriteError:
@@ -153,7 +155,7 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
 
 
 def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
-    """Line, columns and text of what the finding points at: one value of the spec, as far as its line goes."""
+    """Return line, columns and text of the value at which a finding points. None without a line."""
     if finding.line is None:
         return None
     column, text = finding.column or 1, spec.line(finding.line, finding.file)
@@ -169,10 +171,10 @@ _PLAIN = re.compile(r"[^#\[\]{},]*?(?=\s*(?:$|[\[\]{},]|\s#))")
 
 
 def extent(line: str, column: int) -> int:
-    """How many characters, at least one, a value takes from a column (from 1): quoted, plain, or a bracketed list."""
+    """Return the length (at least 1) of the value at a column (from 1): quoted, plain, or a bracketed list."""
     rest = line[column - 1 :]
     if rest.startswith(("[", "{")):
-        # Characters up to the bracket that closes the first one; those of the line where it closes later
+        # Number of characters up to the closing bracket, or to the line's end if it closes on a later line
         depth = 0
         for index, character in enumerate(rest):
             depth += (character in "[{") - (character in "]}")
@@ -184,7 +186,7 @@ def extent(line: str, column: int) -> int:
 
 
 def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """The XML document of some checked specs."""
+    """Return the JUnit XML document of checked specs."""
     top = Element("testsuites", name="sitscad")
     for spec in checked:
         path = _shown(output.path_from_root(spec.path))
@@ -204,7 +206,7 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
 
 
 def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
-    """Add one rule as a test, with what it found."""
+    """Add a rule as a test case, with its findings."""
     found = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
     failing = [finding for finding in found if finding.severity.weighs(output.fail_on)]
@@ -213,7 +215,7 @@ def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, r
         kind = "error" if rule.startswith("SIT0") else "failure"
         told = SubElement(case, kind, message=_shown(first.message), type=first.severity.value)
         told.text = "\n".join(_lines(path, finding) for finding in failing)
-    else:  # why a rule without a failure did not simply pass
+    else:  # the reason why a rule without a failure did not pass
         reasons = [f"not checked: {each.reason}" for each in spec.not_checked if each.rule == rule]
         reasons += [f"ignored: {each.reason}" for each in spec.ignored if each.finding.rule == rule]
         if reasons:
@@ -234,13 +236,13 @@ def _shown(text: str) -> str:
     return printable(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-SHOWN = 10  # How many findings become annotations
+SHOWN = 10  # Largest number of findings that become annotations
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """The worst ten findings as annotations, how many there are besides, and the line that ends every report."""
+    """Return the ten worst findings as annotations, the number of all findings, and the final summary line."""
     found = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
     pairs = sorted(found, key=lambda pair: list(Severity).index(pair[1].severity))
     lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
@@ -262,14 +264,16 @@ def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
 
 
 def _data(text: str) -> str:
-    """A message as a workflow command holds it: one line, nothing in it that begins another command."""
+    """Return escape a message for a workflow command: a single line that cannot start another command."""
     lines = (printable(line) for line in text.replace("%", "%25").splitlines())
     return "%0A".join(lines)
 
 
 def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> str:
-    """Markdown for a job's page: for every spec its verdict, its picture (text in `pictures`, by the spec's path), all
-    its findings, and what was not checked or is ignored.
+    """Return Markdown for a job's page.
+
+    For every spec it has the verdict, the picture (text in `pictures`, by the spec's path), all findings, and the rules
+    that were not checked or are ignored.
     """
     return "\n".join(["## sitscad", "", summary(checked), "", *(_section(spec, pictures) for spec in checked)])
 
@@ -301,5 +305,5 @@ _MARKDOWN = str.maketrans({character: f"\\{character}" for character in "\\`*_[]
 
 
 def _cell(text: str) -> str:
-    """Text that means nothing to Markdown, on one line."""
+    """Return text on one line with all characters escaped that have a meaning in Markdown."""
     return printable(" ".join(text.split())).translate(_MARKDOWN)

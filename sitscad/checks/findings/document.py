@@ -1,6 +1,6 @@
-"""Findings as JSON for a program, and read back from it: the document of ``check`` (docs/commands.md,
-data/check.schema.json). What checks found in one spec, with the text that findings point into, and the orders that
-reports list them in.
+"""JSON document of ``check`` (docs/commands.md, data/check.schema.json), written and read.
+
+It also defines a checked spec, with the text that its findings point into, and the sort orders of reports.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class CheckedSpec:
-    """One spec after its checks: the path as typed, the text that findings point into, and what was found.
+    """A spec after its checks: the path as typed, the text that findings point into, and the results.
 
-    ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
-    the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``reached``
-    what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
-    reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
-    but mark its package; ``name`` the spec's own name, empty where it could not be read;
-    ``board`` the length and width (m) of the board's body, of all of it, and of a plate or cap that carries it.
+    ``texts`` are the texts of other files that findings point into, by path. ``signals`` is the change of each coil
+    from rest to the required force. ``fit`` are the measures of the sensor in its jaw, and ``closing`` describes how
+    the jaw closes. ``reached`` lists each requirement with the estimated value. ``ignored`` are findings that do not
+    count, each with its reason. ``silenced`` are errors that were ignored or left out although only physics can decide
+    them; they stop no build, but mark the package. ``name`` is the spec's own name, empty if it could not be read.
+    ``board`` is the length and width (m) of the board's body, of the whole board, and of a plate or cap that carries
+    it.
     """
 
     path: str
@@ -52,25 +53,25 @@ class CheckedSpec:
 
     @property
     def exit_code(self) -> int:
-        """2 when the spec itself is at fault (an error of SIT0xx), else 1 with any error, else 0."""
+        """Exit code: 2 if the spec itself has an error (SIT0xx), 1 for any other error, else 0."""
         errors = [finding for finding in self.findings if finding.severity == Severity.ERROR]
         return 2 if any(finding.rule.startswith("SIT0") for finding in errors) else 1 if errors else 0
 
     @property
     def is_orderable(self) -> bool:
-        """Whether no error was found, and none was silenced that is no matter of opinion."""
+        """Whether there are no errors, and no silenced errors."""
         return self.ok and not self.silenced
 
     def fails(self, on: Severity) -> bool:
-        """Whether anything was found that weighs as much as `on`, or more."""
+        """Whether any finding is as severe as `on`, or more severe."""
         return any(finding.severity.weighs(on) for finding in self.findings)
 
     def count(self, severity: Severity) -> int:
-        """How many findings have this severity."""
+        """Return the number of findings of a severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
     def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
-        """The spec without what these rules found; they count as not checked, for this reason."""
+        """Return the spec without the findings of some rules. These rules count as not checked, with a reason."""
         findings = tuple(finding for finding in self.findings if finding.rule not in rules)
         not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
         left_out = tuple(NotChecked(rule, reason) for rule in rules)
@@ -78,16 +79,16 @@ class CheckedSpec:
         return replace(self, findings=findings, not_checked=not_checked + left_out, reached=reached)
 
     def line(self, number: int | None, file: str | None = None) -> str | None:
-        """A line of the spec's text, or of another file's, counted from 1; None where there is none."""
+        """Return a line of the spec's text or of another file, counted from 1. None if there is no such line."""
         lines = (self.text if file is None else self.texts.get(file, "")).splitlines()
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
 
-EXCERPT = 160  # Characters of a spec's line that are quoted where nobody says how many there is room for
+EXCERPT = 160  # Characters of a spec's line that are quoted by default
 
 
 def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
-    """As much of a line as there is room for about a column (from 1), and how many characters of it stand before."""
+    """Return a part of a line around a column (from 1) that fits the room, and the column's offset in the part."""
     room = max(EXCERPT if room is None else room, 20)
     if len(line) <= room:
         return line, column - 1
@@ -101,7 +102,7 @@ def checked_spec(
     fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[RequirementResult] = (),
     board: tuple[float, ...] | None = None,
 ) -> CheckedSpec:
-    """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
+    """Return a spec with its findings and measured values. Findings without a place get their place in the text."""
     source, placed = spec.source, []
     for finding in findings:
         if finding.line is None:
@@ -115,23 +116,24 @@ def checked_spec(
 
 
 def in_order(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings in the order of the spec's text."""
+    """Return findings sorted by their place in the spec's text."""
     return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
 
 
 def by_weight(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings as the report lists them: errors first, then in the order of the spec's text."""
+    """Return findings sorted as in the report: errors first, then by place in the spec's text."""
     return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
 
 
 def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
-    """The findings that have a place on the board, numbered from 1 as report and pictures number them."""
+    """Return the findings that have a place on the board, with their numbers (from 1) in report and pictures."""
     return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
 
 
 def identities(findings: Sequence[Finding]) -> list[str]:
-    """A text for every finding that stays the same when lines move, or when the numbers in its message change. Findings
-    of one rule at one key are told apart by their turn, in the order given.
+    """Return a text for every finding that stays the same when lines move or numbers in its message change.
+
+    Findings of one rule at one key are distinguished by a count, in the given order.
     """
     seen: Counter[tuple[str, str | None, str | None]] = Counter()
     names = []
@@ -143,28 +145,28 @@ def identities(findings: Sequence[Finding]) -> list[str]:
 
 
 def turnless(identity: str) -> str:
-    """An identity without its turn: all findings of one rule at one key share it."""
+    """Return an identity without its count, which is the same for all findings of one rule at one key."""
     return identity.rpartition("\0")[0]
 
 
 def fingerprint(*parts: str) -> str:
-    """Sixteen hexadecimal digits of the SHA-256 of some texts."""
-    import hashlib  # loads OpenSSL, which a plain check does not need
+    """Return the first sixteen hexadecimal digits of the SHA-256 hash of some texts."""
+    import hashlib  # imports OpenSSL, which a plain check does not need
 
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
 BOARD = ("body_length_m", "body_width_m", "length_m", "width_m", "mount_length_m", "mount_width_m")
-"""Keys of a board's size; the last two only if a plate or a cap carries it."""
+"""Keys of a board's size. The last two exist only if a plate or a cap carries the board."""
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:
-    """The JSON document of ``check`` (docs/commands.md): one entry a spec, absent numbers null."""
+    """Return the JSON document of ``check`` (docs/commands.md): one entry per spec, missing numbers as null."""
     return to_json(json_document(checked))
 
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
-    """The findings as plain values for JSON."""
+    """Return the findings as plain values for JSON."""
     from sitscad.checks.findings.measures import closing_json
 
     return {
@@ -194,22 +196,22 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 
 def to_json(document: object) -> str:
-    """JSON text with every number that is not finite as null, and pure ASCII for every terminal and locale."""
-    import json  # text needs none of it, and most checks are read by people
+    """Return JSON text in ASCII, with null for every number that is not finite."""
+    import json  # not needed for text output, which most checks use
 
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
 FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
-"""What JSON says of what is felt beside what is asked."""
+"""Keys in JSON of each requirement with its estimated value."""
 
 
 TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
-"""What JSON says of every finding; the rest only where there is something."""
+"""Keys in JSON of every finding. Further keys are written only if they have a value."""
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:
-    """One finding as plain values for JSON."""
+    """Return a finding as plain values for JSON."""
     entry: dict[str, Any] = {name: getattr(finding, name) for name in TOLD} | {"severity": finding.severity.value}
     if finding.detail:
         entry["detail"] = finding.detail
@@ -230,7 +232,7 @@ def finding_json(finding: Finding) -> dict[str, Any]:
 
 
 def _finite(value: object) -> object:
-    """Plain values with None for numbers that JSON has not."""
+    """Return plain values with None for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
@@ -241,7 +243,10 @@ def _finite(value: object) -> object:
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
-    """The one spec of a ``findings.json``, at a path and with a text. None for what does not hold one spec."""
+    """Return the spec in a ``findings.json``, with a path and a text.
+
+    None if the file does not hold exactly one spec.
+    """
     import json
 
     try:

@@ -1,4 +1,4 @@
-"""What a check measures beside its findings (fit, closing jaws, signal), in words, rows and JSON."""
+"""Measured values of a check (fit, closing jaws, signal) as text, table rows and JSON."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
-    """A line a measure: at worst, or in all three cases."""
+    """Return a line for each measure of the fit: the worst case, or all three cases if `whole`."""
     found = []
     for m in fit:
         nominal, likely, worst, limit = (
             in_mm(size, 3) for size in (m.nominal, m.root_sum_square, m.worst, m.limit)
         )
         cases = f"{nominal}, by root-sum-square {likely}, at worst {worst}" if whole else f"at worst {worst}"
-        # only the board beside the face has a figure below zero
+        # only the measure of the board beside the face can be negative
         side = " (below zero: back from the face's edge)" if m.nominal < 0.0 else ""
         spare = f"{_length(m.margin, 3)} to spare"
         if m.margin < 0.0:
@@ -34,7 +34,7 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
 
 
 def fit_tables(fit: Sequence[Measure]) -> list[Table]:
-    """Return the measures of the fit, and from the jaw upwards what the first one, the closed pair, is made of."""
+    """Return a table of the fit's measures, and a table of the parts of the closed pair, from the jaw upwards."""
     parts = [part for measure in fit[:1] for part in measure.parts]
     return [by_result(fit, FIT, "Fit in the jaw, as glued together"),
             by_result(parts, FIT_PART, "What the closed pair is made of")]
@@ -44,7 +44,7 @@ _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
 def closing_words(closing: Closing) -> str:
-    """The grasped thickness at which the faces are parallel, and how much they tilt on thicker tissue, in one line."""
+    """Return a line with the grasped thickness for parallel faces, and the tilt on thicker tissue."""
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
     if closing.parallel_at < 0.0:
@@ -53,7 +53,7 @@ def closing_words(closing: Closing) -> str:
 
 
 def closing_table(closing: Closing) -> Table:
-    """Thicknesses of tissue, and how the faces stand on them."""
+    """Return a table of tissue thicknesses and the position of the jaws' faces on each."""
     at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
     most = closing.most
     angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
@@ -68,7 +68,7 @@ def closing_table(closing: Closing) -> Table:
 
 
 def closing_json(closing: Closing) -> dict[str, Any]:
-    """How the jaws close, as plain values for JSON."""
+    """Return plain values for JSON that describe how the jaws close."""
     return {
         "parallel_at_m": closing.parallel_at, "reach_m": closing.reach, "opening_rad": closing.opening,
         "most_m": closing.most, "pivot_offset_m": closing.offset,
@@ -88,7 +88,10 @@ NO_SIGNAL = (
 
 
 def headline(signals: Iterable[Signal]) -> list[str]:
-    """The inductance's change per newton, and how much of it that is over the required force; alike coils together."""
+    """Return lines with the change of inductance per newton, and the relative change over the required force.
+
+    Coils with equal texts share a line.
+    """
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
@@ -100,7 +103,7 @@ def headline(signals: Iterable[Signal]) -> list[str]:
 
 
 def felt_words(reached: RequirementResult) -> str:
-    """What is felt beside what is required: the figure, what is asked, and where the figure is."""
+    """Return a line with the estimated value of a requirement, the requirement and the place of the value."""
     if reached.limit is None:
         words = reached.requirement.replace("_", " ")
         return f"{words} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
@@ -112,7 +115,7 @@ def felt_words(reached: RequirementResult) -> str:
 
 
 def signal_table(signals: Sequence[Signal], coils: tuple[CoilEstimate, ...], drive_code: int | None) -> Table:
-    """Return each quantity of the signal with one value a coil, or what is missing for it."""
+    """Return a table of the signal's quantities with one column per coil, or the reason why it is missing."""
     if not signals:
         missing = [["change per newton", NO_SIGNAL]] if drive_code is not None else []
         return Table(["", ""], missing, SIGNAL_TITLE)
@@ -137,4 +140,4 @@ OTHERS_MEANING = (
     "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
     "as coil; for comparing with what the header's formula makes of a reading",
 )
-"""What each of the three inductances is for."""
+"""Use of each of the three inductances."""

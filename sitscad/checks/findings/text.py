@@ -1,8 +1,9 @@
-"""Findings as text for a person: short first, and all of it where `OutputOptions.verbose` asks for it.
+"""Findings as text for a person, in a short form and a full form (`OutputOptions.verbose`).
 
-The short form tells in full what fails the command, a warning in a line, counts the rest and says how to see it. The
-whole form has ``file:line:column rule severity message``, the offending line and the hint of every finding, every rule
-that was not checked with its reason, and every figure. Rules as a list, as JSON and as a page.
+The short form prints findings that fail the command in full and warnings in one line. It counts the rest and names the
+option to see them. The full form has ``file:line:column rule severity message``, the line of the spec and the hint of
+every finding, every rule that was not checked with its reason, and every measured value. Rules are listed as text, as
+JSON and as a page.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from sitscad.basics.units import counted
 from sitscad.basics.version import __version__
 from sitscad.checks.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
 
-INDENT = 6  # Columns by which what belongs to a finding stands in from its first line
+INDENT = 6  # Indent (columns) of a finding's further lines
 
 
 class RuleTexts(Protocol):
-    """What is said of a rule, whoever applies it."""
+    """Texts of a rule, without the function that applies it."""
 
     @property
     def id(self) -> str: ...  # noqa: D102
@@ -45,13 +46,13 @@ class RuleTexts(Protocol):
 
 @record
 class OutputOptions:
-    """How findings are told.
+    """Options for the output of findings.
 
-    ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
-    ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
-    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone;
-    ``verbose`` makes the text tell all that there is, ``hints`` tells warnings in full, with their hints; ``width`` is
-    the terminal's, at which its lines are folded.
+    ``colour`` allows a terminal's colours. ``rules`` are all rules, sorted by identifier. ``fail_on`` is the mildest
+    severity that counts as failed. ``root`` is the folder to which paths in formats for machines are relative (the
+    repository's). With ``named``, every line of the text names its spec even if there is a single spec. ``verbose``
+    selects the full form. With ``hints``, warnings are printed in full, with their hints. ``width`` is the terminal's
+    width, at which lines are folded.
     """
 
     colour: bool = False
@@ -64,11 +65,11 @@ class OutputOptions:
     width: int | None = None
 
     def is_told_in_full(self, severity: Severity) -> bool:
-        """Whether the short form has the line and the hint of a finding of this severity."""
+        """Whether the short form prints the line and the hint of a finding of this severity."""
         return severity.weighs(self.fail_on) or (self.hints and severity.weighs(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:
-        """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""
+        """Return a spec's path relative to the root, with forward slashes. Paths outside the root stay as typed."""
         try:
             whole = Path(os.path.abspath(path))
             return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
@@ -80,9 +81,10 @@ _BRIEF = OutputOptions()
 
 
 def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> str:
-    """The findings of all specs, what their coils feel and how they fit, and the verdict in the end. Every line names
-    its spec where there are several, or `OutputOptions.named` says that others are told before or after; several specs
-    have their figures in the whole form only.
+    """Return the text with the findings of all specs, the measured values, and the final verdict.
+
+    Every line names its spec if there are several, or if `OutputOptions.named` is set. For several specs, only the full
+    form has the measured values.
     """
     output, colour = replace(output, named=output.named or len(checked) > 1), output.colour
     groups = [group for spec in checked for group in _findings_text(spec, output)]
@@ -95,7 +97,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
         last = _not_checked_text(checked, name, output)
     last += [line for spec in checked for line in _ignored_text(spec, output)]
     said = summary(checked, colour)
-    if not output.verbose:  # what the short form left out of the findings, and how it is seen
+    if not output.verbose:  # what the short form leaves out, and the option that shows it
         milder = {f.severity for spec in checked for f in spec.findings if not output.is_told_in_full(f.severity)}
         words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
         told = " and ".join(word for severity, word in words.items() if severity in milder)
@@ -105,7 +107,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
 
 
 def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
-    """The findings of one spec as groups of lines: each that is told in full is one, all warnings in a line another."""
+    """Return the findings of a spec as groups of lines: one for each finding in full, and one for short warnings."""
     if output.verbose:
         return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
     found = by_weight(spec.findings)
@@ -115,8 +117,10 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
 
 
 def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str]:
-    """The findings that `check --fix` can mend, by number and rules; empty if there is none. The command has the hints
-    for which `are_all_tried` changes: without them it finds fewer.
+    """Return a line with the number and the rules of findings that `check --fix` can mend. Empty if there are none.
+
+    If all changes were tried (`are_all_tried`), the command in the line includes the option for hints. Without this
+    option it finds fewer fixes.
     """
     command = "check --fix --hints full" if are_all_tried else "check --fix"
     rules: dict[bool, list[str]] = {True: [], False: []}
@@ -133,7 +137,7 @@ def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str
 
 
 def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
-    """How many errors, warnings and notes there are."""
+    """Return the verdict with the numbers of errors, warnings and notes."""
     counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
     words = [counted(count, severity.value) for severity, count in counts if count]
     ok = all(spec.ok for spec in checked)
@@ -142,7 +146,7 @@ def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
 
 
 def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
-    """The verdict, and how many rules were not checked, in one line."""
+    """Return the verdict and the number of rules that were not checked, in one line."""
     skipped = sum(len(spec.not_checked) for spec in checked)
     return verdict(checked, colour) + (f"; {counted(skipped, 'rule')} not checked" if skipped else "")
 
@@ -152,12 +156,12 @@ SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.
 
 
 def styled(text: str, colour: str, on: bool = True) -> str:
-    """`text` in a colour of the terminal, or as it is."""
+    """Return `text` in a terminal colour, or unchanged if not `on`."""
     return f"\033[{_COLOURS[colour]}m{text}\033[0m" if on else text
 
 
 def printable(text: str) -> str:
-    """`text` with tabs as spaces and without anything that could steer a terminal."""
+    """Return `text` with spaces for tabs, and with control characters escaped."""
     return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -170,7 +174,7 @@ def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[st
 
 
 def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
-    """One finding with its line of the spec, what more there is to say and its hint."""
+    """Return the lines of a finding: its head, its line of the spec, its detail and its hint."""
     lines, text = _head(spec, finding, output), spec.line(finding.line, finding.file)
     if text is not None:
         margin = f"{finding.line:>5} | "
@@ -183,11 +187,11 @@ def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list
 
 
 def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
-    """A text after its head as lines no wider than the terminal, all but the first moved in."""
+    """Return a text after its head as lines no wider than the terminal. All lines but the first are indented."""
     text = printable(text)
     if output.width is None:
         return [head + text]
-    from textwrap import wrap  # nobody's who writes into a file
+    from textwrap import wrap  # not needed for output into a file
 
     lines = wrap(
         _UNIT.sub(_UNBROKEN, text), max(output.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
@@ -197,11 +201,11 @@ def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[st
 
 
 _UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V|A|s)\b))"), "\0"
-"""A number and its unit stand in one line."""
+"""Pattern of the space between a number and its unit, and its replacement while lines are folded."""
 
 
 def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputOptions) -> list[str]:
-    """How many rules were not checked, and the reason if it is one, in a line that `name` begins."""
+    """Return a line with the number of rules not checked. It has the reason if all share a single reason."""
     reasons = [skipped.reason for spec in checked for skipped in spec.not_checked]
     if not reasons:
         return []
@@ -210,9 +214,9 @@ def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputO
 
 
 def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
-    """The rules of one spec that were not checked, one line a reason."""
+    """Return the rules of a spec that were not checked, one line per reason."""
     reasons: dict[str, list[str]] = {}
-    requirements: list[str] = []  # all that are not stated make one line, not one each
+    requirements: list[str] = []  # all requirements that are not stated share one line
     for skipped in spec.not_checked:
         reason = skipped.reason
         if reason.startswith("no requirements.") and reason.endswith(" in the spec"):
@@ -228,7 +232,10 @@ def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
 
 
 def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
-    """What is ignored and why, a line a finding in the whole form, else a rule and reason; and silenced errors."""
+    """Return lines on ignored findings with reasons, and on silenced errors.
+
+    The full form has a line per finding, the short form a line per rule and reason.
+    """
     def why(each: Ignored) -> tuple[str, str]:
         return each.finding.rule, f"({each.by}: {each.reason})"
 
@@ -246,7 +253,7 @@ def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
 
 
 def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
-    """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
+    """Return lines with the board's size, the signal, the estimated performance, the fit and the closing of the jaw."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
         sizes = [f"{size * 1e3:.4g}" for size in spec.board]
@@ -277,7 +284,7 @@ def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
 
 
 def _in_runs(rules: list[str]) -> list[str]:
-    """Identifiers with runs of three and more neighbours drawn together: ``SIT101-SIT117``."""
+    """Return identifiers with three or more consecutive numbers joined: ``SIT101-SIT117``."""
     runs: list[list[str]] = []
     for rule in sorted(set(rules)):
         if runs and rule[:3] == runs[-1][-1][:3] and rule[3:].isdigit() and int(rule[3:]) == int(runs[-1][-1][3:]) + 1:
@@ -288,7 +295,7 @@ def _in_runs(rules: list[str]) -> list[str]:
 
 
 class ListedRule(RuleTexts, Protocol):
-    """A rule with the severities of its findings, in words."""
+    """A rule with the severities of its findings in words."""
 
     @property
     def severities(self) -> str: ...  # noqa: D102
@@ -298,18 +305,18 @@ RULE_GROUPS = {
     "0": "The spec itself", "1": "Fabrication", "2": "Electrical and readout", "3": "Fit and mechanics",
     "4": "What the sensor feels",
 }
-"""Headings by the first figure of a rule's number."""
+"""Headings by the first digit of a rule's number."""
 
 
 def rules_text(rules: Sequence[ListedRule]) -> str:
-    """One line a rule: identifier, name, severities, what it asks for."""
+    """Return a line for each rule: identifier, name, severities and summary."""
     width = max(len(rule.name) for rule in rules)
     rows = (f"{rule.id}  {rule.name:<{width}}  {severities(rule):<20}  {rule.summary}" for rule in rules)
     return "\n".join(rows) + "\n"
 
 
 def rules_json(rules: Sequence[ListedRule]) -> str:
-    """Every text of every rule."""
+    """Return all texts of all rules as JSON."""
     entries = [
         {
             "rule": rule.id, "name": rule.name, "severities": severities(rule).split(", "), "when": rule.severities,
@@ -321,7 +328,10 @@ def rules_json(rules: Sequence[ListedRule]) -> str:
 
 
 def rules_markdown(rules: Sequence[ListedRule]) -> str:
-    """A page with a section a rule, by group; headings are `SIT103 coil-trace`, so that links to them last."""
+    """Return a page with a section per rule, by group.
+
+    Headings have the form `SIT103 coil-trace`, so that links to them stay valid.
+    """
     lines = ["# Rules", ""]
     for figure, heading in RULE_GROUPS.items():
         lines += [f"## {heading}", ""]
@@ -332,7 +342,7 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
 
 
 def severities(rule: ListedRule) -> str:
-    """The severities alone, mildest first: ``warning, error``."""
+    """Return the severities alone, mildest first: ``warning, error``."""
     words = rule.severities.replace(",", " ").split()
     return ", ".join(word for word in ("note", "warning", "error") if word in words)
 
@@ -340,4 +350,4 @@ def severities(rule: ListedRule) -> str:
 RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {
     "text": rules_text, "json": rules_json, "markdown": rules_markdown,
 }
-"""How ``rules`` can print them."""
+"""Output formats of ``rules``."""

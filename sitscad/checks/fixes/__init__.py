@@ -1,4 +1,4 @@
-"""What mends a design: changes of its spec as values (`Fix`), where they come from, and the search for one.
+"""Changes of a spec that may mend a design, as values (`Fix`), their sources, and the search for a change.
 
-Nothing here judges a design: `checks` tries a fix, lays it out, estimates and checks it, as far as the budget goes.
+This folder does not judge designs. `checks` tries a fix, lays it out, estimates and checks it, within a budget.
 """

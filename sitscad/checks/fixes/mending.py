@@ -1,4 +1,4 @@
-"""A spec's text with the fixes of its findings written into it, one after the other, as far as each makes it better."""
+"""Writing of fixes into a spec's text, one after the other, as long as each improves it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
 class Judged(Protocol):
-    """What is said of a spec's text."""
+    """Results of checking a spec's text."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was found."""
+        """Findings in the text."""
 
     @property
     def not_checked(self) -> tuple[NotChecked, ...]:
-        """What could not be checked."""
+        """Rules that could not be checked."""
 
 
 Said = TypeVar("Said", bound=Judged)
@@ -31,7 +31,7 @@ May = Callable[[Finding, Remedy], bool]
 
 @record
 class Applied:
-    """A fix that was written into a text, the finding that it mended, and the rules that get worse by it."""
+    """A fix written into a text, the finding that it mended, and the rules whose findings get worse."""
 
     finding: Finding
     remedy: Remedy
@@ -40,7 +40,7 @@ class Applied:
 
 @record
 class RolledBack:
-    """A fix that might be written and was not, because the text is no better with it: why, in words."""
+    """A fix that was allowed but does not improve the text, with the reason in words."""
 
     finding: Finding
     remedy: Remedy
@@ -49,9 +49,7 @@ class RolledBack:
 
 @record(eq=False)
 class Mended(Generic[Said]):
-    """A text after all fixes that make it better, what is said of it then, the fixes, and those that were tried on it
-    and rolled back.
-    """
+    """A text after all fixes that improve it, its results, and the fixes that were applied or rolled back."""
 
     text: str
     said: Said
@@ -63,20 +61,34 @@ def mended_text(
     text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> Mended[Said]:
-    """A text with every fix written into it that mends its finding and adds none; `may` says which may be.
+    """Return a text with every allowed fix that mends its finding and adds none.
 
-    Errors are mended before warnings, and warnings before notes; among them the rules' numbers count. After each fix
-    the text is judged again, and what was not better is left as it was. Every fix leaves fewer findings, or a note that
-    has no fix in place of one that has, or lets a spec be read further: so it ends, and doing it again changes nothing.
-    `judge` says all of a text, fixes included; `verdict` says its findings in less time. `progress` is called with each
-    step, in words, before it is taken.
+    Parameters
+    ----------
+    text : str
+        Text of the spec.
+    judge : callable
+        Returns the results of a text, with fixes.
+    may : callable
+        Whether a fix of a finding may be written.
+    verdict : callable, optional
+        Returns the findings of a text in less time than `judge`.
+    progress : callable, optional
+        Called with a description of each step before it is taken.
+
+    Notes
+    -----
+    Errors are mended before warnings, and warnings before notes, then in the order of the rules' numbers. After each
+    fix the text is checked again, and a fix that does not improve the text is undone. Every fix leaves fewer findings,
+    replaces a note that has a fix by a note without, or lets a spec be read further. So the process ends, and a
+    repetition changes nothing.
     """
     progress("looking for fixes")
     said, applied = judge(text), list[Applied]()
     seen = {text}
 
     def told(finding: Finding, remedy: Remedy) -> bool:
-        """Whether a fix may be written; of one that may, say that it is tried."""
+        """Return whether a fix may be written, after reporting the trial of an allowed fix."""
         if is_allowed := may(finding, remedy):
             progress(f"{len(applied)} mended, {finding.rule}: trying {'; '.join(edit.words for edit in remedy.edits)}")
         return is_allowed
@@ -95,7 +107,10 @@ def mended_text(
 def _next(
     text: str, said: Said, judge: Judge[Said], verdict: Judge[Said], may: May, seen: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
-    """The text with the first fix that makes it better, and that (None where none does); those that do not."""
+    """Return the text with the first fix that improves it, and this fix; and the rejected fixes.
+
+    The first is None if no fix improves the text.
+    """
     rolled_back: list[RolledBack] = []
     already = {one.rule for one in said.findings if one.severity is not Severity.NOTE}
     for finding, remedy in _fixes(said.findings):
@@ -123,21 +138,21 @@ def _next(
 
 
 def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
-    """Whether a fix of a note brings notes and nothing graver, and no more of them than it mends."""
+    """Whether a fix of a note brings only notes, and no more notes than it mends."""
     gone, new = _changes(applied, before.findings, after.findings)
     is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
     return is_note and new.total() <= gone.total() and _unknown(after) <= _unknown(before) and _place(applied) in gone
 
 
 def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
-    """Whether there is a fix for something that was not found before: it might lead back to where one came from."""
+    """Whether there is a fix for a new finding, which might undo the present fix."""
     known = {(found.rule, found.key) for found in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in known)
     return any(not remedy.brings and may(found, remedy) for found, remedy in fixes)
 
 
 def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
-    """Why a text is no better after a fix, in words."""
+    """Return the reason why a text is not improved by a fix, in words."""
     gone, new = _changes(applied, before.findings, after.findings)
     if _place(applied) not in gone:
         return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
@@ -150,17 +165,17 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
 
 
 def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
-    """The rules that complained before, and complain now of figures farther beyond their limits than any before."""
+    """Return rules with findings before and after whose values are now farther beyond their limits."""
     was, now = _excess(before), _excess(after)
     return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
 
 
 WORSE = 0.01
-"""Part of its limit by which a figure may lie farther beyond it before that counts."""
+"""Least increase of the distance beyond a limit, as a fraction of the limit, that counts as worse."""
 
 
 def _excess(findings: Iterable[Finding]) -> dict[str, float]:
-    # How far the figures of each rule's errors and warnings lie beyond their limits, at most, in parts of these.
+    # Largest distance of each rule's errors and warnings beyond their limits, as a fraction of the limit.
     found: dict[str, float] = {}
     for one in findings:
         if one.severity is not Severity.NOTE and one.measured is not None and one.limit:
@@ -170,7 +185,7 @@ def _excess(findings: Iterable[Finding]) -> dict[str, float]:
 
 
 def _named(new: _Weighed) -> str:
-    """Findings that are new, each rule with its gravest severity, in words."""
+    """Return text that names the rules of new findings, each with its highest severity."""
     gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda one: -list(Severity).index(one[2]))}
     return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
 
@@ -184,26 +199,27 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 
 
 def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
-    """Whether a text is better after a fix: it is read further, or one finding is gone and nothing new is wrong."""
+    """Whether a text is better after a fix: it is read further, or a finding is gone and nothing new is wrong."""
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
     return (is_unread and is_further(before.findings, after.findings)) or (
         is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
 
 
 def _unknown(said: Judged) -> set[str]:
-    """The rules of a design that could not be applied, or not wholly."""
+    """Return the rules of a design that could not be applied fully."""
     return {skipped.rule for skipped in said.not_checked if not skipped.rule.startswith("SIT0")}
 
 
 def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether nothing is left of what kept a spec from being read, so that what is said now could not be seen then."""
+    """Whether no finding that kept a spec from being read remains, so that the new findings were hidden before."""
     return not {(one.rule, one.key) for one in before} & {(one.rule, one.key) for one in after}
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether a finding is gone, or milder, and none is new, weighs more than it did or got worse. A note is no reason
-    to leave an error or a warning, and what gets worse is none to leave an error. What a key holds could not be judged
-    while its name was wrong.
+    """Whether a finding is gone or milder, no finding is new or more severe, and no value got worse.
+
+    New notes do not prevent the fix of an error or a warning, and worse values do not prevent the fix of an error. A
+    key with a corrected name may have new findings, because its value could not be checked before.
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}
@@ -213,7 +229,7 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
 
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
-    """What a fix takes away of findings by their weight, and what it brings."""
+    """Return the findings that a fix removes and the findings that it adds, counted by severity."""
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]
     seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
@@ -224,7 +240,10 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
 
 
 def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:
-    """How many findings of a rule weigh so much, whatever their key: which key one names hangs on what was tried."""
+    """Return the number of a rule's findings of a severity, for all keys.
+
+    The key depends on which changes were tried.
+    """
     return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (one[0], one[2]))
 
 
@@ -236,6 +255,6 @@ _Weighed = Counter[tuple[str, str | None, Severity]]
 
 
 def _weighed(findings: Iterable[Finding]) -> _Weighed:
-    """How many findings of each rule and key weigh as much as each severity, or more."""
+    """Count the findings of each rule and key that have each severity or a higher severity."""
     order = list(Severity)
     return Counter((f.rule, f.key, milder) for f in findings for milder in order[order.index(f.severity) :])

@@ -1,7 +1,7 @@
-"""Changes of coil, board and readout that may mend a finding, nearest first. Each is tried before it is named.
+"""Changes of coil, board and readout that may mend a finding, the smallest first. Each is tried before it is named.
 
-A closed formula says what one via needs; where leads, vias and other coils share the room only trying is honest. So an
-amount that is named is one that was tried.
+A closed formula gives the room for a single via. If leads, vias and other coils share the room, only a trial shows
+whether a change suffices. So every amount that a hint names was tried.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from sitscad.spec.sensor import SensorSpec
 MOST_LAYERS = 8
 
 AS_GOOD_AS_NONE = 0.05
-"""How far (turns) a lead may run back round a coil that a hint names."""
+"""Largest angle (turns) by which a lead may run back round a coil that a hint names."""
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
@@ -60,8 +60,10 @@ def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Ed
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """The turns times a factor, then half the way to the most that the outline takes, then the most; whole parts of a
-    turn of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
+    """Yield coils with more turns: the turns times a factor, then half-way to the most that fit, then the most.
+
+    Turns are multiples of the smallest part of a turn of the shape. No lead runs back round the coil. Empty for layers
+    of unequal turns.
     """
     coil = spec.coil
     if coil.has_unequal_turns:
@@ -77,18 +79,20 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 def _up(coil: CoilSpec, part: int, parts: int) -> int:
-    """The least number of parts of a turn, from `part` on, with which no lead runs back round the coil."""
+    """Return the least number of parts of a turn, from `part` on, with which no lead runs back round the coil."""
     return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
 
 
 def _runs_back(coil: CoilSpec, turns: float) -> bool:
-    """Whether with so many turns a layer a lead takes inductance away (a hint is no worse than its neighbours)."""
+    """Whether a lead runs against the winding, which reduces inductance, with this number of turns per layer."""
     return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
 
 
 def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
-    """The turns as they are, then the most that are no more than `room`, then so many times a part of a turn less;
-    always such with which no lead runs back round the coil, but for those as they are.
+    """Yield coils with the present turns, then with at most `room` turns, then with fewer.
+
+    Up to `steps` further numbers are each smaller by a part of a turn. Except with the present turns, no lead runs back
+    round the coil.
     """
     coil = spec.coil
     if coil.has_unequal_turns:
@@ -102,8 +106,9 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
 
 
 def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
-    """Yield up to `count` fixes with no more turns than `most` that leave room for the vias inside, the most turns
-    first. The first is found by bisection: fewer turns leave more room.
+    """Yield up to `count` fixes with at most `most` turns and room for the vias inside, the most turns first.
+
+    The first fix is found by bisection, because fewer turns leave more room.
     """
     now = spec.coil.most_turns
     fixes = [fix for fix in fewer_turns(spec, most, MOST_STEPS) if fix.edits and fix.spec.coil.most_turns < now]
@@ -115,12 +120,13 @@ def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
 
 
 MOST_STEPS = 24
-"""Parts of a turn less that are tried to make room inside."""
+"""Number of parts of a turn that are taken off in trials to make room inside."""
 
 
 def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
-    """The nearest turns, then those on the other side, that make a whole number in all layers together: the leads then
-    come from one place. Nothing for layers of unequal turns.
+    """Yield the nearest turns, then the turns on the other side, with a whole number of turns over all layers.
+
+    Both leads then start from the same place. Empty for layers of unequal turns.
     """
     coil, layers = spec.coil, len(spec.coil.layers)
     if coil.has_unequal_turns:
@@ -133,10 +139,10 @@ def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Coils narrower by so much (m) at least, with as many turns as now or as leave the inside as it is."""
+    """Yield coils narrower by at least `by` (m), with the present turns or with as many as keep the inner width."""
     coil = spec.coil
     x, y = coil.size
-    across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # as it is written
+    across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # rounded as written
     if across <= 2.0 * coil.trace_width:
         return
     long = coil.outline.is_long
@@ -147,7 +153,8 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
-    """Coils smaller by a length (m), with the same gaps between them, and with fewer turns if inner vias need the room.
+    """Return coils smaller by `by` (m) with the same gaps between them, and with fewer turns if inner vias need room.
+
     A long coil only becomes narrower if ``keeps_length``. The fix has no edits if no coil would be left.
     """
     coil = spec.coil
@@ -170,14 +177,14 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
 def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
     """Return a fix with `edits` and the edits of `turned`, without its edit of the turns if they remain `turns`.
 
-    An edit of the inner diameter always remains: it depends on both.
+    An edit of the inner diameter always remains, because it depends on both changes.
     """
     turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
     return replace(turned, edits=(*edits, *turning))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
-    """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
+    """Yield other start angles, then a part of a turn less or more, which move the layers' ends and their leads."""
     coil, parts = spec.coil, spec.coil.outline.ends or 4
     yield from other_start_angles(spec)
     fewer = fewer_turns(spec, coil.most_turns - 1.0 / parts, 0)
@@ -186,8 +193,9 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """An even number of layers, so many times as many as now at least, then two more; on the stack-up as it is or on
-    the first installed one that has as many.
+    """Yield an even number of layers, at least `factor` times the present number, then two more.
+
+    The stack-up stays if it has enough layers. Otherwise it is the first installed stack-up with as many layers.
     """
     coil, now = spec.coil, len(spec.coil.layers)
     if coil.has_unequal_turns or coil.layers != tuple(range(1, now + 1)):
@@ -201,7 +209,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         name = next(iter(presets.stackups_of(count, presets.is_rigid(spec.fpc.stackup))), None)
         if name is not None:
             stackup, tail = presets.stackup(name), spec.fpc.tail
-            if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # all of the body's, as it is left out
+            if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # left out: all layers
                 tail = replace(tail, layers=len(stackup.copper))
             core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
             stackup = presets.covered(stackup.built(spec.fpc.stackup.plating, core))
@@ -211,15 +219,16 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 GROWN = 1.1
-"""How much wider a pitch may get before the coil is not tried with all its turns."""
+"""Largest ratio of a wider pitch to the present pitch for which all turns are kept in a trial."""
 
 
 def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
-    """Tracks and gaps so wide (m) at least: with as many turns as now where these grow little, then as many as take the
-    room of today's.
+    """Yield tracks and gaps of at least `width` and `spacing` (m).
+
+    If the pitch grows little, the turns are kept first. Then the turns are reduced to the room of the present turns.
     """
     coil = spec.coil
-    width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # as it is written
+    width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # rounded as written
     wide = replace(coil, trace_width=max(coil.trace_width, width), trace_spacing=max(coil.trace_spacing, spacing))
     edits = tuple(
         Edit(f"coil.{key}", show(getattr(wide, key), "m", 6))
@@ -234,20 +243,21 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
 
 
 def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
-    """Tank capacitors (F), as they are written with two digits."""
+    """Yield tank capacitors (F), rounded to two digits."""
     for value in values:
         rounded = float(f"{value:.1e}")
         yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
 
 
 def scans(spec: SensorSpec, rate: float) -> Fix:
-    """Another number of scans a second (Hz)."""
+    """Return another number of scans per second (Hz)."""
     return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
 
 def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
-    """Tails of fewer copper layers, two and then one, that the spec can be read with: the body's layers are then built
-    round those.
+    """Yield tails of two copper layers, then one, with which the spec can be read.
+
+    The body's layers are then built around these layers.
     """
     tail = spec.fpc.tail
     assert tail is not None
@@ -257,7 +267,10 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
-    """A value of the spec changed in its text, for what else follows from it; nothing where it cannot be read so."""
+    """Yield the spec read from its text with a changed value, so that dependent values follow.
+
+    Empty if it is not valid.
+    """
     try:
         changed = rewritten_spec(spec, ((key, value),))
     except SpecError:
@@ -266,25 +279,26 @@ def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
 
 
 def each_read(spec: SensorSpec, key: str, values: Iterable[float | str]) -> Iterator[Fix]:
-    """Yield `read_anew` of each value."""
+    """Yield the result of `read_anew` for each value."""
     for value in values:
         yield from read_anew(spec, key, value)
 
 
 def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
-    """Holes and their pads alone plated ("buttons"), so that tracks stay foil: finer to etch, and a thinner tail;
-    nothing where it is so, or no hole is plated.
+    """Yield plating of holes and their pads alone ("buttons"), so that tracks stay thin foil.
+
+    Such tracks can be etched finer, and the tail is thinner. Empty if this is so already, or if no hole is plated.
     """
     if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
         yield from read_anew(spec, "fpc.plated", "buttons")
 
 
 SEALING = ("ecoflex-00-50", 50e-6)
-"""The film by which a target is sealed: a silicone, and its thickness (m)."""
+"""Film that seals a target: its silicone and thickness (m)."""
 
 
 def sealed(spec: SensorSpec) -> Iterator[Fix]:
-    """A soft thin film over all of it; nothing where it has one."""
+    """Yield a soft thin film over the whole sensor. Empty if there is a film."""
     if spec.encapsulation is None:
         name, thickness = SEALING
         edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
@@ -292,14 +306,15 @@ def sealed(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
-    """A target so thick (m) at least."""
-    thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # as it is written
+    """Return a target of at least `thickness` (m)."""
+    thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # rounded as written
     return setting(spec, "target.thickness", thick, show(thick, "m", 6))
 
 
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
-    """A target of such sides (m) on an elastomer that carries the whole of it, then on the one of now; one of a single
-    size (a circle, a square) takes the larger side, then becomes a rectangle.
+    """Yield a target of the given sides (m) on a pad large enough to carry it, then on the present pad.
+
+    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -312,7 +327,7 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
 
 
 def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
-    """Target and elastomer over the middle of the coils; nothing where the target is there."""
+    """Yield target and elastomer centred over the coils. Empty if the target is centred."""
     target, pad = spec.target, spec.elastomer
     if target is None or not any(target.offset):
         return
@@ -324,11 +339,14 @@ def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
 
 
 SAME = 1e-9
-"""Lengths that differ by less (m) are equal."""
+"""Lengths that differ by less than this (m) are equal."""
 
 
 def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
-    """The sides (m) of a pad in its place that carries a plate and is no smaller than now; of a disc its diameter."""
+    """Return the sides (m) of a pad, in place, that carries a plate and is not smaller than now.
+
+    For discs, the diameter.
+    """
     if pad.is_round:
         far = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
         side = max(2.0 * far + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
@@ -339,15 +357,16 @@ def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
 
 
 def _ceiled(length: float) -> float:
-    return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)  # as it is written
+    return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)  # rounded as written
 
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
 
 
 def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """A plate of such sides (m), and how that is written; one of a single size (a circle, a square) takes the larger
-    side, then becomes a rectangle.
+    """Yield edits and a plate of the given sides (m).
+
+    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
     """
     sides = [f"{side * 1e3:.6g}" for side in size]
     both = Edit(f"{key}.size", f"[{', '.join(sides)}]")
@@ -360,8 +379,9 @@ def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple
 
 
 def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
-    """The installed profiles that make the coil's tracks and gaps in its foil, and its layers where they say how many
-    they make; the least fine first.
+    """Yield the installed fabricators' profiles that make the coil's tracks and gaps in its foil, the coarsest first.
+
+    A profile that states its layer counts must also make this number of layers.
     """
     coil, foil = spec.coil, spec.fpc.stackup.line_foil(spec.coil.layers)
     fitting = []
@@ -382,10 +402,10 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
 
 
 TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
-"""Start angles (degrees) that are tried, counted from the spec's."""
+"""Start angles (degrees) to try, relative to the spec's angle."""
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
-    """Coils larger by so much (m) across, their gaps kept."""
+    """Return coils larger by `by` (m) in both directions, with the same gaps between them."""
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
@@ -398,12 +418,13 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Factors on the required length of a coil that are tried."""
+"""Factors on the required length of a coil to try."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield a single long coil that is longer by more than a factor, with target and pad longer if they reach its ends.
-    Empty for other shapes and for arrays.
+    """Yield a single long coil that is longer by more than a factor.
+
+    Target and pad become longer, too, if they reach the coil's ends. Empty for other shapes and for arrays.
     """
     coil = spec.coil
     if not coil.outline.is_long or len(spec.array.placements) > 1:
@@ -428,7 +449,7 @@ REACHES = 0.9
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:
-    """A body of a given outline that is larger by so much (m) on every side; no edit where it is drawn, or free."""
+    """Return a body larger by `by` (m) on every side. Without edits if its outline is drawn or free."""
     body = spec.fpc.body
     if body is None or body.size is None:
         return Fix((), spec)
@@ -438,7 +459,10 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
 
 
 def coils_apart(spec: SensorSpec, by: float) -> Fix:
-    """The array enlarged so that the nearest coils stand farther apart by so much (m); no edit for a coil alone."""
+    """Return an array scaled so that the nearest coils are farther apart by `by` (m).
+
+    Without edits for a single coil.
+    """
     near = nearest_distance(spec.array.placements)
     if near is None:
         return Fix((), spec)
@@ -463,12 +487,12 @@ def _mm(length: float) -> str:
 
 
 def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
-    """Distance (m) of the centres of the two nearest coils; None for one alone."""
+    """Return the distance (m) between the centres of the two nearest coils. None for a single coil."""
     return min((math.dist(a.centre, b.centre) for a, b in combinations(placements, 2)), default=None)
 
 
 def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules) -> float:
-    """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
+    """Return the additional gap (m) between two coils for a via and a lead, at least the pitch of a track."""
     pitch = coil.trace_width + rules.trace_spacing
     hole = joined_hole(rules, coil.trace_width)
     gap = (nearest_distance(placements) or 0.0) - coil.size[0]
@@ -476,13 +500,13 @@ def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: Desi
 
 
 def inner_vias_fit(spec: SensorSpec) -> bool:
-    """Whether all vias inside the coils find a place."""
+    """Whether all vias inside the coils have a place."""
     return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec)[0].shortfalls)
 
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
-    """Other angles at which the coils begin."""
-    # What ends at a corner begins at one: any angle between two of them is the same.
+    """Yield other start angles of the coils."""
+    # Coils that end at a corner also begin at a corner: all angles between two corners are equivalent.
     ends = spec.coil.outline.ends
     for turned in TURNED if ends is None else [360.0 * k / ends for k in range(1, ends)]:
         angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
@@ -490,7 +514,7 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
-    """Connectors of which one length (a field) is larger, the next one first; none without a tail."""
+    """Yield connectors with a larger value of a length (a field name), the next larger first. Empty without a tail."""
     tail = spec.fpc.tail
     if tail is None:
         return
@@ -501,8 +525,9 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
 
 
 def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
-    """Return plugs that are made with enough contacts and end a tail narrower than `width` (m), with their widths (m),
-    the narrowest first. Empty without a tail.
+    """Return plugs with enough contacts for a tail narrower than `width` (m), with their widths (m).
+
+    The narrowest is first. Empty without a tail.
     """
     tail, used, found = spec.fpc.tail, 2 * len(spec.array.placements), []
     for name in names("connector") if tail is not None else ():
@@ -519,15 +544,16 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
 
 MOST_COILS = 4
-"""Coils up to which a spec that could not be read is mended by trials."""
+"""Largest number of coils for which trials mend a spec that could not be read."""
 
 FEWER = 4
-"""Numbers of turns that are tried."""
+"""Number of smaller turns to try."""
 
 
 def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
-    """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both. Empty for
-    large arrays and for layers of unequal turns.
+    """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both.
+
+    Empty for large arrays and for layers of unequal turns.
     """
     if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return ()
@@ -542,7 +568,7 @@ def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...
 
 
 def _apart(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield coils so far apart that they do not touch, then farther by what a lead and its via take."""
+    """Yield coils just far enough apart not to touch, then farther by the room for a lead and its via."""
     near = nearest_distance(spec.array.placements)
     scale = None if near is None else least_scale(spec.array, spec.coil)
     if near is None or scale is None:
@@ -556,10 +582,10 @@ def _apart(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
-    """Coils farther apart by so much (m), rounded up as it is written."""
+    """Return coils farther apart by at least `by` (m), rounded up to the digits written."""
     if spec.array.pitch is None:
         scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
         return coils_apart(spec, near * (scale - 1.0))
     pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
-    # pitch and nearest distance grow alike: coils of a triangle and a grid stand one pitch apart
+    # the nearest distance grows with the pitch: coils of a triangle and a grid are one pitch apart
     return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), coils_apart(spec, pitch - spec.array.pitch).spec)

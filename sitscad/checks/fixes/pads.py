@@ -1,5 +1,6 @@
-"""Changes of target, pad and scan rate that may make a sensor feel more, nearest first: each is tried before it is
-named.
+"""Changes of target, pad and scan rate that may increase the signal, the smallest first.
+
+Each is tried before it is named.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4
-"""Sizes and pitches that are tried between the one of now and the one at which edges lie over the coils' middles."""
+"""Number of sizes and pitches between the present one and the one with edges over the coils' middles."""
 
 
 def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
-    """Targets, and pads with them where they are as large, on the way to one that ends over the middles of the outer
-    coils, the largest first.
+    """Yield smaller targets, the largest first, down to a target that ends over the middles of the outer coils.
+
+    A pad as large as the target becomes smaller, too.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -44,7 +46,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
-    """A pad cut to its target, then smaller targets on pads of their size, the largest first."""
+    """Yield a pad cut to its target, then smaller targets on pads of their size, the largest first."""
     cut = cut_to_target(spec)
     if cut is None:
         yield from smaller_targets(spec)
@@ -54,7 +56,7 @@ def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
-    """Arrays of a pitch that brings the middles of the outer coils nearer to the target's edges."""
+    """Yield arrays with a larger pitch, which brings the outer coils' middles nearer to the target's edges."""
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
         return
@@ -72,23 +74,23 @@ def _tenths(length: float) -> float:
 
 
 SCANS_A_BAND = 2.0
-"""Scans a second for every hertz of bandwidth, at least (SIT210)."""
+"""Least ratio of scan rate to bandwidth (SIT210)."""
 
 FEWEST_SCANS = 1.0
-"""Scans a second that are proposed at least."""
+"""Least scan rate (Hz) that is proposed."""
 
 MAGNETIC, CONDUCTS = 1.1, 1e5
-"""Relative permeability from which on a metal is magnetic, and conductivity (S/m) from which on it is a metal."""
+"""Relative permeability from which a metal is magnetic, and conductivity (S/m) from which a material is a metal."""
 
 OTHERS = 3
-"""Softer or stiffer silicones that are tried, the nearest first."""
+"""Number of softer or stiffer silicones to try, the nearest first."""
 
 THICKNESSES = (1.25, 0.8, 1.5)
-"""Thicknesses that are tried, over the one of now."""
+"""Pad thicknesses to try, relative to the present thickness."""
 
 
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Fewer scans a second by a factor, no fewer than the bandwidth takes; nothing where that is no change."""
+    """Yield a scan rate lower by a factor, but not below what the bandwidth needs. Empty if this is no change."""
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
     wanted = max(spec.readout.scan_rate / factor, least)
     digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
@@ -98,7 +100,7 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
-    """The next softer silicones of which there are figures, or the next stiffer ones."""
+    """Yield the next softer silicones in the data, or the next stiffer silicones."""
     pad = spec.elastomer
     assert pad is not None
     sense = -1.0 if is_softer else 1.0
@@ -110,7 +112,7 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
 
 
 def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
-    """Pads somewhat thicker and thinner, as they are written: in whole hundredths of a millimetre."""
+    """Yield pads somewhat thicker and thinner, in whole hundredths of a millimetre."""
     pad = spec.elastomer
     assert pad is not None
     for factor in THICKNESSES:
@@ -118,8 +120,10 @@ def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def other_metals(spec: SensorSpec) -> Iterator[Fix]:
-    """Metals that may give more signal than the target's: instead of a magnetic one the alloy that conducts most like
-    it, then the best conductor; instead of any other that one. Nothing for a good conductor, which has no better.
+    """Yield metals that may give more signal than the target's metal.
+
+    A magnetic metal is replaced by the alloy of most similar conductivity, then by the best conductor. Other metals are
+    replaced by the best conductor. Empty for a good conductor.
     """
     target = spec.target
     if target is None:
@@ -137,12 +141,13 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
 
 
 BETTER = 0.5
-"""A conductor of less than so much of the best one's conductivity has a better one."""
+"""Ratio to the best conductor's conductivity below which a better conductor is proposed."""
 
 
 def cut_to_target(spec: SensorSpec) -> Fix | None:
-    """The pad as large as the target that lies on it: a rim beside that holds it up. None where the pad is no wider,
-    or stands otherwise.
+    """Return a pad cut to the size of its target, because a rim beside the target supports it.
+
+    None if the pad is not wider, or differs in shape or place.
     """
     target, pad = spec.target, spec.elastomer
     if target is None or pad is None or pad.outline.is_disc != target.outline.is_disc:
@@ -156,14 +161,14 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
 
 
 AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0))
-"""Thicknesses of pads (m) among which the one of most signal is looked for, as people write them."""
+"""Usual pad thicknesses (m) among which the thickness of most signal is searched."""
 
 
 def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return changes that may give more signal over the force: another metal of the target, a pad no wider than it, the
-    next thicknesses, softer silicones.
+    """Return changes that may give more signal over the force.
 
-    A thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best thickness.
+    These are another metal of the target, a pad no wider than the target, the next thicknesses, and softer silicones. A
+    thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best thickness.
     """
     pad = spec.elastomer
     if pad is None:
@@ -176,7 +181,7 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 NEXT = 5
-"""Thicknesses of pads that are tried to each side."""
+"""Number of pad thicknesses to try on each side."""
 
 
 def _as_thick(spec: SensorSpec, thickness: float) -> Fix:

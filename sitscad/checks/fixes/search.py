@@ -1,7 +1,7 @@
-"""A change of a spec as a value, and the one search for a change that mends a finding, for hints and for `--fix`.
+"""A change of a spec as a value, and the search for a change that mends a finding, for hints and for `--fix`.
 
 A rule gives families of changes with its finding. The search tries them in order within a budget of trials, and writes
-the hint. It counts trials and takes no times, so every machine finds the same hints.
+the hint. The budget counts trials and not time, so every machine finds the same hints.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from sitscad.spec.sensor import SensorSpec
 DECISIVE = "decisive"
 
 LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
-"""Trials for hints: boards laid out (each counts as its coils), designs estimated, branches that the router tries."""
+"""Trials for hints: boards laid out (each counts as its number of coils), designs estimated, branches of the router."""
 
 MOST_BRANCHES = 10_000
-"""Branches that the router tries for one board at most: the next change may be easier."""
+"""Largest number of the router's branches for one board. The next change may be easier."""
 
 HINTS = tuple(LEVELS)
-"""Amounts of trials for hints: none, few, and many (minutes)."""
+"""Choices of the number of trials for hints: none, few, and many (minutes)."""
 
 FOR_WARNINGS = (3, 1)
 """Boards (counted as their coils) and estimates for warnings, if few trials are made."""
 
 OTHER_BOARD = 2
-"""Estimates that the estimate of another board counts as: its windings are solved anew."""
+"""Estimates that the estimate of another board counts as, because its windings are solved anew."""
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"
 """Text of a hint that the budget cut short."""
 
 HELPS = 1.1
-"""Least factor towards the limit for which a change that does not mend a finding is named."""
+"""Least factor towards the limit for which a hint names a change that does not mend the finding."""
 
 NAMED = 4
-"""Changes tried in vain that a hint names at most."""
+"""Largest number of unsuccessful changes that a hint names."""
 
 
 class Budget:
-    """Trials that are left for the hints of a check."""
+    """Remaining trials for the hints of a check."""
 
     def __init__(self, layouts: int, estimates: int, branches: int) -> None:
         self.layouts, self.estimates, self.branches = layouts, estimates, branches
@@ -63,23 +63,26 @@ class Budget:
         return self.layouts <= 0 or self.estimates <= 0
 
     def begin_warnings(self) -> None:
-        """Keep only what few trials may take for warnings: errors come first, and a pass is not held up."""
+        """Return reduce a small budget to the trials for warnings.
+
+        Errors come first, and checks without errors stay fast.
+        """
         if not self.is_long:
             self.layouts, self.estimates = min(self.layouts, FOR_WARNINGS[0]), min(self.estimates, FOR_WARNINGS[1])
 
     @property
     def board_branches(self) -> int:
-        """Branches that the next board may take: half of those that are left."""
+        """Router branches for the next board: half of the remaining branches."""
         return min(self.branches // 2, MOST_BRANCHES)
 
     def lays_out(self, coils: int) -> bool:
-        """Take the layout of a board. False if none is left."""
+        """Take the layout of a board from the budget. Return False if none is left."""
         is_left = self.layouts > 0
         self.layouts -= is_left * coils
         return is_left
 
     def estimates_one(self, is_same_board: bool) -> bool:
-        """Take the estimate of one design. False if none is left."""
+        """Take the estimate of one design from the budget. Return False if none is left."""
         is_left = self.estimates > 0
         self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
         return is_left
@@ -87,8 +90,9 @@ class Budget:
 
 @record
 class Fix:
-    """A change of a spec: its edits, and the spec with them applied. ``said`` is its text if that is not "key: value
-    with key: value".
+    """A change of a spec: its edits, and the changed spec.
+
+    ``said`` is its text, if it differs from "key: value with key: value".
     """
 
     edits: tuple[Edit, ...]
@@ -96,24 +100,25 @@ class Fix:
     said: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """Return this fix together with another, which was made for the spec that this one leaves."""
+        """Return this fix combined with another fix, which was made for the spec that this fix leaves."""
         told = " with ".join(words for words in (self.words, fix.words) if words)
         return Fix((*self.edits, *fix.edits), fix.spec, told)
 
     @property
     def words(self) -> str:
-        """The keys and values as they are to be written."""
+        """Keys and values as they are to be written."""
         return self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
 
 
 Family = Callable[[], Iterable[Fix]]
-"""Changes of one kind, the best first. They are made when a search asks for them."""
+"""Changes of one kind, the best first. They are made when a search needs them."""
 
 
 @record
 class Costly:
-    """A family whose changes take as long to find as to try, because coils are wound for them. A search with a spent
-    budget leaves it out.
+    """A family whose changes take as long to find as to try, because coils are wound for them.
+
+    A search with a spent budget skips it.
     """
 
     changes: Family
@@ -125,16 +130,18 @@ class Costly:
 
 
 GROWTH, AMOUNTS = 1.7, 4
-"""Factor from one amount that is tried to the next, and how many are tried."""
+"""Factor between successive amounts to try, and number of amounts."""
 
 HALVINGS = 5
-"""Amounts tried between one that does not mend and one that does, in a long search."""
+"""Number of bisection steps between an amount that does not mend and an amount that does, in a long search."""
 
 
 @record
 class Growing:
-    """A family of changes by an amount (m), from the `first` on. Amounts are rounded up to the `grain` (m). Changes of
-    which `fits` is false are not tried. `is_costly` is that of `Costly`.
+    """A family of changes by an amount (m), from `first` on.
+
+    Amounts are rounded up to the `grain` (m). Changes for which `fits` is false are not tried. `is_costly` is as in
+    `Costly`.
     """
 
     move: Callable[[float], Fix]
@@ -149,7 +156,7 @@ class Growing:
 
     @property
     def amounts(self) -> list[float]:
-        """The amounts that are tried."""
+        """Amounts to try."""
         return [self.rounded(self.first * GROWTH**step) for step in range(AMOUNTS)]
 
     def __call__(self) -> Iterator[Fix]:
@@ -157,7 +164,7 @@ class Growing:
         return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
 
     def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, Left]]:
-        """Yield smaller changes that mend without a warning, the smallest last, by bisection below one that does."""
+        """Yield smaller amounts of a fix that mend without a warning, found by bisection. The smallest is last."""
         amounts = self.amounts
         number = next(k for k, amount in enumerate(amounts) if self.move(amount) == fix)
         low, high = amounts[number - 1] if number else 0.0, amounts[number]
@@ -174,7 +181,7 @@ class Growing:
 
 
 def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
-    """Return the fix that sets one value: `key` is its place in text and spec, `written` the value's text."""
+    """Return the fix that sets one value. `key` is its place in text and spec, `written` the value's text."""
 
     def changed(of: Any, names: list[str]) -> Any:
         new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
@@ -185,12 +192,12 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, said: str =
 
 @record
 class Left:
-    """What is wrong with a changed design that was tried.
+    """Remaining problems of a changed design that was tried.
 
-    ``broken`` are the finding's own rule if it still complains, and the rules with new errors. ``brings`` are the rules
-    that then warn, which speaks against a change; ``worse`` those whose warnings get worse, which does not speak
-    against mending an error. ``gain`` is the factor by which the figure of a finding that stays comes nearer to its
-    limit, 1 if that is unknown.
+    ``broken`` are the finding's own rule if it still complains, and rules with new errors. ``brings`` are rules with
+    new warnings, which speaks against a change. ``worse`` are rules whose warnings get worse, which does not speak
+    against mending an error. ``gain`` is the factor by which the value of a remaining finding comes nearer to its
+    limit, 1 if unknown.
     """
 
     broken: tuple[str, ...] = ()
@@ -201,8 +208,9 @@ class Left:
 
 @record
 class Search:
-    """The outcome of a search: changes that mend, changes that do not, each with what it leaves, and whether the budget
-    ended it.
+    """The outcome of a search: changes that mend, changes that do not, and whether the budget ended it.
+
+    Each change has its remaining problems.
     """
 
     mending: tuple[tuple[Fix, Left], ...] = ()
@@ -211,13 +219,13 @@ class Search:
 
 
 Trial = Callable[[Fix], Left | None]
-"""Tries a change; None if the budget does not reach so far."""
+"""Function that tries a change. It returns None if the budget does not suffice."""
 
 
 def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
-    """Try families of changes in order: of each family until a change mends and brings no warning.
+    """Try families of changes in order, each until a change mends and brings no warning.
 
-    The first such change ends a search that is not long.
+    The first such change ends a search with a small budget.
     """
     mending: list[tuple[Fix, Left]] = []
     vain: list[tuple[Fix, Left]] = []
@@ -232,7 +240,7 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
             if left is None:
                 is_cut_short = True
                 if budget.is_spent:
-                    break  # another family may begin with a change that was tried for another finding
+                    break  # another family may begin with a change that was already tried for another finding
             elif left.broken:
                 vain.append((fix, left))
             elif left.brings or (left.worse and budget.is_long):
@@ -252,7 +260,7 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
 
 
 def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
-    """Return a hint: the changes that were tried, then what else helps. `already` are rules that complain anyway."""
+    """Return a hint: the changes that were tried, then other advice. `already` are rules that complain anyway."""
     brings = (warn(sorted({*left.brings, *left.worse}), already) for _, left in found.mending)
     words = [f"{fix.words} (clears this; {some})" if some else fix.words
              for (fix, _), some in zip(found.mending, brings, strict=True)]
@@ -265,7 +273,7 @@ def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
     else:
         tried = ""
     named = _place_of(found.mending[0][0], otherwise) if len(words) == 1 else None
-    if named is not None:  # the change is the advice itself, which has its place there
+    if named is not None:  # the advice contains the change: insert the result at its place
         hint = f"{otherwise[: named.start()]}{tried}{otherwise[named.end() :]}"
     else:
         hint = "; ".join(filter(None, (tried, otherwise)))
@@ -275,12 +283,12 @@ def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
 
 
 def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
-    """Return the place in an advice where the words of a fix stand. None if they do not."""
+    """Return the place in an advice that has the words of a fix. None if there is none."""
     return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
 def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
-    # the last changes go farthest; those after which the same rules fail are named together
+    # the last changes go farthest; changes with the same failing rules are named together
     alike: dict[tuple[str, ...], list[str]] = {}
     for fix, left in list(tried)[-NAMED:]:
         alike.setdefault(left.broken, []).append(fix.words)
@@ -288,12 +296,12 @@ def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
 
 
 def fail(rules: tuple[str, ...]) -> str:
-    """Words that say which rules fail."""
+    """Return text that names the rules that fail."""
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
 
 
 def warn(rules: Iterable[str], already: Collection[str]) -> str:
-    """Words that say which rules warn: of more, those that do `already`."""
+    """Return text that names rules with warnings. Rules in `already` are named as rules that warn of more."""
     known = list(rules)
     new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
     said = ((new, ""), (more, " of more"))
