@@ -1,1 +1,1 @@
-"""SIT1xx: what is drawn, against what the fabricator makes and the connector takes."""
+"""SIT1xx: rules for the drawn board, against the limits of the fabricator and the connector."""

@@ -1,5 +1,6 @@
-"""SIT107 to SIT110, SIT114 and SIT115: copper and holes as drawn, how near they come to each other and to the edge, and
-what the coverlay's openings leave between them and lay bare.
+"""SIT107 to SIT110, SIT114 and SIT115: distances between copper, holes, the board's edge and coverlay openings.
+
+The coverlay rules check the strips between openings, and the copper that openings expose.
 """
 
 from __future__ import annotations
@@ -39,17 +40,21 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 
 GRAIN = 1e-6
-"""A spacing is named in steps of this (m)."""
+"""Step (m) of the spacings that hints name."""
 
 WHY = "on a spiral of so wide a pitch turns lie nearer than they are spaced along the radius"
 
 ALLOWED_SHORTFALL = 1e-6
-"""What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
+"""Length (m) by which a drawn gap may fall short of the rule.
+
+A spiral's gap, measured perpendicular to the track, is a little smaller than its spacing.
+"""
 
 
 def nearer_by(coil: CoilSpec) -> float:
-    """The most (m) that neighbouring turns of a circle come nearer than its spacing: at the inner end, where the slope
-    of the spiral against the circle, pitch over circumference, is steepest.
+    """Return the largest reduction (m) of the gap between neighbouring turns of a round coil against its spacing.
+
+    It occurs at the inner end, where the spiral's slope against the circle (pitch over circumference) is steepest.
     """
     if not coil.outline.is_round:
         return 0.0
@@ -59,9 +64,12 @@ def nearer_by(coil: CoilSpec) -> float:
 
 
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
-    """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
+    """Yield findings on the distance of copper to the board's outline.
+
+    A connector's contacts may extend to the end that is plugged in.
+    """
     asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
-    # A body too small for its coils is said once (SIT135), not of every layer of every coil
+    # A body too small for its coils is one finding (SIT135), not one for every layer of every coil
     is_told = any(short.what is Missing.BODY_ROOM for short in design.layout.shortfalls)
     for (what, layer), (gap, index, item) in _near_edge(design).items():
         x, y = copper_in(design).pieces.start[index].tolist()
@@ -82,7 +90,7 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
 
 
 def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]:
-    """What comes too near the edge, by name and layer: the worst gap (m), which piece, and what that belongs to."""
+    """Return the copper that is too near the edge, by name and layer: smallest gap (m), piece number and item."""
     layout, copper = design.layout, copper_in(design)
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
     for index, gap in edge_gaps(copper, edge_of(layout.outline), design.spec.fpc.rules.copper_to_edge):
@@ -105,7 +113,7 @@ def _edge_margin(tail: Tail | None) -> str:
 
 
 def drill_to_copper(design: Design) -> Iterator[Verdict]:
-    """Every hole's wall to copper that does not belong to it, on every layer."""
+    """Yield findings on the distance of every hole's wall to copper that does not belong to it, on every layer."""
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
@@ -119,17 +127,17 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
 
 
 def edge_of(outline: Path) -> Primitives:
-    """A closed outline as pieces to measure distances from."""
+    """Return a closed outline as pieces for the measurement of distances."""
     return from_rows([row for row, _ in path_rows(outline)])
 
 
 def copper_in(design: Design) -> Copper:
-    """The copper of the design, made once for all rules."""
+    """Return the copper of the design, computed once for all rules."""
     return cached_per_board(design, "copper", lambda: copper_of(design.layout))
 
 
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
-    """Pieces of copper nearer to an edge than is asked (m): their indices and gaps (m)."""
+    """Yield the pieces of copper nearer to an edge than `asked` (m): their indices and gaps (m)."""
     reach = copper.half + asked
     pairs = nearest_pairs(copper.pieces.boxes, reach, edge.boxes, np.zeros(len(edge)))
     i, j = pairs[:, 0], pairs[:, 1]
@@ -139,7 +147,10 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 
 
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
-    """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
+    """Yield one violation for all places of one kind, at the worst place.
+
+    Kinds are, for example, turn to turn, or lead to turn of another net.
+    """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
     winding = min(spacing, design.spec.coil.trace_spacing)
@@ -153,7 +164,7 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
 
 
 def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
-    """The complaint for two pieces that are too near, and how many such places there are."""
+    """Return the violation for two pieces that are too near, with the number of such places."""
     spec = design.spec
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
@@ -165,7 +176,7 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
         f"{missing}fewer turns, a narrower pitch or a larger coil give the room", key, near.gap, asked, "m",
         source=source, place=Place(near.x, near.y, near.layer, near.nets),
     )
-    # a turn near another one of its coil, or near what goes on where that ends
+    # a turn near another turn of its coil, or near the conductor that continues it
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
     if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
         return found
@@ -176,15 +187,16 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     if asked - near.gap > nearer_by(spec.coil):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
-    # with fewer turns if the wider pitch takes their room
+    # with fewer turns if the wider pitch needs their room
     return replace(found, key="coil.trace_spacing", hint=f"{missing}a larger coil.trace_spacing: {WHY}",
                    fixes=(lambda: wider(spec, 0.0, spacing),))
 
 
 def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...]) -> float | None:
-    """Radius (m) that all corners of the coils have room for, in whole hundredths of a millimetre.
+    """Return the largest radius (m) with room at all corners of the coils, in hundredths of a millimetre.
 
-    None if they all have the asked radius, or if the layers begin at corners: there radii differ by intent.
+    None if all corners have the specified radius, or if the layers begin at corners, because there the radii differ
+    intentionally.
     """
     if not coil.is_mid_side:
         return None
@@ -199,7 +211,7 @@ def _kind(item: Item) -> str:
 
 
 def coverlay_web(design: Design) -> Iterator[Verdict]:
-    """The strip of coverlay left between two openings, and beside one along the board's edge."""
+    """Yield findings on strips of coverlay between two openings, and between an opening and the board's edge."""
     layout, rules = design.layout, design.spec.fpc.rules
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
         pieces = [edge_of(region.outline) for region in openings]
@@ -207,7 +219,7 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
             yield from _narrow_web(rules, one, other, f"two openings of the {side} coverlay leave a web of",
                                    "between them", "join them to one opening, or move the contacts apart")
         for one in pieces:
-            # an opening's sides and the board's edges but those that lie on each other: there it reaches the edge
+            # an opening's sides and the board's edges, except sides on an edge: there the opening reaches the edge
             edge = edge_of(layout.outline)
             pairs = nearest_pairs(one.boxes, np.full(len(one), ROUNDING), edge.boxes, np.zeros(len(edge)))
             near, edges = one.take(pairs[:, 0]), edge.take(pairs[:, 1])
@@ -220,15 +232,18 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
 
 
 def _others(count: int, taken: Index) -> Index:
-    """The numbers below a count that are not taken; numpy's own set functions load its masked arrays first."""
+    """Return the numbers below a count that are not taken.
+
+    numpy's set functions would import its masked arrays first.
+    """
     free = np.ones(count, dtype=bool)
     free[taken] = False
     return np.flatnonzero(free)
 
 
 def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
-    """How far along a line, as a share of it, a closed polygon's edges cross it."""
-    # Line and edge, start + t d and a + u b, meet where both cross products with what lies between them say so:
+    """Yield the fractions of a line's length at which the edges of a closed polygon cross it."""
+    # Line and edge, start + t d and a + u b, meet at parameters given by cross products:
     # t = (a x b) / (d x b) and u = (a x d) / (d x b), with `a` counted from the line's start.
     dx, dy = end - start
     for a, b in pairwise(corners):
@@ -243,9 +258,9 @@ def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[fl
 def _narrow_web(
     rules: DesignRules, one: Primitives, other: Primitives, what: str, where: str, hint: str
 ) -> Iterator[Violation]:
-    """A complaint where the strip of coverlay between two groups of edges is too narrow."""
+    """Yield a violation if the strip of coverlay between two groups of edges is too narrow."""
     asked = rules.coverlay_web
-    # the smallest distance, looking no further than what is asked
+    # the smallest distance, searched only up to the limit
     pairs = nearest_pairs(one.boxes, np.full(len(one), asked), other.boxes, np.zeros(len(other)))
     web = float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf))
     if web < asked - ROUNDING:
@@ -254,7 +269,7 @@ def _narrow_web(
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
-    """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
+    """Yield findings on a missing coverlay, and on openings too near to tracks and vias."""
     spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
@@ -288,7 +303,7 @@ def _narrow_rims(pads: tuple[Pad, ...], fpc: FpcSpec) -> Iterator[Violation]:
     """Yield a finding if solder pads are too small for the coverlay to cover their rims as far as the rules require."""
     rules, tail = fpc.rules, fpc.tail
     is_soldered = tail is None or tail.connector.kind == "pads"
-    for pad in pads[:1] if is_soldered else ():  # all are of one size
+    for pad in pads[:1] if is_soldered else ():  # all pads have the same size
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
             what = f"the coverlay covers {show(lap, 'm')} of each solder pad's rim, so that half of the pad stays bare"
@@ -297,7 +312,10 @@ def _narrow_rims(pads: tuple[Pad, ...], fpc: FpcSpec) -> Iterator[Violation]:
 
 
 def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace | Via, float, Array]]:
-    """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
+    """Yield tracks and vias of a layer inside or too near an opening in which they do not end.
+
+    Each has the item, the smallest gap (m) and its place.
+    """
     copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = edge_of(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
@@ -316,8 +334,10 @@ def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace |
 
 
 def _inside_of(sides: Primitives, outline: Path, web: float) -> Primitives:
-    """The parts of an opening's straight sides inside the board's outline, without the last `web` (m) before an edge
-    that they cross: there the opening reaches over the edge, and no strip is left beside it. Arcs are left as they are.
+    """Return the parts of an opening's straight sides inside the board's outline.
+
+    The last `web` (m) before an edge that a side crosses is left out, because there the opening extends over the edge
+    and leaves no strip. Arcs are returned unchanged.
     """
     corners = outline.flattened(1e-6)
     kept: list[tuple[int, float, float]] = []
@@ -345,7 +365,7 @@ def _inside(corners: Sequence[Point], point: Point) -> bool:
 
 
 RULES: tuple[Rule, ...] = (
-    # via pads to conductors that do not join them, then all other pairs; turns of one coil included
+    # via pads to conductors that do not join them; then all other pairs, with turns of one coil
     rule_of("SIT107", lambda design: _worst_of_each_kind(design, True, "coil.turns")),
     rule_of("SIT108", lambda design: _worst_of_each_kind(design, False, "coil")),
     rule_of("SIT109", copper_to_edge),

@@ -1,5 +1,6 @@
-"""SIT120 to SIT122 and SIT125: corners, slivers, loops and loose ends of what is drawn; the copper as a graph over all
-layers, whatever net it is said to have.
+"""SIT120 to SIT122 and SIT125: acute corners, slivers, closed loops and loose ends of the drawn copper.
+
+The copper is a graph over all layers, independent of the names of nets.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.layout.copper import Copper, conductor_notches, name_of, pair_in_words
 
 CHORD = 10e-6
-"""Arcs are followed within this distance (m), where a loop's area is concerned."""
+"""Largest deviation (m) of the chords that follow arcs in the area of a loop."""
 
 _GRID = 1e-8
 
@@ -39,7 +40,10 @@ def _cell(point: Point) -> tuple[int, int]:
 
 @record
 class ConductorLoop:
-    """A closed way along conductors, seen from above, from where it closes; ``layer`` is the closing track's."""
+    """A closed path along conductors in plan view, from its closing point.
+
+    ``layer`` is the layer of the closing track.
+    """
 
     points: tuple[Point, ...]
     nets: tuple[str, ...]
@@ -47,18 +51,18 @@ class ConductorLoop:
 
     @property
     def area(self) -> float:
-        """Enclosed area (m2), counted as often as the loop runs round it."""
+        """Enclosed area (m2), multiplied by the number of turns of the loop."""
         return abs(sum(a.x * b.y - b.x * a.y for a, b in pairwise((*self.points, self.points[0])))) / 2
 
     def turns_round(self, centre: Point) -> float:
-        """How often the loop runs round a point, counter-clockwise positive."""
+        """Return the number of turns of the loop around a point, counter-clockwise positive."""
         angles = [math.atan2(p.y - centre.y, p.x - centre.x) for p in (*self.points, self.points[0])]
         return sum(math.remainder(b - a, 2 * math.pi) for a, b in pairwise(angles)) / (2 * math.pi)
 
 
 @record
 class _Edge:
-    """A stretch of a track between two nodes, from one way along it (m) to another."""
+    """A part of a track between two nodes, given by its start and end along the track (m)."""
 
     one: Node
     other: Node
@@ -81,17 +85,17 @@ class _Edge:
 
 @record
 class TrackGraph:
-    """A layout's tracks between the nodes where they meet: ends, ends that run into another track, vias and pads."""
+    """The tracks of a layout between nodes: ends, ends that run into another track, vias and pads."""
 
     layout: Layout
 
     @cached_property
     def vias(self) -> dict[tuple[int, int], int]:
-        """The number of every via by its place."""
+        """Number of every via by its place."""
         return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
 
     def node_of(self, point: Point, layer: int) -> Node:
-        """The node of a point on a layer: a via, a contact, or the place itself."""
+        """Return the node of a point on a layer: a via, a contact, or the place itself."""
         cell = _cell(point)
         if cell in self.vias:
             return (0, self.vias[cell], 0)
@@ -103,7 +107,7 @@ class TrackGraph:
 
     @cached_property
     def edges(self) -> tuple[_Edge, ...]:
-        """The tracks between the nodes that they touch."""
+        """Tracks, divided at the nodes that they touch."""
         meetings, found = _meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
         for index, trace in enumerate(self.layout.traces):
             cuts = [(0.0, self.node_of(trace.path.start, trace.layer)),
@@ -114,7 +118,7 @@ class TrackGraph:
 
 
 def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
-    """Every loop that a track closes."""
+    """Yield every loop that a track closes."""
     tree: dict[Node, list[tuple[Node, _Edge]]] = defaultdict(list)
     parts = _Joined()
     for edge in graph.edges:
@@ -126,13 +130,13 @@ def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
 
 
 def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
-    """Ends of tracks that meet nothing on their layer, and vias that join nothing: where, copper layer, net."""
+    """Yield track ends without a connection on their layer, and vias that join nothing: place, copper layer, net."""
     layout = graph.layout
     count = Counter(node for edge in graph.edges for node in (edge.one, edge.other))
     for trace in layout.traces:
         for point in (trace.path.start, trace.path.end):
             node = graph.node_of(point, trace.layer)
-            if node[0] > 0 and count[node] < 2 and not any(  # nor does it run into another track of its layer
+            if node[0] > 0 and count[node] < 2 and not any(  # and it does not run into another track of its layer
                 other is not trace and other.path.distance(point) < other.width / 2
                 for other in layout.on_layer(trace.layer)
             ):
@@ -143,7 +147,7 @@ def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
 
 
 def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
-    """Contacts of one net that no copper joins: one of the net's first part, and one of each other part."""
+    """Yield pairs of contacts of one net that no copper joins: one of the net's first part, one of each other part."""
     parts = _Joined()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
@@ -155,7 +159,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
 
 
 def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
-    """The ends of other tracks that run into each track, away from its own ends: the way along it (m), and where."""
+    """Return the ends of other tracks that run into each track between its ends: the path length (m) and the place."""
     found: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, copper_layers + 1):
         own = [(i, trace) for i, trace in enumerate(traces) if trace.layer == layer]
@@ -182,19 +186,19 @@ def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[t
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
                 found[whose[j]].append((ways[j] + _along(segment, point), point))
-    # one meeting a point, although an end can touch two pieces of a track
+    # one meeting per point, although an end can touch two pieces of a track
     return {i: list({_cell(point): (way, point) for way, point in found[i]}.values())
             for i in range(len(traces))}
 
 
 def _along(segment: Segment, point: Point) -> float:
-    """The way (m) along a segment to its place nearest to a point, within a thirty-second of its length."""
+    """Return the path length (m) on a segment to its place nearest to a point, within 1/32 of the length."""
     share = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1] / 32
     return float(share * segment.length)
 
 
 def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
-    """The loop of a closing edge and the way back through the tree."""
+    """Return the loop of a closing edge and the path back through the tree."""
     way = _way_back(tree, closing.other, closing.one)
     points, nets = list(closing.points), {closing.trace.net}
     for edge in way:
@@ -206,7 +210,7 @@ def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Conduct
 
 
 def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
-    """The edges of the way through a tree from one node to another; none where there is none."""
+    """Return the edges of the path through a tree from one node to another. Empty if there is no path."""
     stack: list[tuple[Node, tuple[_Edge, ...]]] = [(start, ())]
     seen = {start}
     while stack:
@@ -221,7 +225,7 @@ def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Nod
 
 
 class _Joined:
-    """Nodes that are joined (union-find)."""
+    """Groups of joined nodes (union-find)."""
 
     def __init__(self) -> None:
         self._above: dict[Node, Node] = {}
@@ -232,15 +236,17 @@ class _Joined:
         return node
 
     def join(self, one: Node, other: Node) -> bool:
-        """Join two nodes; False where they were joined already."""
+        """Join two nodes. Return False if they were joined already."""
         a, b = self.root(one), self.root(other)
         self._above[a] = b
         return a != b
 
 
 ACUTE = math.radians(59.9)
-"""Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
-own stubs meet their spirals at 75 degrees and more."""
+"""Angle (rad) between two tracks below which etchant stays in the corner (unverified: workshop practice).
+
+The stubs drawn by sitscad meet their spirals at 75 degrees and more.
+"""
 
 _SAME_PLACE = 1e-8
 
@@ -250,7 +256,7 @@ DRAWN_SO = (f"{DRAWN}: another coil.start_angle, or part of a turn more or less,
 
 
 def acute_angle(design: Design) -> Iterator[Verdict]:
-    """Legs of one track, or of two that meet, that part at an acute angle where no pad covers the corner."""
+    """Yield findings on tracks that meet at an acute angle, without a pad over the corner."""
     copper = copper_in(design)
     seen: set[tuple[int, int]] = set()
     for one, other, (x, y), angle in _corners(copper):
@@ -273,7 +279,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
-    """Gaps between parts of one conductor that turns back on itself, narrower than the fabricator's spacing."""
+    """Yield findings on gaps within one conductor that turns back on itself, narrower than the fabricator's spacing."""
     asked = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
     who, source = gap_asked_by(design.spec.fpc.rules, asked)
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
@@ -288,7 +294,7 @@ def sliver(design: Design) -> Iterator[Verdict]:
 
 
 def shorted_turn(design: Design) -> Iterator[Verdict]:
-    """Closed conducting loops of any net, and how often they run round each coil."""
+    """Yield findings on closed conducting loops of any net, with the coils that they run around."""
     for loop in closed_loops(_graph(design)):
         round_it = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
         does = f"closes a loop of {loop.area * 1e6:.3g} mm2: a coil leads from contact to contact"
@@ -301,7 +307,10 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
 
 
 def unconnected(design: Design) -> Iterator[Verdict]:
-    """Ends of tracks and vias that meet nothing, and contacts of one net that nothing joins, of a whole layout."""
+    """Yield findings on unconnected ends and vias, and on contacts of one net that are not joined.
+
+    A layout that is not complete is not checked.
+    """
     layout = design.layout
     if layout.shortfalls:
         yield Undecided("the layout is not complete: see what found no room")
@@ -327,7 +336,7 @@ def _graph(design: Design) -> TrackGraph:
 
 
 def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
-    """Pairs of pieces of tracks that meet at an acute angle: their numbers, where (m), and the angle (rad)."""
+    """Yield pairs of track pieces that meet at an acute angle: their numbers, the place (m) and the angle (rad)."""
     tracks = np.flatnonzero(np.array([isinstance(copper.items[k], Trace) for k in copper.item], dtype=bool))
     pieces = copper.pieces.take(tracks)
     points = np.concatenate([pieces.start, pieces.end])
@@ -336,7 +345,7 @@ def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], fl
     number = np.concatenate([tracks, tracks])
     keys = np.column_stack([copper.layer[number], np.round(points / _SAME_PLACE).astype(np.int64)])
     order = np.lexsort(keys.T)
-    for step in (1, 2, 3):  # neighbours in this order; more than four ends never meet in one point
+    for step in (1, 2, 3):  # neighbours in this order; at most four ends meet in one point
         a, b = order[:-step], order[step:]
         same = (keys[a] == keys[b]).all(axis=1)
         cosine = (out[a] * out[b]).sum(axis=1)

@@ -1,5 +1,7 @@
-"""SIT101 to SIT106, SIT116 and SIT131: tracks, gaps, holes and parts against what the fabricator makes, and what it
-offers at all. SIT137 and SIT138: the materials of the stack-up's layers, and the adhesive of its coverlays.
+"""SIT101 to SIT106, SIT116, SIT131, SIT137 and SIT138: tracks, gaps, holes, parts and materials that can be made.
+
+The limits are the fabricator's. SIT137 and SIT138 check the materials of the stack-up's layers and the adhesive of its
+coverlays.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """Every drill against the fabricator's smallest."""
+    """Yield findings on drills smaller than the fabricator's smallest."""
     for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield Violation(
@@ -39,7 +41,7 @@ def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
 
 
 def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """The copper left round every drill."""
+    """Yield findings on the ring of copper around each drill."""
     for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
@@ -51,7 +53,7 @@ def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
 
 
 def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """The wall between every two drilled holes."""
+    """Yield findings on the wall between each pair of drilled holes."""
     for via, other in combinations(vias, 2):
         wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
         if wall < rules.hole_to_hole - ROUNDING:
@@ -64,7 +66,7 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
-    """The whole outline against the smallest part that the fabricator handles."""
+    """Yield findings on an outline smaller than the smallest part that the fabricator handles."""
     rules, in_panel = design.spec.fpc.rules, is_wanted(design.layout)
     board = design.layout.size
     (width, length), least = sorted(board), sorted(rules.part_size)
@@ -77,7 +79,7 @@ def part_size(design: Design) -> Iterator[Verdict]:
             f"that {house(rules, 'part_size')} handles singly ({_sides(least)})"
         )
         severity, hint = Severity.NOTE, "have that confirmed with the quotation; fpc.panel: auto draws the panel"
-        if rules.one_process:  # nothing can be asked for there
+        if rules.one_process:  # this service takes no special requests
             severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
         own = f"{said}; because of fpc.panel: none the order asks for delivery in the fabricator's own panel"
         in_a_panel = partial(each_read, design.spec, "fpc.panel", ["auto"])
@@ -105,7 +107,7 @@ def part_size(design: Design) -> Iterator[Verdict]:
 
 
 def _too_few_bridges(design: Design) -> Iterator[Verdict]:
-    """Bridges too wide for the part's edge find too few places, and the part drops out of its panel."""
+    """Yield a finding if too few bridges fit on the part's edge to hold it in its panel, because they are too wide."""
     layout, width = design.layout, design.spec.fpc.panel.bridge
     count = len(bridges(layout))
     if count < FEWEST_BRIDGES:
@@ -126,8 +128,10 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
 def _panel_size(
     rules: DesignRules, size: tuple[float, float], found: Violation, more: str = "", is_panel: bool = True
 ) -> Iterator[Verdict]:
-    """A complaint where what is delivered (m) is larger than the fabricator's panel. A profile's choice of a panel that
-    is handy limits nothing: what is larger is told of a panel, and warned of beyond the largest part that is made.
+    """Yield a violation if a delivered part or panel (m) is larger than the fabricator's panel.
+
+    A profile's choice of a convenient panel is no limit. A larger panel gets a note, and only beyond the largest part
+    that is made a warning.
     """
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
@@ -155,7 +159,10 @@ def _sides(size: Sequence[float]) -> str:
 
 
 def house(rules: DesignRules, field: str) -> str:
-    """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
+    """Return the holder of a limit: the profile's name, for a user's profile with file and line.
+
+    Unverified limits are marked.
+    """
     mark = " (unverified)" if is_unverified(rules.source_of(field)) else ""
     return rules.holder(field) + mark
 
@@ -163,15 +170,16 @@ def house(rules: DesignRules, field: str) -> str:
 def short_of(
     rules: DesignRules, field: str, have: float, what: str, hint: str, key: str, place: Place
 ) -> Violation:
-    """The complaint about a length (m), in words, that is less than one figure of the fabricator's rules asks."""
+    """Return the violation for a length (m) smaller than a limit of the fabricator's rules."""
     asked = getattr(rules, field)
     return Violation(f"{what}; {house(rules, field)} asks {show(asked, 'm')}", hint, key, have, asked, "m",
                      source=rules.source_of(field), place=place)
 
 
 def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
-    """Who asks for a gap between copper (m), and where that stands: the spec itself where it is its turns' own spacing,
-    which is narrower than the fabricator's.
+    """Return the holder and the source of a gap between copper (m).
+
+    These are the spec itself if the gap is the spacing of its turns and narrower than the fabricator's.
     """
     if asked < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
@@ -179,13 +187,13 @@ def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
 
 
 NAMED = 4
-"""Finer fabricators that are named at most."""
+"""Largest number of finer fabricators that a hint names."""
 
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
 def trace_width(design: Design) -> Iterator[Verdict]:
-    """The coil's track against the fabricator's smallest track."""
+    """Yield findings on tracks narrower than the fabricator's smallest."""
     yield from _too_fine(design.spec, "trace_width", "tracks are {} wide", "wider")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason
@@ -201,7 +209,7 @@ def trace_width(design: Design) -> Iterator[Verdict]:
 
 
 def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[Violation]:
-    """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
+    """Yield a violation if a value of the coil is below the fabricator's smallest."""
     value, least = getattr(spec.coil, field), getattr(spec.fpc.rules, field)
     if value < least - ROUNDING:
         yield Violation(
@@ -214,7 +222,7 @@ def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[V
 def _thicker_foil(
     layers: tuple[int, ...], fpc: FpcSpec, field: str, word: str, severity: Severity = Severity.ERROR
 ) -> Iterator[Violation]:
-    """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
+    """Yield a violation if the foil is thicker than every foil for which the fabricator states line widths."""
     rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
     stated = rules.beyond.get(field)
     if stated is not None:
@@ -226,13 +234,13 @@ def _thicker_foil(
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
-    """The asked spacing against the fabricator's smallest spacing."""
+    """Yield findings on a spacing smaller than the fabricator's smallest."""
     yield from _too_fine(design.spec, "trace_spacing", "turns stand {} apart", "more")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
-    """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
+    """Yield findings on track and spacing of the turns against the fabricator's minimum for coils ("loop lines")."""
     coil, rules = design.spec.coil, design.spec.fpc.rules
     pairs = (("trace_width", "track", coil.trace_width, rules.coil_trace_width),
              ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing))
@@ -242,7 +250,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
-            # why a fabricator's minimum for coils may only warn: not every house has it
+            # reason why a fabricator's minimum for coils is only a warning: not every fabricator has this minimum
             holder = rules.holders.get("coil_rule_binding", rules.name)
             why = f"{holder} does not make it binding (coil_rule_binding: no)"
             if rules.unbound:
@@ -264,7 +272,10 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
 
 
 def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
-    """Return tracks and gaps as wide as all binding rules ask (or all rules), plated holes alone, finer fabricators."""
+    """Return changes with wider tracks and gaps, plating of the holes alone, and finer fabricators.
+
+    Widths and gaps are the largest of all binding rules, or of all rules with `is_all`.
+    """
     rules = spec.fpc.rules
     width, spacing = (
         max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0)
@@ -276,7 +287,7 @@ def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family
 
 
 def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
-    """Plating in the holes alone, if a figure of the coil is then enough for its foil."""
+    """Yield plating in the holes alone if a value of the coil then meets the limit for its foil."""
     value = getattr(spec.coil, field.removeprefix("coil_"))
     for fix in plated_in_holes_alone(spec):
         if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING:
@@ -284,7 +295,7 @@ def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
 
 
 def _finer(spec: SensorSpec) -> str:
-    """The finer fabricators in words: their figures allow it."""
+    """Return advice that names finer fabricators whose limits the coil meets."""
     names = [fix.edits[0].new for fix in islice(finer_fabricators(spec), NAMED)]
     if not names:
         return "a finer fabricator (no installed profile is as fine)"
@@ -292,14 +303,14 @@ def _finer(spec: SensorSpec) -> str:
 
 
 def _waiver(coil: CoilSpec, fpc: FpcSpec) -> str:
-    """Advice to ask for a waiver of the fabricator's minimum for coils, and to write it into the spec."""
+    """Return advice to request a waiver of the fabricator's minimum for coils, and to write it into the spec."""
     rules = fpc.rules
     figures = ", ".join(
         f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")
         if getattr(coil, field) < (getattr(rules, f"coil_{field}") or 0.0) - ROUNDING
     )
     foil, count = fpc.stackup.line_foil(coil.layers), len(fpc.stackup.copper)
-    # a profile of the user's own may be called like an installed one and have other figures
+    # a user's own profile may have the name of an installed profile and other values
     is_preset = rules.name in presets.names("rules") and rules == installed_rules(
         rules.name).for_foil(foil).for_layers(count)
     stated = f"fpc.rules: {{based_on: {rules.name}, {figures}}}" if is_preset else f"{figures} in fpc.rules"
@@ -307,14 +318,17 @@ def _waiver(coil: CoilSpec, fpc: FpcSpec) -> str:
 
 
 ALIKE = 0.1
-"""Films and foils that differ by less than this part are the same: fabricators' own tolerance of films is 10 %."""
+"""Largest relative difference of films and foils that count as equal: fabricators' tolerance of films is 10 %."""
 
 GLUES = ("adhesive", "bondply")
-"""Dielectrics that bond: not the core that copper comes on."""
+"""Dielectrics that bond, in contrast to the core that carries the copper."""
 
 
 def offered(design: Design) -> Iterator[Verdict]:
-    """What the board is made of, against what the fabricator lists; what nobody states is not judged."""
+    """Yield findings on materials of the board that the fabricator does not list.
+
+    Lists that are not stated are not checked.
+    """
     spec = design.spec
     rules, fpc = spec.fpc.rules, spec.fpc
     stated = (rules.layer_counts, rules.foils, rules.cores, rules.covers, rules.stiffeners, rules.finishes)
@@ -352,7 +366,7 @@ def _complaint(
     rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None,
     fixes: tuple[Family, ...] = (),
 ) -> Violation:
-    """What is asked, in words, and what the fabricator lists of that field instead."""
+    """Return the violation for a requested material, with the fabricator's list."""
     listed = (show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field))
     unit = None if measured is None or field == "layer_counts" else "m"
     return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
@@ -360,12 +374,12 @@ def _complaint(
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
-    """What of a stack-up the fabricator does not offer: the field, what it is, its figure, and that in words."""
+    """Yield the parts of a stack-up that the fabricator does not offer: field, name, value, and value in words."""
     count = len(stackup.copper)
     if rules.layer_counts is not None and count not in rules.layer_counts:
         yield "layer_counts", "copper layers", float(count), str(count)
     if rules.foils is not None:
-        # all of a layer's copper is taken for its foil where it is not stated how much of it is plated
+        # if the plated part is not stated, all of a layer's copper counts as foil
         is_stated = stackup.is_plating_stated
         foils = ((layer.foil if is_stated else layer.thickness, layer.plated) for layer in stackup.copper)
         for foil, plated in dict.fromkeys(foils):
@@ -397,7 +411,7 @@ USES = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
 
 
 def layer_materials(design: Design) -> Iterator[Verdict]:
-    """Yield a finding about the first layer of an unsuitable material, or the first copper layer without a base."""
+    """Yield a finding on the first layer of an unsuitable material, or the first copper layer without a base."""
     layers = design.spec.fpc.stackup.layers
     for index, layer in enumerate(layers):
         uses = USES.get(layer.kind, ())
@@ -442,8 +456,9 @@ def _other_material(design: Design, index: int, message: str, kind: LayerKind) -
 
 
 def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
-    """Yield a finding about each coverlay film with less adhesive than the copper under it needs. An adhesive that is
-    not stated counts as all but the thinnest film in stock.
+    """Yield a finding on each coverlay film with less adhesive than the copper under it needs.
+
+    If the adhesive is not stated, the whole coverlay but the thinnest film in stock counts as adhesive.
     """
     stackup, coil = design.spec.fpc.stackup, design.spec.coil
     thinnest = min(film for film, _ in presets.coverlay_films())
@@ -471,7 +486,7 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
 
 
 def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
-    """Yield a coverlay of a film and an adhesive (m) in place of the layer that stands at a key."""
+    """Yield a coverlay of a film and an adhesive (m) in place of the layer at a key."""
     for thick in read_anew(spec, f"{key}.coverlay", show(film + adhesive, "m")):
         yield from map(thick.with_also, read_anew(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
 

@@ -1,6 +1,4 @@
-"""SIT111 to SIT113, SIT118, SIT119, SIT135 and SIT136: what finds no room on the board, or inside an outline, and what
-gives it some.
-"""
+"""SIT111 to SIT113, SIT118, SIT119, SIT135 and SIT136: lack of room on the board or in an outline, and remedies."""
 
 from __future__ import annotations
 
@@ -26,11 +24,11 @@ from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 100e-6
-"""A body is first tried so much larger (m) on every side where nobody knows what is missing."""
+"""First growth (m) of a body on every side if the missing length is not known."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """What the layout itself reported of one kind: it says what found no room."""
+    """Return a rule's function that yields a violation for each shortfall of one kind in the layout."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_complaint(design, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -39,7 +37,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _complaint(design: Design, lack: Shortfall) -> Violation:
-    """Return the violation that a shortfall of room is, with changes that may make room."""
+    """Return the violation for a shortfall of room, with changes that may make room."""
     # hint, key and source (empty: the rule's)
     spec, body = design.spec, design.spec.fpc.body
     is_sized = body is not None and body.size is not None
@@ -67,7 +65,7 @@ def _complaint(design: Design, lack: Shortfall) -> Violation:
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:
-    """Every coil must begin and end at a contact."""
+    """Yield findings on coils that do not begin and end at a contact."""
     yield from no_room(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
@@ -78,7 +76,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
 
 
 def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
-    """Return changes that may give room to what has none."""
+    """Return changes that may make room for a shortfall."""
     missing, body = lack.missing, spec.fpc.body
     wider = Growing(partial(moves.larger_body, spec),
                     GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
@@ -89,7 +87,7 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
             return (Costly(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
                     Growing(partial(moves.larger_coils, spec), more, fits=moves.inner_vias_fit, is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
-            # inside the outline that is asked for first, and the cheap trials first: those that end in a board
+            # changes inside the specified outline come first, and cheap trials first: trials that end in a board
             inside = [Growing(partial(move, spec), GRAIN) for move in (moves.coils_apart, moves.smaller_coils)]
             return *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
@@ -108,7 +106,7 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
 
 
 FEWER = 2
-"""Numbers of turns that are tried to make room inside."""
+"""Number of smaller turns to try to make room inside."""
 
 
 def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
@@ -118,7 +116,10 @@ def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def within_largest(design: Design) -> Iterator[Verdict]:
-    """The body, wherever it is laid, lies in the largest outline; one that is drawn has its place about the coils."""
+    """Yield findings on a body, tail or plate outside the largest outline.
+
+    The body may have any place in the outline. A drawn outline has a fixed place around the coils.
+    """
     spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
         return
@@ -137,7 +138,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
 
 
 def _as_body(spec: SensorSpec, largest: BodySpec) -> str:
-    """Advice to write the largest outline as the body's own. Empty if not everything has room in it."""
+    """Return advice to write the largest outline as the body's own. Empty if not everything has room in it."""
     short = arrange(_as_asked(spec, largest).spec).shortfalls
     return "" if short else f"; or write fpc.body: {largest.written}, in which everything has room"
 
@@ -145,7 +146,7 @@ def _as_body(spec: SensorSpec, largest: BodySpec) -> str:
 def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the tail or its contacts are wider than `fpc.largest`, which limits the body alone.
 
-    A turned tail, and one with a drawn outline, have no such width.
+    A turned tail, and a tail with a drawn outline, have no such width.
     """
     tail, size = layout.spec.fpc.tail, largest.size
     if tail is None or tail.turn != "none" or size is None:
@@ -172,7 +173,7 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
 
-    The plate lies about the outline's middle, either way round; in a drawn outline it lies as it is.
+    The plate is centred on the outline, in either orientation. In a drawn outline it keeps its place.
     """
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate":
@@ -194,7 +195,7 @@ def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 
 
 def _beyond_largest(layout: Layout) -> float:
-    """Distance (m) by which the body of a layout reaches beyond `fpc.largest`; the spec must have that key."""
+    """Return the distance (m) by which a body extends beyond `fpc.largest`. The spec must have that key."""
     edge = largest_outline(layout)
     assert edge is not None
     return max(beyond(edge, point) for point in ground(layout).flattened(1e-6))
@@ -206,7 +207,7 @@ def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:
 
 
 def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float]) -> tuple[Family, ...]:
-    """Return the largest outline as the body's own, smaller coils, and both together."""
+    """Return changes that fit the largest outline: the outline as the body's own, smaller coils, and both."""
     as_asked = _as_asked(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING
 

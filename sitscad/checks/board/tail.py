@@ -1,6 +1,8 @@
-"""SIT123 and SIT130: the stretch of the tail that is bent (nothing stiff in it, straight tracks, length enough), and
-what lies near the step at the body's end where a tail has fewer layers. SIT117, SIT124 and SIT126 to SIT129: the tail's
-end against what the connector takes, and the contacts' finish.
+"""SIT117, SIT123, SIT124 and SIT126 to SIT130: the tail's bend, its step in thickness, its end and its contacts.
+
+SIT123 checks that the bent part has nothing stiff, straight tracks and enough length. SIT130 checks copper near the
+step at the body's end if the tail has fewer layers. The other rules check the tail's end against the connector, and the
+contacts' finish.
 """
 
 from __future__ import annotations
@@ -47,22 +49,23 @@ from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
 LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
-"""A longer tail is named in steps of this (m); the spec takes none longer than this (m)."""
+"""Step (m) of the longer tails that hints name, and the longest tail (m) of a spec."""
 
 FIRST_ROOM = 1e-3
-"""The least length (m) by which a tail without any room to bend is lengthened."""
+"""Least length (m) by which a tail without any room to bend is lengthened."""
 
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 GRAIN = 0.05e-3
-"""Margins are named in steps of this (m)."""
+"""Step (m) of the margins that hints name."""
 
 
 @record
 class _Straight:
-    """The longest stretch in the bend zone in which tracks run straight at one width: where it begins and its length
-    (m), how much of that the mount and its bends leave for the spec's own (m), and the first place in the zone where
-    tracks are not straight, if any.
+    """The longest part of the bend zone with straight tracks of constant width.
+
+    ``start`` and ``length`` are in metres. ``room`` is the length (m) left for the spec's own bend beside the mount's
+    bends. ``unfit`` is the first place in the zone at which tracks are not straight, if any.
     """
 
     start: float
@@ -72,7 +75,7 @@ class _Straight:
 
 
 def bend_zone(design: Design) -> Iterator[Verdict]:
-    """Nothing stiff and nothing that starts a crack lies where the tail bends."""
+    """Yield findings on stiff items and possible starts of cracks where the tail bends."""
     zone, tail = design.layout.bend_zone, design.spec.fpc.tail
     assert tail is not None
     if tail.bend == "none":
@@ -82,7 +85,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
         yield Undecided("a rigid board has no zone that bends: SIT308 refuses the bend")
         return
     if zone is not None:
-        # A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent
+        # A violation for every via, contact and stiffener inside the bend zone (x from and to, m)
         layout = design.layout
         stiff = [(f"a via of {v.net}", v.centre.x, v.pad / 2, Place(*v.centre, None, (v.net,))) for v in layout.vias]
         stiff += [(f"contact {pad.name}", pad.centre.x, pad.size[0] / 2, Place(*pad.centre, pad.layer, (pad.net,)))
@@ -105,7 +108,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
 
 
 def _mount_bends(design: Design) -> Iterator[Violation]:
-    """A bend by which the mount lets the tail down, and which reaches beyond what may be bent."""
+    """Yield a finding if a bend made by the mount extends beyond the part that may be bent."""
     path, straight = tail_path(design.layout), _straight(design)
     if path is not None and path.reason == TOO_SHORT:
         yield Violation(
@@ -126,7 +129,7 @@ def _mount_bends(design: Design) -> Iterator[Violation]:
 
 
 def _too_short(design: Design) -> Iterator[Violation]:
-    """A complaint where the tail has no straight stretch long enough for its bend."""
+    """Yield a violation if the tail has no straight part long enough for its bend."""
     spec, layout, tail = design.spec, design.layout, design.spec.fpc.tail
     straight, needed, fits, figure = _straight(design), bend_length(spec.fpc), _fits(design), bend_figure(spec.fpc)
     assert tail is not None
@@ -154,7 +157,7 @@ def _too_short(design: Design) -> Iterator[Violation]:
         free = f"{show(max(0.0, straight.room), 'm', 3)} free of vias, turns and stiffener{mount}"
         message = f"the tail has {free} for its {tail.bend} bend"
         message += f"; one by {angle} needs {asked}" if needed else radius
-    # an error where so much of the tail does not lie free of what is stiff, straight or not
+    # an error if no part of the tail this long, straight or not, is free of stiff items
     zone = layout.bend_zone
     start = max([zone[0] if zone else 0.0, *(bend.end for bend in bends_of_mount(layout))])
     has_room = zone is not None and zone[1] - start >= needed - ROUNDING
@@ -166,7 +169,7 @@ def _too_short(design: Design) -> Iterator[Violation]:
 
 
 def tail_length(design: Design) -> Iterator[Verdict]:
-    """The tail as drawn against the length that the spec asks for."""
+    """Yield a finding if the drawn tail is longer than the spec's."""
     tail, drawn = design.spec.fpc.tail, design.layout.tail_length
     assert tail is not None
     if drawn > tail.length + ROUNDING:
@@ -181,7 +184,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
 
 
 def _misplaced(design: Design) -> Iterator[Violation]:
-    """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
+    """Yield a finding if a bend at a given place extends beyond the part that may be bent."""
     tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, own_bend(design.layout)
     stretch = room_for_own(design.layout)
     if tail is None or tail.bend_at is None or zone is None or bend is None or stretch is None:
@@ -203,12 +206,12 @@ def _misplaced(design: Design) -> Iterator[Violation]:
 
 
 def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
-    """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
+    """Yield a finding if a given bend radius is smaller than the fabricator's."""
     tail, least, figure = spec.fpc.tail, least_bend_radius(spec.fpc), bend_figure(spec.fpc)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
         return
     if tail.bend_radius < least - ROUNDING:
-        rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # as it is written
+        rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # rounded as written
         changed = setting(spec, "fpc.tail.bend_radius", rounder, "").spec
         fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), changed)
         hint = "a larger fpc.tail.bend.radius, or leave it out"
@@ -222,7 +225,7 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
 
 
 def _longer(design: Design) -> tuple[Family, ...]:
-    # Longer tails. None if leads or vias found no room: that is as vain with any tail.
+    # Longer tails. None if leads or vias have no room: a longer tail does not help then.
     missing = bend_length(design.spec.fpc) - max(0.0, _straight(design).room)
     if design.layout.bend_zone is None:
         missing = max(missing, FIRST_ROOM)
@@ -236,12 +239,12 @@ def _longer(design: Design) -> tuple[Family, ...]:
 
 
 def _fits(design: Design) -> bool:
-    """Whether there is somewhere to bend, and straight tracks along all of its bend."""
+    """Whether there is a bend zone, with straight tracks along the whole bend."""
     return design.layout.bend_zone is not None and _straight(design).room >= bend_length(design.spec.fpc) - ROUNDING
 
 
 def _straight(design: Design) -> _Straight:
-    """The longest straight stretch that may be bent, and the first thing that is unfit for it."""
+    """Return the longest straight part that may be bent, and the first item that is unfit for bending."""
     zone = design.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
@@ -253,7 +256,10 @@ def _straight(design: Design) -> _Straight:
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """What is special about a tail of fewer layers than the body, or about buttons; what the plain build would cost."""
+    """Yield a note on a special build: a tail of fewer layers than the body, or button plating.
+
+    The note describes the plain build for comparison.
+    """
     layout, spec = design.layout, design.spec
     last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
@@ -282,12 +288,15 @@ def special_build(design: Design) -> Iterator[Verdict]:
 
 
 def _copper(stackup: Stackup) -> str:
-    """Finished copper from the top, like 30/18/18/30 um."""
+    """Return finished copper thicknesses from the top, like 30/18/18/30 um."""
     return "/".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
 def step(design: Design) -> Iterator[Verdict]:
-    """Holes and turns beside the place where the lower layers end and the tail's own coverlay laps in between."""
+    """Yield findings on holes and turns near the step at which the lower layers end.
+
+    The tail's own coverlay may overlap there.
+    """
     layout, rules, end = design.layout, design.spec.fpc.rules, design.layout.body[2]
     if tail_copper(layout) == layout.copper_layers:
         return
@@ -319,7 +328,7 @@ def step(design: Design) -> Iterator[Verdict]:
 
 
 def _too_near(design: Design, message: str, gap: float, asked: float, source: str, place: Place) -> Violation:
-    """The complaint for something too near to the step in thickness, and a longer body as the way out."""
+    """Return the violation for an item too near to the step in thickness, with a longer body as remedy."""
     margin = design.spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + (asked - gap)) / GRAIN - 1e-6)
     fix = setting(design.spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
@@ -332,18 +341,19 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
 
 
 LONGEST_BAR = 1.5e-3
-"""The distance (m) from a contact's tip to the board's edge up to which a plating bar is taken to be drawn unasked."""
+"""Distance (m) from a contact's tip to the board's edge up to which a plating bar counts as drawn by default."""
 
 CLOSER_CUT = 2.0
-"""The usual tolerance of cutting over the closer one of the same house: a router cuts within +-0.1 mm, a steel die
-within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
+"""Ratio of the usual cutting tolerance to the closer tolerance of the same fabricator.
+
+A router cuts within +-0.1 mm, a steel die within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
 
 PADS = Undecided("the tail ends in solder pads: no connector takes it")
 
 
 def insertion_thickness(design: Design) -> Iterator[Verdict]:
-    """What is there at the contacts, coverlay that is left and stiffener included, against what the connector takes."""
+    """Yield findings on the thickness at the contacts, with remaining coverlay and stiffener, against the connector."""
     connector = _connector(design.spec.fpc)
     wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if wanted <= 0.0:
@@ -375,8 +385,10 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
-    """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes, as far
-    as another stiffener would come nearer: what comes with every connector stands in the order.
+    """Yield a finding if the fabricator's tolerance takes the thickness at the contacts out of the connector's range.
+
+    Only deviations that another stiffener would reduce are reported. Smaller deviations occur with every connector and
+    are stated in the order.
     """
     connector, pads = _connector(design.spec.fpc), design.layout.pads
     wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
@@ -385,7 +397,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
         return
     band, low, high = finished_thickness(design.layout, Where.CONTACT), wanted - allowed, wanted + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
-    # a stiffener out of stock comes as near as half a step to the thickness that is wanted
+    # a stiffener from stock comes within half a step of the required thickness
     half_a_step = max(b - a for a, b in pairwise(_in_stock())) / 2
     if worst[0] > half_a_step + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield Violation(
@@ -399,12 +411,12 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
 
 
 def _in_stock() -> list[float]:
-    """Thicknesses (m) of stiffeners that are made of a film and an adhesive in stock, the thinnest first."""
+    """Return thicknesses (m) of stiffeners made of a film and an adhesive in stock, the thinnest first."""
     return sorted({film + adhesive for film, adhesive in stock_stiffeners()})
 
 
 def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verdict]:
-    """A stiffener that is not made of a film and an adhesive that are in stock."""
+    """Yield a finding on a stiffener that is not made of a film and an adhesive in stock."""
     totals = _in_stock()
     if tail is None or plate is None or plate.adhesive > 0.0:
         return
@@ -422,8 +434,9 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
 
 
 def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
-    """The tolerance of the outline against that which the connector asks of the tail's width, where even a closer cut
-    does not keep it: the order asks for the closer one anyway.
+    """Yield a finding if the outline's tolerance exceeds the connector's tolerance for the tail's width.
+
+    Only tolerances that even a closer cut does not keep are reported, because the order requests the closer cut anyway.
     """
     connector, rules = _connector(fpc), fpc.rules
     if connector.width_tolerance <= 0.0:
@@ -444,7 +457,7 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
 
 
 def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
-    """The number of contacts against those that the connector is made with, and whether some lead nowhere."""
+    """Yield findings on a number of contacts that the connector is not made with, and on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
     row, made, mark = contact_row(placements, fpc.tail, connector), connector.positions, plug_mark(connector,
                                                                                                    "positions")
@@ -469,7 +482,7 @@ def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> 
 
 
 def plug_mark(connector: Connector, *fields: str) -> str:
-    """A warning in brackets where what a connector takes was not read in its drawing."""
+    """Return a warning in brackets if a connector's values were not read from its drawing. Otherwise empty."""
     fields = fields or ("insertion_thickness", "insertion_thickness_tolerance")
     return " (unverified: compare with its drawing)" if is_unverified(connector.source, *fields) else ""
 
@@ -480,7 +493,7 @@ def _connector(fpc: FpcSpec) -> Connector:
 
 
 def contact_finish(design: Design) -> Iterator[Verdict]:
-    """The finish against what is done with the contacts, and against what it takes to plate it."""
+    """Yield findings on a finish unsuitable for the contacts' use, and on the plating bars that it needs."""
     layout, fpc = design.layout, design.spec.fpc
     chosen = finish(fpc.finish)
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
@@ -506,10 +519,10 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
 
 
 def _to_the_edge(outline: Path, pad: Pad) -> float:
-    """The distance (m) from a contact's end straight on to the outline, in the nearer direction along the contact."""
+    """Return the distance (m) from a contact's end to the outline, in the nearer direction along the contact."""
     half, corners, found = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
-    for sign in (-1.0, 1.0):  # as far as a metre
+    for sign in (-1.0, 1.0):  # up to one metre
         end = pad.centre.shifted(sign * half * dx, sign * half * dy)
         found += crossings(end, end.shifted(sign * dx, sign * dy), corners)
     return min(found)
