@@ -1,4 +1,4 @@
-"""The formats that a package is written in. A new format is one module here with a `render`, and one row of WRITERS."""
+"""File formats of a package. A format is a module here with a `render` function, and a row in WRITERS."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ WRITERS: tuple[Writer, ...] = (
         "volume mesh", "files.formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None,
     ),
 )
-"""Every format, in the order in which a package is made; the papers come after them."""
+"""Formats in the order in which a package is made. The documents follow them."""

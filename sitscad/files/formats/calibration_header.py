@@ -1,5 +1,6 @@
-"""The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine. A
-program shows how it is called.
+"""Calibration map from readings to forces as a C99 header, and a program that uses it.
+
+The C code needs no heap and no library function except logf. It gives equal results on every machine.
 """
 
 from __future__ import annotations
@@ -18,10 +19,19 @@ WIDTH = 116  # Columns of a line at most
 def header(
     found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
 ) -> bytes:
-    """Return the C header of a map for a converter that counts as `conversion` says.
+    """Return the C header of a calibration map.
 
-    `remarks` stand in its first comment. With the number of a `cell` every name begins with ``sitscad_cellN_``, so that
-    one program takes the headers of all cells.
+    Parameters
+    ----------
+    found
+        The map.
+    conversion
+        Settings of the converter: format and range of its counts.
+    remarks
+        Lines for the comment at the head of the file.
+    cell
+        Number of a cell. If given, every name begins with ``sitscad_cellN_``, so that a program can include the
+        headers of all cells.
     """
     counts = ", ".join(f"{int(count)}u" for count in found.rest)
     lines = [
@@ -42,19 +52,22 @@ def header(
 
 
 def program(cell: int | None = None) -> bytes:
-    """Return the source of a program that turns counts into newtons by a map's header; with `cell` that of a cell."""
+    """Return the C source of a program that converts counts to newtons with a map's header.
+
+    With `cell`, names are those of the header of this cell.
+    """
     return _of_cell(PROGRAM, cell).encode("ascii")
 
 
 def _of_cell(text: str, cell: int | None) -> str:
-    """Return C with the names of one cell; unchanged without a number."""
+    """Return C code with the names of one cell. Unchanged if `cell` is None."""
     if cell is None:
         return text
     return text.replace("sitscad_", f"sitscad_cell{cell}_").replace("SITSCAD_", f"SITSCAD_CELL{cell}_")
 
 
 def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
-    """The comment at the file's head: which sensor, how good, what goes in and comes out."""
+    """Return the comment at the head of the file: sensor, standard deviations, inputs and outputs."""
     shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
     device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
@@ -89,7 +102,7 @@ def _units(found: InverseMap) -> str:
 
 
 def _opening(found: InverseMap) -> list[str]:
-    """The guard, the sizes and the names of axes and results."""
+    """Return the include guard, the sizes, and the names of axes and results."""
     return [
         "#ifndef SITSCAD_CALIBRATION_H",
         "#define SITSCAD_CALIBRATION_H",
@@ -116,7 +129,7 @@ def _opening(found: InverseMap) -> list[str]:
 
 
 def _tables(found: InverseMap) -> list[str]:
-    """The map's numbers as constant arrays of C."""
+    """Return the map's numbers as constant arrays of C."""
     return [
         "/* What every coil's relative change is multiplied with. */",
         *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain)),
@@ -134,7 +147,10 @@ def _tables(found: InverseMap) -> list[str]:
 
 
 def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
-    """The ends of every coil's counts, where they are not alike: a result is a part of a conversion."""
+    """Return the smallest and largest count of every coil as C arrays.
+
+    Empty if results show whole conversions, because the range is then equal for all coils.
+    """
     if not conversion.is_partial:
         return []
     least, most = zip(*(conversion.ends(coil) for coil in range(len(found.coils))), strict=True)
@@ -146,7 +162,7 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
 
 
 def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
-    """C that begins the function: what every coil sees, by its counts over the tare's."""
+    """Return the beginning of the C function: the signal of every coil from its counts and the tare's counts."""
     most = f"0x{conversion.ends(0)[1]:08X}u"
     beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
     if conversion.is_partial:
@@ -204,13 +220,11 @@ SUMMED = (
     "    return result;",
     "}",
 )
-"""C that mixes the coils, says where that is beyond the map and stays at its end, sums the terms, and ends the
-function.
-"""
+"""C code that mixes the coils, clips the axes to the map's range, sums the terms and ends the function."""
 
 
 def _floats(values: Iterable[float]) -> list[str]:
-    """Numbers as constants of C's float, nine digits: no float lies between."""
+    """Return numbers as float constants of C with nine digits, which identify every float."""
     return [f"{float(value) + 0.0:.8e}f" for value in values]
 
 
@@ -228,7 +242,7 @@ def _matrix(kind: str, name: str, size: str, rows: Iterable[Iterable[str]]) -> l
 
 
 def _wrapped(values: Iterable[str], indent: str) -> list[str]:
-    """Values with commas, in indented lines of at most WIDTH letters."""
+    """Return values with commas, in indented lines of at most WIDTH characters."""
     lines, line = [], indent
     for value in values:
         if len(line) + len(value) + 2 > WIDTH and line.strip():
@@ -280,4 +294,4 @@ int main(void)
     return got == EOF ? worst : 1;
 }
 """
-"""The program, in C99."""
+"""C99 source of the program."""

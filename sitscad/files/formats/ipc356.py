@@ -1,6 +1,7 @@
-"""IPC-D-356A netlist for the bare-board test: one record a contact, one a via. Metric (``UNITS CUST 1``: micrometres
-and degrees), fields at the fixed columns of the standard. A coil is one piece of copper, so its two contacts belong to
-one net: continuity between them is what the test has to find.
+"""IPC-D-356A netlist for the bare-board test: one record per contact and one per via.
+
+Metric (``UNITS CUST 1``: micrometres and degrees), with fields at the fixed columns of the standard. A coil is one
+piece of copper. Its two contacts therefore belong to one net, and the test checks continuity between them.
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ NET_NAME_LENGTH = 14
 
 
 def render(layout: Layout) -> dict[str, bytes]:
-    """The netlist by its path in the package. Raises ValueError for what the format's fixed columns cannot hold."""
+    """Return the netlist by its path in the package.
+
+    Raises ValueError for values too long for a field of the format.
+    """
     text = "\n".join(_records(layout)) + "\n"
     return {fabrication_path(layout.spec.name, "netlist.d356"): text.encode("ascii")}
 
@@ -38,7 +42,7 @@ def _records(layout: Layout) -> Iterator[str]:
 
 
 def _contact(layout: Layout, pad: Pad) -> str:
-    """Operation 327: a surface contact, reached from the side that it lies on; a flat end of its net."""
+    """Return the record of a surface contact (operation 327) with access from its own side."""
     bottom = pad.layer == layout.copper_layers and pad.layer > 1
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
     covered = _covered(layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings, pad.centre)
@@ -47,7 +51,10 @@ def _contact(layout: Layout, pad: Pad) -> str:
 
 
 def _via(layout: Layout, via: Via) -> str:
-    """Operation 317: a plated hole in its net; one that ends on an inner layer is met from the top (01) as in KiCad."""
+    """Return the record of a plated hole (operation 317).
+
+    A hole that ends on an inner layer has access from the top (01), as in KiCad.
+    """
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"
     access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"
@@ -58,8 +65,10 @@ def _via(layout: Layout, via: Via) -> str:
 def _record(
     operation: str, net: str, component: str, pin: str, hole: str, access: str, at: Point, size: str, covered: int
 ) -> str:
-    """One line: columns 1-3 operation, 4-17 net, 21-26 component, 28-31 pin, 32-38 hole, 39-41 access, 42-57 place,
-    58-67 size, 68-71 rotation, 73-74 which sides are covered.
+    """Return one test record.
+
+    Columns: 1-3 operation, 4-17 net, 21-26 component, 28-31 pin, 32-38 hole, 39-41 access, 42-57 place, 58-67 size,
+    68-71 rotation, 73-74 covered sides.
     """
     if len(net) > NET_NAME_LENGTH:
         raise ValueError(f"net name {net!r} is longer than the {NET_NAME_LENGTH} characters of IPC-D-356A")
@@ -70,7 +79,7 @@ def _record(
 
 
 def _covered(bottom_openings: tuple[Region, ...], stackup: Stackup, top_openings: tuple[Region, ...], at: Point) -> int:
-    """0: bare on both sides, 1: the top is covered, 2: the bottom, 3: both."""
+    """Return the code of the covered sides: 0 none, 1 top, 2 bottom, 3 both."""
     top, bottom = has_coverlay(stackup)
     top = top and not any(_holds(region, at) for region in top_openings)
     bottom = bottom and not any(_holds(region, at) for region in bottom_openings)
@@ -78,7 +87,7 @@ def _covered(bottom_openings: tuple[Region, ...], stackup: Stackup, top_openings
 
 
 def _holds(region: Region, at: Point) -> bool:
-    """Whether a point lies inside a region (crossing number of the outline, then of the holes)."""
+    """Return whether a point lies inside a region (crossing number of the outline, then of the holes)."""
     return _inside(region.outline.flattened(1e-6), at) and not any(_inside(h.flattened(1e-6), at) for h in region.holes)
 
 

@@ -1,9 +1,9 @@
-"""Files for laser cutters, one a sheet: DXF (AutoCAD 2000 format in ASCII, millimetres, named layers), and SVG
-(millimetres, hairlines, one group a layer).
+"""Files for laser cutters, one per sheet, as DXF and as SVG.
 
-Of the two forms of DXF that every laser driver reads, R12 has no word for the unit of length; this one (AC1015) has,
-and a drawing of 4 mm taken for 4 inches is the error to avoid. Circles are CIRCLE, all other contours closed LWPOLYLINE
-whose arcs are bulges (the tangent of a quarter of the sweep), so nothing is flattened.
+DXF is ASCII in the format of AutoCAD 2000 (AC1015), in millimetres, with named layers. Laser drivers read R12 and
+AC1015. Only AC1015 states the unit of length: without it, a drawing of 4 mm may be read as 4 inches. Circles are
+CIRCLE. All other contours are closed LWPOLYLINE with arcs as bulges (tangent of a quarter of the sweep), so that
+nothing is flattened. SVG is in millimetres, with hairlines and one group per layer.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MILLIMETRES = 4
 
 Tag = tuple[int, str | int | float]
 
-# Handles of the structures that every file of this format has; layers and entities count on from the last number.
+# Handles of the structures in every file of this format. Layers and entities have higher numbers.
 _BLOCK_RECORDS, _LAYERS, _STYLES, _LINETYPES, _VIEWS, _UCS, _VIEWPORTS, _APPIDS, _DIMSTYLES = range(0x1, 0xA)
 _ROOT, _GROUPS = 0xA, 0xB
 _MODEL, _MODEL_BLOCK, _MODEL_END, _PAPER, _PAPER_BLOCK, _PAPER_END = range(0x10, 0x16)
@@ -33,15 +33,17 @@ _FIRST_LAYER, _FIRST_ENTITY = 0x30, 0x100
 
 
 def render_dxf(layout: Layout, forced: str = "") -> dict[str, bytes]:
-    """``laser/NAME-elastomer.dxf``, the same of the target and of the shield, of those parts that the spec has; with a
-    note that says so where ``forced`` is not empty. Raises ValueError for a kerf that cannot be compensated.
+    """Return ``laser/NAME-elastomer.dxf``, and such a file of target and of shield.
+
+    A file is left out if the spec has no such part. If ``forced`` is not empty, each sheet bears the note `FORCED`.
+    Raises ValueError for a kerf that cannot be compensated.
     """
     name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
     return {f"laser/{name}-{sheet.name}.dxf": dxf_drawing(sheet).encode("ascii") for sheet in found}
 
 
 def dxf_drawing(sheet: LaserSheet) -> str:
-    """The whole DXF of one sheet."""
+    """Return the DXF text of one sheet."""
     entities = list(_entities(sheet))
     tags: list[Tag] = [
         *_section("HEADER", _header(sheet, _FIRST_ENTITY + len(entities))), *_section("CLASSES", ()),
@@ -53,7 +55,7 @@ def dxf_drawing(sheet: LaserSheet) -> str:
 
 
 def _value(value: str | int | float) -> str:
-    """A tag's value as text; text outside ASCII is written as DXF's own escape."""
+    """Return a tag's value as text, with DXF escapes for characters outside ASCII."""
     if isinstance(value, float):
         return decimal(value, 9, 1)
     if isinstance(value, int):
@@ -93,7 +95,7 @@ def _record(table: str, handle: int, owner: int, subclass: str, *content: Tag) -
 
 
 def _tables(sheet: LaserSheet) -> Iterator[Tag]:
-    # The view that a program opens the file with
+    # Initial view of a program that opens the file
     width, height = sheet.width * 1e3, sheet.height * 1e3
     shape: tuple[Tag, ...] = (
         (2, "*Active"), (70, 0), (10, 0.0), (20, 0.0), (11, 1.0), (21, 1.0), (12, width / 2), (22, height / 2),
@@ -109,7 +111,7 @@ def _tables(sheet: LaserSheet) -> Iterator[Tag]:
     ]
     yield from _table("LTYPE", _LINETYPES, rows)
     layers = [("0", 7), *((str(layer), LOOKS[layer].index) for layer in CutLayer)]
-    rows = [  # line weight 0 is the hairline that drivers follow as a vector
+    rows = [  # line weight 0 is the hairline that drivers cut as a vector
         _record("LAYER", _FIRST_LAYER + i, _LAYERS, "Layer", (2, name), (70, 0), (62, colour), (6, "Continuous"),
                 (370, 0))
         for i, (name, colour) in enumerate(layers)
@@ -143,7 +145,7 @@ _OBJECTS: tuple[Tag, ...] = (
     (3, "ACAD_GROUP"), (350, f"{_GROUPS:X}"),
     (0, "DICTIONARY"), (5, f"{_GROUPS:X}"), (330, f"{_ROOT:X}"), (100, "AcDbDictionary"), (281, 1),
 )
-"""The root dictionary and its groups, without which AutoCAD refuses a file of this format."""
+"""Root dictionary and its groups. AutoCAD refuses a file of this format without them."""
 
 
 def _entities(sheet: LaserSheet) -> Iterator[list[Tag]]:
@@ -175,7 +177,7 @@ def _contour(contour: Contour, handle: int) -> list[Tag]:
 
 
 def bulged_vertices(path: Path) -> Iterator[tuple[Point, float]]:
-    """The corners of a path, each with the bulge of the segment that leaves it."""
+    """Yield the corners of a path, each with the bulge of the segment that begins there."""
     for segment in path:
         yield segment.start, math.tan(segment.sweep / 4) if isinstance(segment, Arc) else 0.0
     if not path.is_closed:
@@ -188,26 +190,28 @@ def _at(point: Point) -> tuple[Tag, Tag]:
 
 MM = 1e3
 HAIRLINE = 0.01
-"""Width (mm) of a line that drivers take for a vector to follow and not for an area to raster: below 0.001 inch."""
+"""Line width (mm), below 0.001 inch. Laser drivers cut such lines as vectors and do not raster them as areas."""
 
 
 def render_svg(layout: Layout, forced: str = "") -> dict[str, bytes]:
-    """``laser/NAME-elastomer.svg``, the same of the target and of the shield, of those parts that the spec has; with a
-    note that says so where ``forced`` is not empty. Raises ValueError for a kerf that cannot be compensated.
+    """Return ``laser/NAME-elastomer.svg``, and such a file of target and of shield.
+
+    A file is left out if the spec has no such part. If ``forced`` is not empty, each sheet bears the note `FORCED`.
+    Raises ValueError for a kerf that cannot be compensated.
     """
     name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
     return {f"laser/{name}-{sheet.name}.svg": svg_drawing(sheet, name).encode("utf-8") for sheet in found}
 
 
 def svg_drawing(cut: LaserSheet, name: str) -> str:
-    """The whole SVG of one sheet, y pointing down; coordinates to the nanometre."""
+    """Return the SVG text of one sheet, with y downwards and coordinates rounded to nanometres."""
     size = cut.width * MM, cut.height * MM
     sheet = Sheet(f"{name} {cut.part}", size, decimals=6, ground=None, font="sans-serif")
     for layer in CutLayer:
         pen = Pen(HAIRLINE, LOOKS[layer].rgb)
         with sheet.group(layer, layer=True):
             for contour in cut.on(layer):
-                circular = contour.diameter is not None  # one that is a circle is written as such
+                circular = contour.diameter is not None  # a circle is written as a circle
                 path = circle(contour.centre, (contour.diameter or 0.0) / 2) if circular else contour.path
                 sheet.draw(path.mapped(lambda point: Point(point.x * MM, point.y * MM)), pen)
             if layer is CutLayer.REF:

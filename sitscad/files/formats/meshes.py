@@ -1,9 +1,9 @@
-"""Meshes of the solids for printing and for viewers, as repeatable bytes: binary STL (millimetres, in the positive
-octant, on z = 0), 3MF (3MF core specification 1.3, one coloured object each), and ``mount/assembly.glb`` (glTF 2.0).
+"""Meshes of the solids for printing and for viewers, as repeatable bytes: STL, 3MF and glTF.
 
-3MF is written here because trimesh's and OpenCASCADE's writers put random identifiers in. glTF counts in metres with y
-upwards and the front towards +z: the jaw's length is x, what is up of the board is y. Every triangle has corners of its
-own, so that edges are seen as edges.
+STL is binary (millimetres, in the positive octant, on z = 0). 3MF follows the core specification 1.3, with a coloured
+object for each solid. It is written here because the writers of trimesh and OpenCASCADE add random identifiers.
+``mount/assembly.glb`` is glTF 2.0, in metres with y upwards and the front towards +z: the board's x is x, the board's z
+is y. Every triangle has its own corners, so that viewers show sharp edges.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _RELATIONS = (
 
 
 def render_3mf(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
+    """Return ``mount/NAME-<solid>.3mf`` of each part of mount, jaw, jig and mould. Empty if there are none."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
         f"mount/{spec.name}-{piece.name}.3mf": package([(piece, mesh.on_bed())], f"{spec.name}-{piece.name}")
@@ -43,7 +43,7 @@ def render_3mf(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, .
 
 
 def render_whole_3mf(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/assembly.3mf``: every piece of the assembly in place, named and coloured, for viewers."""
+    """Return ``mount/assembly.3mf``: all solids of the assembly in place, with names and colours, for viewers."""
     meshes = list(zip(solids, seen(solids), strict=True))
     low = np.min([mesh.vertices.min(axis=0) for _, mesh in meshes], axis=0)
     placed = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
@@ -51,7 +51,7 @@ def render_whole_3mf(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, b
 
 
 def package(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> bytes:
-    """The zip archive that a 3MF file is: content types, relations, model."""
+    """Return a 3MF file: a ZIP archive of content types, relations and model."""
     bases = "".join(f'<base name={quoteattr(solid.material)} displaycolor="{solid.colour.upper()}FF"/>'
                     for solid, _ in meshes)
     objects = "".join(_object(index, solid, mesh) for index, (solid, mesh) in enumerate(meshes))
@@ -77,13 +77,13 @@ def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
 
 
 def render_stl(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.stl`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
+    """Return ``mount/NAME-<solid>.stl`` of each part of mount, jaw, jig and mould. Empty if there are none."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in made(pieces)}
 
 
 def stl(mesh: TriangleMesh) -> bytes:
-    """A closed mesh as binary STL; raises `NotManifold` where trimesh finds it open or inside out."""
+    """Return a closed mesh as binary STL. Raises `NotManifold` if trimesh finds the mesh open or inside out."""
     trimesh = require("trimesh")
     body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     if not (body.is_watertight and body.is_winding_consistent and body.volume > 0.0):
@@ -95,15 +95,15 @@ SEE_THROUGH = {
     BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRole.OPPOSING_PAD: 0.5, BodyRole.FINGER: 0.5,
     BodyRole.METAL_BEHIND: 0.5,
 }
-"""How much is seen of pieces that would hide the rest."""
+"""Opacity of solids that would hide others."""
 
 
 def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """The file; raises `MissingExtra` without trimesh."""
+    """Return ``mount/assembly.glb``. Raises `MissingExtra` if trimesh is not installed."""
     trimesh = require("trimesh")
     scene = trimesh.Scene(base_frame=f"{spec.name}-assembly")
     for solid, triangles in zip(solids, seen(solids), strict=True):
-        # A mesh with its colour, turned so that y is up
+        # The mesh with its colour, rotated so that y is up
         corners: Array = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3
         turned = np.column_stack([corners[:, 0], corners[:, 2], -corners[:, 1]])
         faces = np.arange(len(turned)).reshape(-1, 3)

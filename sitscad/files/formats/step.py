@@ -1,9 +1,9 @@
 """STEP files (AP214) of mount and jaw, and of the whole assembly with names and colours, as repeatable bytes.
 
 OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
-``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and lines, broken where counter and
-numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery);
-header, counter and colours are written here, and every entity stands on one line, zeros as ``0.``.
+``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and line breaks, whose places depend
+on counter and numbers. Shapes and names are taken from OpenCASCADE (parts through build123d, the assembly through
+cadquery). Header, counter and colours are written here. Every entity is on one line, and zeros are written as ``0.``.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ _USAGE = re.compile(r"(?<=NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')\d+")
 _BREP = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\(([#\d,\s]*)\),\s*(#\d+)\)")
 _SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
 _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
-_BREAK = re.compile(r"(?<!;)\n *")  # Where a line ends before its entity does, within a name too
+_BREAK = re.compile(r"(?<!;)\n *")  # A line break inside an entity, also within a name
 _ZERO = re.compile(r"(?<=[(,])-?(?:0\.|\d\.\d*E-(?:1[4-9]|[2-9]\d))(?=[,)])")
-"""Numbers (millimetres, parts of a direction) that are zero but for rounding or a sign."""
+"""Numbers (millimetres, direction components) that are zero except for rounding or sign."""
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.step`` of each piece of mount, jaw, jig and mould; nothing without a mount."""
+    """Return ``mount/NAME-<solid>.step`` of each part of mount, jaw, jig and mould. Empty if there is no mount."""
     if spec.mount is None:
         return {}
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
@@ -38,12 +38,12 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] 
 
 
 def render_whole(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/assembly.step``: every piece as it is glued and closed, in place."""
+    """Return ``mount/assembly.step`` with every part in place, as assembled."""
     return {"mount/assembly.step": assembly(solids, f"{spec.name}-assembly")}
 
 
 def part(solid: Solid, title: str) -> bytes:
-    """One solid as a STEP file in the assembly's coordinates, millimetres, written by build123d."""
+    """Return a STEP file of one solid in the assembly's coordinates (mm), written by build123d."""
     bd = require("build123d")
     shape = bd.Solid(solid.shape.wrapped, label=title)
     with TemporaryDirectory() as folder:
@@ -53,7 +53,7 @@ def part(solid: Solid, title: str) -> bytes:
 
 
 def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
-    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery.
+    """Return a STEP assembly of all solids in place (mm), with names and colours, written by cadquery.
 
     `title` must differ from the names of the solids.
     """
@@ -68,18 +68,18 @@ def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
 
 
 def _timestamp() -> str:
-    """The header's time: ``SOURCE_DATE_EPOCH`` where it is set, else the first second of 1970; never the clock."""
+    """Return the time for the header: ``SOURCE_DATE_EPOCH`` if set, otherwise the first second of 1970."""
     return datetime.fromtimestamp(creation_second() or 0, UTC).strftime("%Y-%m-%dT%H:%M:%S")
 
 
 def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
-    """The file with our header, occurrences counted from 1, and colours."""
+    """Return the file with sitscad's header and colours, and with occurrences numbered from 1."""
     name = f"FILE_NAME('{title}','{_timestamp()}',(''),(''),'Open CASCADE Technology','sitscad','');"
     numbers = count(1)
     text = _BREAK.sub("", _HEADER.sub(lambda _: name, text, count=1))
     text = _ZERO.sub("0.", _USAGE.sub(lambda _: str(next(numbers)), text))
     body, end, tail = text.rpartition("ENDSEC;")
-    # Presentation entities that give every solid its colour, in the solids' order (ISO 10303-46 styled items)
+    # Entities for the colour of every solid, in the order of the solids (styled items of ISO 10303-46)
     contexts = {item: match[2] for match in _BREP.finditer(body) for item in re.findall(r"#\d+", match[1])}
     breps = _SOLID.findall(body)
     if len(breps) != len(solids):

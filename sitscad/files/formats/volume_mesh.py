@@ -1,22 +1,21 @@
-"""Meshes of tetrahedra by gmsh, in **metres**: the elastomer pad alone for mechanics, and all that a field program
-(eddy currents, magnetostatics) computes on.
+"""Tetrahedral meshes by gmsh, in **metres**: the elastomer pad for mechanics, and coils and metal for field programs.
 
-The pad: MSH 2.2 (ASCII) with straight sides, and in second order an input deck that CalculiX runs. Physical groups are
-the volume ``elastomer`` and the surfaces ``bonded_bottom`` (where it stands on the board), ``bonded_top`` (where it
-carries the target) and ``free`` (the rest, also what overhangs). Gmsh cuts the pad's faces along the edges of board and
-target, so that bonded and free areas are exact; along those edges, where stresses are singular, elements are smaller.
+Pad: MSH 2.2 (ASCII) with straight sides, and an input deck of second order that CalculiX runs. Physical groups are the
+volume ``elastomer`` and the surfaces ``bonded_bottom`` (on the board), ``bonded_top`` (under the target) and ``free``
+(all other faces, with those that overhang). Gmsh cuts the pad's faces along the edges of board and target, so that
+bonded and free areas are exact. Stresses are singular at these edges, and elements are smaller there.
 
-Fields: the coils, all metal near them, the pad, and the air round all of it. Regions share their faces. Every volume is
-a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``finger``, ``metal_behind``, ``elastomer``, ``air``),
-and so is every surface between two of them (``target_air``, ``target_elastomer``, ...) and the air's end (``outer``).
-Pieces lie where they are glued; what neither conducts nor is the pad (board, film, mount, glue) is air, but for the
-glue over and under the pad, which counts as pad: the target stands at the gap that the estimates have.
+Fields (eddy currents, magnetostatics): the coils, all metal near the coils, the pad, and the surrounding air. Regions
+share their faces. Every volume is a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``finger``,
+``metal_behind``, ``elastomer``, ``air``). So is every surface between two volumes (``target_air``,
+``target_elastomer``, ...) and the outer boundary of the air (``outer``). Parts are in their glued positions. Parts that
+are neither conductors nor pad (board, film, mount, glue) are air. Only the glue above and below the pad belongs to the
+pad, so that the target is at the gap of the estimates.
 
-The pad as an input deck that a finite-element program runs: nodes and elements, sets, rubber, and a step that
-presses it. Written for CalculiX, in the words of Abaqus' input file; lengths in metres, stresses in pascals.
-
-CalculiX (2.20 was asked) knows no hybrid element (``C3D10H is an unknown element type``), and its C3D10 locks in rubber
-that cannot change its volume. So the deck takes less bulk modulus than the material has: see `SHRINK`.
+Input deck: nodes and elements, sets, rubber material, and a step that presses the pad. It is written for CalculiX in
+Abaqus' syntax, with lengths in metres and stresses in pascals. CalculiX (tested: 2.20) has no hybrid element (``C3D10H
+is an unknown element type``), and its C3D10 locks in incompressible rubber. The deck therefore uses a smaller bulk
+modulus than the material has: see `SHRINK`.
 """
 
 from __future__ import annotations
@@ -53,19 +52,23 @@ from sitscad.spec.sensor import SensorSpec
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
 
 GMSH_TO_ABAQUS = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
-"""The nodes of a tetrahedron of second order: gmsh has the last two the other way round."""
+"""Order of the nodes of a second-order tetrahedron: the last two are exchanged in gmsh."""
 
 SHRINK = 0.06
-"""Modulus of the bonded pad, 3 mu (1 + 2 S^2) with the shape factor S (Gent & Lindley 1959), over the deck's bulk
-modulus. A smaller share locks the elements, a larger one lets the rubber shrink: with this one the two err against each
-other, by a few per cent of the force (tests/formats/test_volume_mesh.py runs it; docs/package.md has the figures).
+"""Modulus of the bonded pad, 3 mu (1 + 2 S^2) with shape factor S (Gent & Lindley 1959), over the deck's bulk modulus.
+
+A smaller ratio locks the elements, and a larger ratio makes the rubber compressible. At this ratio the two errors
+partly cancel: the force is off by a few per cent (tests/formats/test_volume_mesh.py runs it; docs/package.md has the
+figures).
 """
 
-STRAIN = 0.05  # The step's compression, in parts of the thickness
+STRAIN = 0.05  # Compression in the step, over the thickness
 
 INCREMENT = 0.25
-"""Largest increment of the step. By halves CalculiX 2.20 diverges in the second one for `round_button_12mm`: from 2.5 %
-of the thickness on, what it extrapolates turns elements at the free side inside out.
+"""Largest increment of the step.
+
+With increments of one half, CalculiX 2.20 diverges in the second increment for `round_button_12mm`: from 2.5 % of the
+thickness on, its extrapolation turns elements at the free side inside out.
 """
 
 ABOUT = """\
@@ -88,14 +91,14 @@ those make it stiffer by {held} %, cell by cell (data sheet)"""
 
 
 def bulk_ratio(pad: ElastomerPad) -> float:
-    """Bulk over shear modulus in the deck; the material's own where that is less."""
+    """Return bulk modulus over shear modulus for the deck, at most the material's own ratio."""
     shape_factor = pad.size[0] * pad.size[1] / (2.0 * sum(pad.size) * pad.thickness)
     stiff = 3.0 * (1.0 + 2.0 * shape_factor**2)
     return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
 
 
 def _left_out(spec: SensorSpec) -> str:
-    """What a deck says of the film, and of the cells of which it has one pad; empty if it has all there is."""
+    """Return the deck's text on film and cells, which are not in the deck. Empty if nothing is left out."""
     return _film(spec) + _of_cells(spec)
 
 
@@ -121,7 +124,7 @@ def _of_cells(spec: SensorSpec) -> str:
 
 
 def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
-    """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
+    """Yield the lines of the input deck for gmsh's mesh of second order, converted from millimetres to metres."""
     material, ratio = pad.material, bulk_ratio(pad)
     mu, alpha = material.shear_modulus, material.ogden_exponent
     words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
@@ -138,7 +141,7 @@ def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
     yield from map(", ".join(["{}"] * 11).format, itertools.count(1), *tetrahedra.T.tolist())
     sides, surfaces = _by_corners(tetrahedra[:, FACES]), dict(_surfaces(gmsh))
     for name, triangles in surfaces.items():
-        # A surface by the elements' faces that it is made of, and its nodes as a set
+        # A surface by its element faces, and its nodes as a set
         yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
         bounding = np.argwhere(np.isin(sides, _by_corners(triangles[:, :3]))) + 1
         yield from map("{}, S{}".format, *bounding.T.tolist())
@@ -154,8 +157,9 @@ def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
 
 
 def _by_corners(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """One number for every triangle (..., 3), whatever the order of its corners. Raises PartsError for corners of
-    higher numbers than it holds.
+    """Return a number for every triangle (..., 3) that does not depend on the order of its corners.
+
+    Raises PartsError for node numbers of more than 21 bits.
     """
     if triangles.max() >> 21:
         raise PartsError("the pad's mesh has more than two million nodes: ask for larger elements")
@@ -164,7 +168,7 @@ def _by_corners(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
-    """The named faces and the nodes (n, 6) of their triangles, corners first."""
+    """Yield the names of the faces and the nodes (n, 6) of their triangles, corners first."""
     for group in gmsh.model.getPhysicalGroups(2):
         faces = gmsh.model.getEntitiesForPhysicalGroup(*group)
         found = [gmsh.model.mesh.getElements(2, face)[2][0].reshape(-1, 6) for face in faces]
@@ -172,7 +176,7 @@ def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
 
 
 def _step(thickness: float) -> Iterator[str]:
-    """The board holds the pad, the target presses it without turning: `STRAIN` of its thickness."""
+    """Yield the step of the deck: the board holds the pad, and the target presses it by `STRAIN` without rotation."""
     yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", f"{INCREMENT}, 1., 1e-4, {INCREMENT}")
     yield from ("*BOUNDARY", "nodes_bonded_bottom, 1, 3, 0.", "nodes_bonded_top, 1, 2, 0.")
     yield f"** the target's travel: {STRAIN:.0%} of the pad's thickness"
@@ -182,7 +186,7 @@ def _step(thickness: float) -> Iterator[str]:
 
 
 HXT = 10
-"""Gmsh's parallel Delaunay for tetrahedra (Marot, Pellerin & Remacle 2019), here on one thread."""
+"""Gmsh's parallel Delaunay algorithm for tetrahedra (Marot, Pellerin & Remacle 2019), here in one thread."""
 
 _OPTIONS = {
     "General.Terminal": 0, "General.NumThreads": 1, "General.Verbosity": 0, "Geometry.OCCImportLabels": 0,
@@ -198,7 +202,7 @@ Entity = tuple[int, int]  # A volume, face or curve of gmsh: its dimension and n
 
 
 def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
-    """The volumes of a build123d shape, handed over as BREP text."""
+    """Return the volumes of a build123d shape, imported into gmsh as BREP text."""
     path = folder / "shape.brep"
     require("build123d").export_brep(shape, path)
     found: list[Entity] = gmsh.model.occ.importShapes(str(path))
@@ -206,19 +210,19 @@ def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
 
 
 def faces(gmsh: Any, volumes: list[Entity]) -> set[int]:
-    """The numbers of all faces of volumes."""
+    """Return the numbers of all faces of volumes."""
     around = gmsh.model.getBoundary(volumes, combined=False, oriented=False) if volumes else ()
     return {abs(tag) for _, tag in around}
 
 
 def edges(gmsh: Any, surfaces: Iterable[int]) -> list[int]:
-    """The numbers of all curves that bound faces."""
+    """Return the numbers of all curves that bound faces, sorted."""
     around = gmsh.model.getBoundary([(2, tag) for tag in sorted(surfaces)], combined=False, oriented=False)
     return sorted({abs(tag) for _, tag in around})
 
 
 def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float) -> None:
-    """Elements of the first size (mm) at curves that grow to the second one at a distance `reach` (mm)."""
+    """Set the element size: the first size (mm) at curves, growing to the second size at a distance `reach` (mm)."""
     field = gmsh.model.mesh.field
     near, size = field.add("Distance"), field.add("Threshold")
     field.setNumbers(near, "CurvesList", curves)
@@ -229,17 +233,20 @@ def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float
     field.setAsBackgroundMesh(size)
 
 
-SAMPLES = 100  # Points on each curve that distances are taken from
+SAMPLES = 100  # Points on each curve from which distances are measured
 
 
 def written(gmsh: Any, path: Path) -> bytes:
-    """The mesh as the format that a file's ending names."""
+    """Return the mesh in the format of the file's ending."""
     gmsh.write(str(path))
     return path.read_bytes()
 
 
 def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
-    """Nodes and tetrahedra of all volumes or some, and the tetrahedra's SICN: 1 regular, 0 flat, below 0 inside out."""
+    """Return the numbers of nodes and tetrahedra, and figures of the tetrahedra's quality SICN.
+
+    SICN is 1 if regular, 0 if flat and negative if inverted. `volumes` restricts the figures to some volumes.
+    """
     places = [tag for _, tag in volumes] or [-1]
     tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
     worth = sorted(float(value) for value in gmsh.model.mesh.getElementQualities(tags, "minSICN"))
@@ -255,16 +262,18 @@ def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
 ELEMENTS_THROUGH_THICKNESS = 5
 ELEMENTS_ACROSS = 10
 AT_EDGES = 0.5
-"""Size of the elements along the bonded edges over that of the others, which they grow to within two of these."""
+"""Element size along the bonded edges, over the size elsewhere. It grows within two elements from the edges."""
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the deck ``.inp`` in second order with its named faces, its
-    rubber and a step, and their quality as ``.json``; nothing without an elastomer.
+    """Return the pad's mesh files under ``mesh/NAME-elastomer``. Empty if there is no elastomer.
+
+    ``.msh`` has straight tetrahedra, ``.inp`` is the deck of second order with named faces, rubber and step, and
+    ``.json`` has the quality of the elements.
     """
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
-    # alike pads are meshed once, without webs
+    # Only the pad of the first cell is meshed, without webs
     others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
     first = tuple(solid for solid in solids if solid.name not in others)
     made = elastomer_meshes(first, _pad_of(spec), left_out=_left_out(spec))
@@ -273,9 +282,20 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
 
 @checked_arguments
 def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
-    """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` (CalculiX) in second order, ``json``
-    with what they are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half
-    of it along the edges of what is bonded.
+    """Return the mesh of the elastomer pad by file ending: ``msh``, ``inp`` and ``json``.
+
+    Parameters
+    ----------
+    layout
+        The layout.
+    size
+        Element size (m). The default gives five elements through the thickness and ten across. The size is half as
+        large along the edges of bonded faces.
+
+    Returns
+    -------
+    dict
+        ``msh`` in first order, ``inp`` (CalculiX) in second order, and ``json`` with the quality of both.
 
     Raises
     ------
@@ -294,15 +314,16 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
 
 
 def _pad_of(spec: SensorSpec) -> ElastomerPad:
-    assert spec.elastomer is not None  # there is a solid of it
+    assert spec.elastomer is not None  # the caller has found its solid
     return spec.elastomer
 
 
 def elastomer_meshes(
     solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None, left_out: str = ""
 ) -> dict[str, bytes]:
-    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth;
-    `left_out` is what the deck says of the film and of other cells, which are not in it.
+    """Return the pad's mesh by file ending: ``msh``, ``inp`` in second order, ``json`` with the quality.
+
+    `left_out` is the deck's text on the film and on other cells, which are not in the deck.
     """
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
@@ -313,8 +334,7 @@ def elastomer_meshes(
         )
         gmsh.model.occ.fragment(pad, board + target)
         gmsh.model.occ.synchronize()
-        # The physical groups, by whose faces the pad shares; board and target themselves are not meshed. Those that are
-        # bonded.
+        # Physical groups by the part with which the pad shares a face. Board and target are not meshed
         around = faces(gmsh, pad)
         bottom, top = around & faces(gmsh, board), around & faces(gmsh, target)
         gmsh.model.removeEntities(board + target, recursive=False)
@@ -324,7 +344,7 @@ def elastomer_meshes(
             if group:
                 gmsh.model.addPhysicalGroup(2, sorted(group), tag, name)
         gmsh.model.addPhysicalGroup(3, [tag for _, tag in pad], 4, "elastomer")
-        # Faces of board and target that the pad has no part in are not to be meshed
+        # Faces of board and target that are not faces of the pad are not meshed
         strays = [(2, tag) for _, tag in gmsh.model.getEntities(2) if tag not in around]
         gmsh.model.removeEntities(strays, recursive=True)
         bonded = bottom | top
@@ -348,25 +368,36 @@ AIR, OUTER = "air", "outer"
 METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw", BodyRole.FINGER: "finger",
           BodyRole.METAL_BEHIND: "metal_behind"}
 COPPER = ("coils", "layers")
-"""A region for every coil, from its topmost to its lowest copper, or one for every layer of every coil."""
+"""Regions of the copper: one per coil, from its topmost to its lowest copper, or one per layer of every coil."""
 
-PER_COIL = 25  # Elements across the smallest coil, along the edges of all pieces but the air
-ROOM = 1.5  # Air beyond the pieces on every side, over the largest coil's width
+PER_COIL = 25  # Elements across the smallest coil; sets the size along all edges except the air's
+ROOM = 1.5  # Thickness of the air around all parts, over the largest coil's width
 
 
 @checked_arguments
 def field_mesh(
     layout: Layout, size: float | None = None, air: float | None = None, copper: str = "coils"
 ) -> dict[str, bytes]:
-    """The mesh by the ending of its file: ``msh`` (MSH 2.2), ``inp`` (Abaqus' input file, which CalculiX and Elmer
-    read), ``json`` with every region's volume (m3), number of tetrahedra and their quality.
+    """Return the mesh for field programs by file ending: ``msh``, ``inp`` and ``json``.
 
-    `size` (m) is that of the elements along all edges of coils, metal and pad, by default a twenty-fifth of the
-    smallest coil; away from them they grow. `air` (m) is how far the air reaches beyond all pieces, by default one and
-    a half times the largest coil's width. `copper` is ``coils``: each is a ring as high as its winding, to carry a
-    current that is spread evenly; or ``layers``: a ring for every layer (``coil_C1_1``). The other jaw is left out.
-    Regions and sizes are the spec's; the order of points and elements may differ between two calls, because
-    OpenCASCADE numbers shared edges by their addresses.
+    Parameters
+    ----------
+    layout
+        The layout of one sensor or one cell.
+    size
+        Element size (m) along all edges of coils, metal and pad. Elements grow with the distance from the edges. The
+        default is a twenty-fifth of the smallest coil.
+    air
+        Thickness (m) of the air around all parts. The default is one and a half times the width of the largest coil.
+    copper
+        With ``coils``, each coil is a ring as high as its winding, for an evenly distributed current. With ``layers``,
+        every layer is a ring (``coil_C1_1``).
+
+    Returns
+    -------
+    dict
+        ``msh`` (MSH 2.2), ``inp`` (Abaqus' input format, which CalculiX and Elmer read), and ``json`` with volume (m3),
+        number of tetrahedra and their quality for every region.
 
     Raises
     ------
@@ -375,7 +406,12 @@ def field_mesh(
     PartsError
         for a part that cannot exist.
     ValueError
-        for lengths that are not positive, and another word for the copper.
+        for lengths that are not positive, for another value of `copper`, and for a layout with several cells.
+
+    Notes
+    -----
+    The opposing jaw is left out. Regions and sizes depend on the spec alone. The order of points and elements may
+    differ between two calls, because OpenCASCADE numbers shared edges by their addresses.
     """
     for length in (size, air):
         if length is not None and not 0.0 < length < float("inf"):
@@ -386,7 +422,7 @@ def field_mesh(
         raise ValueError(f"the copper is meshed as {' or '.join(COPPER)}, not {copper!r}")
     widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
-    # The pieces by their regions' names, as build123d solids
+    # build123d solids by the names of their regions
     found = {name: shape for coil in layout.coils for name, shape in _rings(layout, coil, copper)}
     pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
     found |= {METALS[solid.role]: solid.shape for solid in pieces}
@@ -397,8 +433,10 @@ def field_mesh(
 
 
 def _ring(layout: Layout, coil: Coil, number: int) -> Region:
-    """The ring of a layer: for round coils where its tracks are on the average over a turn, in which they go inwards by
-    a pitch; other shapes step in at one place, and cover what is drawn of them.
+    """Return the ring that represents a layer of a coil.
+
+    For round coils it follows the mean radius of the tracks over a turn, in which a spiral moves inwards by one pitch.
+    The tracks of other shapes step inwards at one place: the ring covers them as drawn.
     """
     spec, drawn = layout.spec.coil, ring(layout.spec.coil, coil, number)
     if not spec.outline.is_round:
@@ -412,7 +450,7 @@ def _ring(layout: Layout, coil: Coil, number: int) -> Region:
 
 
 def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
-    """A coil's regions: the ring of its widest layer, or that of each."""
+    """Return a coil's regions: the ring of its widest layer over the whole height, or a ring for each layer."""
     spans = [(w.layer, w.z - w.thickness / 2, w.z + w.thickness / 2) for w in coil.windings]
     if copper == "layers":
         return [(f"coil_{coil.name}_{n}", prism(_ring(layout, coil, n), low, high)) for n, low, high in spans]
@@ -422,13 +460,13 @@ def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
 
 
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
-    """The files of regions (build123d solids) in air, lengths in millimetres."""
+    """Return the mesh files of regions (build123d solids; mm) in air."""
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
         folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
         within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
-        # The physical groups: every region, every surface between two of them, and the end of the air
+        # Physical groups: every region, every surface between two regions, and the outer boundary of the air
         beside: dict[int, list[str]] = {}
         for region, own in volumes.items():
             gmsh.model.addPhysicalGroup(3, [tag for _, tag in own], name=region)
@@ -444,7 +482,7 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
         grade(gmsh, edges(gmsh, within), (fine, max(fine, room / 2)), 2.4 * room)
         gmsh.model.mesh.generate(3)
         made = {"msh": written(gmsh, folder / "field.msh")}
-        # gmsh's heading would name a folder of ours
+        # gmsh's heading would name a temporary folder
         _, _, deck = written(gmsh, folder / "field.inp").split(b"\n", 2)
         made["inp"] = b"*Heading\n coils, metal, pad and air, metres\n" + deck
         worth = {}
@@ -456,7 +494,10 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
 
 
 def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -> dict[str, list[Entity]]:
-    """Every region's volumes with faces shared, the air's last; what two pieces share belongs to the first."""
+    """Return the volumes of every region, with shared faces; the air is last.
+
+    The intersection of two regions belongs to the first.
+    """
     bd = require("build123d")
     bounds = bd.Compound(list(regions.values())).bounding_box()
     size, low = bounds.size, bounds.min
@@ -478,12 +519,15 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
 
 @contextmanager
 def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterator[None]:
-    """A model of its own, with every option that matters set. A session that the caller has open survives."""
+    """Return provide a new gmsh model with all relevant options set.
+
+    A session that the caller has open remains open.
+    """
     ours = not gmsh.isInitialized()
     if ours:
         gmsh.initialize(readConfigFiles=False, interruptible=False)
-        with suppress(AttributeError, ValueError):  # Windows has no such signal; a thread beside the main one sets none
-            # gmsh has it end the process: a server would die with the first listener that goes away
+        with suppress(AttributeError, ValueError):  # Windows lacks this signal; only the main thread can set it
+            # gmsh sets SIGPIPE to end the process: a server would end when a client disconnects
             signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
     for option, value in options.items():
         gmsh.option.setNumber(option, value)

@@ -1,5 +1,6 @@
-"""The board's fabrication files: Gerber X2 of every copper layer, coverlay openings, stiffener, extent of inner layers
-and outline; Excellon drill files; the drill map; and the job file.
+"""Fabrication files of the board: Gerber X2, Excellon drill files, drill map and job file.
+
+The Gerber files show every copper layer, coverlay openings, stiffener, extent of inner layers, and outline.
 """
 
 from __future__ import annotations
@@ -19,13 +20,14 @@ from sitscad.layout.board import Layout
 
 
 def render(layout: Layout) -> dict[str, bytes]:
-    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    """Return all Gerber files of a layout by their paths in the package. They depend on the layout alone."""
     return layer_files(layout)
 
 
 def render_drills(layout: Layout) -> dict[str, bytes]:
-    """The drill files by their paths in the package; none where the layout has no hole. The tools' diameters are the
-    finished holes'.
+    """Return the drill files by their paths in the package. Empty if the layout has no hole.
+
+    Tool diameters are those of the finished holes.
     """
     return {
         file.path: drill_text(
@@ -38,7 +40,7 @@ def render_drills(layout: Layout) -> dict[str, bytes]:
 
 
 def render_drill_map(layout: Layout) -> dict[str, bytes]:
-    """The drill map by its path in the package; nothing where the layout has no hole."""
+    """Return the drill map by its path in the package. Empty if the layout has no hole."""
     if not layout.vias:
         return {}
     file = drill_map_file(fabrication_path(layout.spec.name, "Drill_Map.gbr"))
@@ -47,6 +49,6 @@ def render_drill_map(layout: Layout) -> dict[str, bytes]:
 
 
 def render_job(layout: Layout) -> dict[str, bytes]:
-    """The job file of the board by its path in the package."""
+    """Return the board's job file by its path in the package."""
     files = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
     return {fabrication_path(layout.spec.name, "job.gbrjob"): job_document(layout, files, layout.size)}

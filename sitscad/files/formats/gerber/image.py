@@ -1,12 +1,13 @@
-"""A layout as images in Gerber X2 (layer format, RS-274X with attributes): copper, openings, stiffener and outline.
+"""Gerber X2 files of a layout (RS-274X with attributes), Excellon drill files, drill map and job file.
 
-Millimetres with six decimals, so one unit is a nanometre. Tracks are strokes of round apertures along lines and
-circular arcs (G01, G02, G03 in multi-quadrant mode), pads and vias are flashes, openings and stiffener are regions.
-Every copper object carries its net (``.N``), every contact its component and pin (``.P``), every aperture its function.
+Coordinates are millimetres with six decimals, so that a unit is a nanometre. Tracks are strokes of round apertures
+along lines and circular arcs (G01, G02, G03 in multi-quadrant mode). Pads and vias are flashes, openings and stiffener
+are regions. Every copper object has its net (``.N``), every contact its component and pin (``.P``), and every aperture
+its function.
 
-Holes as files: Excellon in the XNC manner (metric, explicit decimal points, drilling only, X2 attributes in
-comments), and the drill map as a Gerber drawing, every hole with its tool's symbol, with a table of the tools below
-the board. The Gerber job file (.gbrjob) states the board, what each file shows, and the stack-up.
+Drill files follow the XNC subset of Excellon: metric, explicit decimal points, drilling only, X2 attributes in
+comments. The drill map is a Gerber drawing of every hole with its tool's symbol, and a table of the tools below the
+board. The job file (.gbrjob) states the board, the function of each file, and the stack-up.
 """
 
 from __future__ import annotations
@@ -53,13 +54,13 @@ from sitscad.spec.presets import finish
 from sitscad.spec.yaml.source import UNNUMBERED, Issue, creation_date
 
 PROFILE_WIDTH = 50e-6  # Width (m) of the line that draws the outline; its middle is the board's edge
-FLAT = 1.0  # An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre
+FLAT = 1.0  # An arc with a rise below this (units) is drawn as a line: rounding spoils its centre
 
 Grid = tuple[int, int]
 
 
 def layer_files(layout: Layout) -> dict[str, bytes]:
-    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    """Return all Gerber files of a layout by their paths in the package. They depend on the layout alone."""
     files: dict[str, bytes] = {}
     for file in copper_files(layout.copper_layers, layout.spec.name):
         files[file.path] = document(layout.spec.issue, layout.spec.name, file, _copper(layout, file.layer or 1))
@@ -84,7 +85,10 @@ def document(
     issue: Issue, name: str, file: FabricationFile, body: Iterable[str],
     attributes: tuple[tuple[str, ...], ...] | None = None,
 ) -> bytes:
-    """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
+    """Return a whole Gerber file: title, attributes, and `body` with apertures and drawing.
+
+    If `attributes` is None, the file has the board's attributes.
+    """
     head = [f"G04 {name}: {file.title}*"]
     head += [f"G04 {issue.words}*"] if issue.rows else []
     head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(issue.revision, name)]
@@ -93,9 +97,9 @@ def document(
     return ("\n".join([*head, *body, "M02*"]) + "\n").encode("ascii")
 
 
-# Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
+# Copper: each object with its aperture (function, template). The order depends on the layout alone.
 
-CONTACTS = "J1"  # What the contacts of the tail are called; other pads are a capacitor's
+CONTACTS = "J1"  # Reference of the tail's contacts; other pads belong to capacitors
 
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]
@@ -148,9 +152,9 @@ def _drawn(item: Object) -> Iterator[str]:
 
 
 def regions(areas: Iterable[Region]) -> Iterator[str]:
-    """Filled areas: outlines dark, holes cut out of them afterwards."""
+    """Yield the commands of filled areas: outlines dark, then holes clear."""
     solid = list(areas)
-    # A region needs no aperture, but readers such as gerbv take a file without one for the old format of 1980.
+    # A region needs no aperture, but readers such as gerbv mistake a file without apertures for the format of 1980.
     yield from ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "D10*")
     for region in solid:
         yield from ("G36*", *stroke(region.outline), "G37*")
@@ -164,17 +168,20 @@ def regions(areas: Iterable[Region]) -> Iterator[str]:
 
 
 def profile(*paths: Path, function: str = "Profile") -> Iterator[str]:
-    """The outline, or other paths of another aperture function, as thin lines."""
+    """Yield the outline, or other paths with another aperture function, as thin lines."""
     yield from (f"%TA.AperFunction,{function}*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
     for path in paths:
         yield from stroke(path)
 
 
-# Strokes: a path as plot commands. A closed path ends on the very grid point where it began.
+# Strokes: a path as plot commands.
 
 
 def stroke(path: Path) -> Iterator[str]:
-    """Plot commands along a path with the current aperture; a closed path ends on the very grid point of its start."""
+    """Yield the plot commands along a path with the current aperture.
+
+    A closed path ends exactly on the grid point of its start.
+    """
     here = first = grid(path.start)
     mode = ""
     yield f"{xy(here)}D02*"
@@ -192,7 +199,7 @@ def stroke(path: Path) -> Iterator[str]:
 
 
 def _plotted(segment: Segment, here: Grid, there: Grid) -> tuple[str, str]:
-    """The mode (G01, G02, G03) and the centre's offset from the start for one segment between two grid points."""
+    """Return the mode (G01, G02, G03) of a segment between two grid points, and the centre's offset from the start."""
     if not isinstance(segment, Arc):
         return "G01", ""
     bow = segment.radius * (1.0 - math.cos(min(math.pi, abs(segment.sweep) / 2)))
@@ -203,7 +210,10 @@ def _plotted(segment: Segment, here: Grid, there: Grid) -> tuple[str, str]:
 
 
 def _halves(segment: Segment) -> tuple[Segment, ...]:
-    """An arc of more than half a turn as two: near a full turn, rounding could close it to nothing or to a circle."""
+    """Return an arc of more than half a turn as two arcs, other segments unchanged.
+
+    Near a full turn, rounding could make an arc an empty arc or a full circle.
+    """
     if not isinstance(segment, Arc) or abs(segment.sweep) <= math.pi + 1e-9:
         return (segment,)
     middle = segment.at(0.5)
@@ -212,11 +222,11 @@ def _halves(segment: Segment) -> tuple[Segment, ...]:
 
 
 def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
-    """The grid point near `centre` from which `start` and `end` look equally far.
+    """Return the grid point near `centre` whose distances from `start` and `end` are most nearly equal.
 
-    Rounding start, end and centre each to 1 nm leaves two radii that differ by up to about 3 nm. The centre is first
-    moved onto the chord's perpendicular bisector, then the best of its 25 grid neighbours is taken; what remains is a
-    fraction of a nanometre, far below what readers of arcs object to.
+    Rounding start, end and centre to 1 nm leaves two radii that differ by up to about 3 nm. The centre is first moved
+    onto the perpendicular bisector of the chord. Then the best of 25 grid points around it is taken. The remaining
+    difference is a fraction of a nanometre, far below the tolerances of Gerber readers.
     """
     x, y, ux, uy = centre.x / UNIT, centre.y / UNIT, end[0] - start[0], end[1] - start[1]
     along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
@@ -226,17 +236,17 @@ def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
 
 
 def grid(point: Point) -> Grid:
-    """A point in whole units of the file."""
+    """Return a point (m) in whole units of the file."""
     return round(point.x / UNIT), round(point.y / UNIT)
 
 
 def xy(at: Grid) -> str:
-    """A grid point as coordinates."""
+    """Return the coordinates of a grid point as Gerber text."""
     return f"X{at[0]}Y{at[1]}"
 
 
 def mm(length: float) -> str:
-    """A length (m) in millimetres with six decimals at most."""
+    """Return a length (m) in millimetres with at most six decimals."""
     return in_mm(length, 6, 1)
 
 
@@ -245,27 +255,27 @@ _CODE = re.compile(r"(%AD|^)D(\d{2,})")
 _FIRST_CODE = 10
 
 
-# A Gerber file repeated: the board's finished file drawn once for every copy, moved by whole nanometres. What a copy
-# shows is therefore exactly what the board's own file shows. Nets and pins, which would be the same in every copy, are
-# left out: the netlist belongs to the single board.
+# Repeated Gerber files: the board's finished file drawn once for every copy, moved by whole nanometres. A copy is
+# therefore exactly equal to the board's own file. Nets and pins would be equal in every copy and are left out: the
+# netlist belongs to the single board.
 
 
 @record
 class Image:
-    """What a file draws, without its head: its apertures with their attributes, and its plot commands."""
+    """Drawing of a file without its head: apertures with their attributes, and plot commands."""
 
     apertures: tuple[str, ...]
     commands: tuple[str, ...]
 
     @property
     def codes(self) -> int:
-        """How many aperture codes it takes from 10 on."""
+        """Number of aperture codes in use, counted from 10."""
         numbers = [int(found[2]) for line in self.apertures if (found := _CODE.match(line))]
         return max(numbers, default=_FIRST_CODE - 1) + 1 - _FIRST_CODE
 
 
 def image_of(text: bytes) -> Image:
-    """The image of one of sitscad's own files. Raises ValueError for a file that does not have their form."""
+    """Return the image of a Gerber file that sitscad wrote. Raises ValueError for a file of another form."""
     lines = text.decode("ascii").splitlines()
     if "G75*" not in lines or lines[-1] != "M02*":
         raise ValueError("a Gerber file of another form cannot be repeated")
@@ -277,7 +287,7 @@ def image_of(text: bytes) -> Image:
 
 
 def repeated(images: Iterable[tuple[Image, Iterable[Point]]]) -> Iterator[str]:
-    """The apertures of some images, then each image at each of its places (moves in metres)."""
+    """Yield the apertures of some images, then each image at each of its places (shifts in metres)."""
     placed, first = [], 0
     for image, places in images:
         yield from (_renumbered(line, first) for line in image.apertures)
@@ -299,7 +309,7 @@ def _moved(line: str, dx: int, dy: int) -> str:
 def drill_text(
     title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
 ) -> bytes:
-    """A drill file: ``function`` is its X2 file function, ``use`` what the holes are for (``ViaDrill``)."""
+    """Return a drill file. ``function`` is its X2 file function, ``use`` the purpose of the holes (``ViaDrill``)."""
     plating, *_, kind = function.split(",")
     tools = tools_of(holes)
     lines = ["M48", f"; {title}, tool sizes are finished holes"]
@@ -315,12 +325,12 @@ def drill_text(
 
 PEN = 0.05e-3
 TEXT_PEN = 0.1e-3
-LINE = 2.0e-3  # From line to line of the table (m)
+LINE = 2.0e-3  # Line spacing of the table (m)
 TEXT_HEIGHT = 1.0e-3
 
 
 def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
-    """The body of a drill map: outline, holes, table."""
+    """Yield the body of a drill map: outline, holes, table."""
     yield from ("%TA.AperFunction,Drawing*%", f"%ADD10C,{mm(PEN)}*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%", "D10*")
     yield from stroke(outline)
     for order, tool in enumerate(tools):
@@ -339,8 +349,10 @@ def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
 
 
 def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[float, float]) -> bytes:
-    """The job file of a set of files: the board's, or its panel's. ``size`` (m) is that of the outline's middle line.
-    The thickness is without the stiffener. Lengths in the file are millimetres.
+    """Return the job file of the board, or of its panel.
+
+    ``size`` (m) is measured along the middle of the outline's line. The thickness excludes the stiffener. Lengths in
+    the file are millimetres.
     """
     software = {"Vendor": VENDOR, "Application": VENDOR, "Version": __version__}
     created, issue = creation_date(), layout.spec.issue
@@ -370,7 +382,10 @@ def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[f
 
 
 def _rules(layout: Layout) -> list[dict[str, Any]]:
-    """The smallest gap and track of outer and inner copper as drawn; the fabricator's where there is none."""
+    """Return the smallest gap and track width of outer and of inner copper as drawn.
+
+    Without such copper, the values of the design rules are returned.
+    """
     rules, gaps, count = layout.spec.fpc.rules, smallest_gaps(layout), layout.copper_layers
     found = []
     for group, layers in {"Outer": {1, count}, "Inner": set(range(2, count))}.items():
@@ -383,7 +398,7 @@ def _rules(layout: Layout) -> list[dict[str, Any]]:
 
 
 def _stackup(count: int, stackup: Stackup) -> Iterator[dict[str, Any]]:
-    """Every layer from the top; a coverlay is a solder mask in the job file's words, its material says what it is."""
+    """Yield every layer from the top. A coverlay has the type solder mask, and a note states its material."""
     copper = coverlay = 0
     for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:

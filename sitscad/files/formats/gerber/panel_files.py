@@ -1,4 +1,4 @@
-"""The panel as a set of its own in ``fpc/panel/``: every layer's copies, the frame's marks, cuts, holes, a list."""
+"""Panel files in ``fpc/panel/``: copies of every layer, marks of the frame, cuts, holes, and a list of places."""
 
 from __future__ import annotations
 
@@ -53,7 +53,10 @@ TEXT_PEN = 0.2e-3
 
 
 def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The panel's files by their paths; none without a panel. ``files`` are the board's own, repeated as they are."""
+    """Return the panel's files by their paths. Empty if there is no panel.
+
+    ``files`` are the files of the single board, which are repeated unchanged.
+    """
     if panel is None:
         return {}
     layout = panel.layout
@@ -84,7 +87,10 @@ def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[st
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
-    """Where, beside the boards, the layers are that tails are without: coupons, and fiducials on the lowest."""
+    """Return images of rails and coupons for files that show the extent of layers missing from tails.
+
+    Empty for other files.
+    """
     layout, coupon = panel.layout, panel.coupon
     if file not in body_files(layout):
         return []
@@ -102,7 +108,10 @@ def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tupl
 
 
 def _marks(panel: Panel, file: FabricationFile) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What the frame carries on a layer: fiducials and a name on outer copper, openings over the fiducials."""
+    """Return apertures and commands of the frame's marks in a file.
+
+    Fiducials are on both outer copper layers, the name on the first. Mask files have openings over the fiducials.
+    """
     if file.function.startswith("Soldermask"):
         opened = ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(FIDUCIAL_OPENING)}*%", "%TD*%")
         return opened, ("D10*", *_flashes(panel))
@@ -121,7 +130,10 @@ def _flashes(panel: Panel) -> Iterator[str]:
 
 
 def _name(panel: Panel) -> Iterator[Path]:
-    """The design's name between the fiducials of the lower rail; cut short where the rail is."""
+    """Yield the strokes of the design's name, between the fiducials of the lower rail.
+
+    The name is cut off if the rail is too short.
+    """
     room = panel.fiducials[1].x - panel.fiducials[0].x - 2 * FIDUCIAL_OPENING
     text = f"{panel.layout.spec.name} {panel.columns}x{panel.rows}"
     while text and length(text, TEXT_HEIGHT) > room:
@@ -131,14 +143,14 @@ def _name(panel: Panel) -> Iterator[Path]:
 
 
 def _drills(panel: Panel) -> dict[str, bytes]:
-    """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
+    """Return a file of plated holes per span of layers, a file of unplated holes, and the map of all holes."""
     layout = panel.layout
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
     attributes = panel_attributes(layout.spec)
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout.copper_layers, layout.spans, layout.spec.name):
-        # The plated holes of all copies that end on one layer
+        # Plated holes of all copies, for one span of layers
         plated = [hole for at in panel.parts for hole in drilled_to(layout, file.layer, *grid(at))]
         if panel.coupon is not None:
             plated += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, file.layer, *grid(at))]
@@ -155,7 +167,7 @@ def _drills(panel: Panel) -> dict[str, bytes]:
 
 
 def _places(panel: Panel) -> bytes:
-    """The places of everything (mm) from the panel's lower left corner; bridges from the origin of their copy."""
+    """Return the list of places (mm), from the panel's lower left corner. Bridges count from their copy's origin."""
 
     def points(found: tuple[Point, ...]) -> list[list[float]]:
         return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]
@@ -177,7 +189,7 @@ def _places(panel: Panel) -> bytes:
 
 
 def _bridge_ends(part: Layout | None, stops: tuple[Bridge, ...], copies: tuple[Point, ...]) -> list[list[list[float]]]:
-    """The ends (mm) of the bridges of a part just where the cuts round its first copy have them."""
+    """Return the ends (mm) of a part's bridges, rounded exactly as in the cuts around the part's first copy."""
     if part is None or not copies:
         return []
     (dx, dy), first = grid(copies[0]), copies[0]

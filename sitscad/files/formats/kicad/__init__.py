@@ -1,5 +1,6 @@
-"""A KiCad 9 project of the flexible circuit: board, libraries of footprints and of symbols, and the fabricator's rules
-as KiCad reads them, project file (``.kicad_pro``) and custom rules (``.kicad_dru``).
+"""KiCad 9 project of the flexible circuit: board, libraries of footprints and symbols, and design rules.
+
+The rules of the fabricator are in the project file (``.kicad_pro``) and in the custom rules (``.kicad_dru``).
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from sitscad.spec.design_rules import DesignRules
 
 
 def render(layout: Layout) -> dict[str, bytes]:
-    """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprints and symbols.
+    """Return the files of ``kicad/`` by their paths in the package.
 
-    The board lies in the middle of the sheet (millimetres, y negated as KiCad's points down); KiCad's origin for drill
-    files is the layout's, so plots made from it fall on the package's own Gerber files. Raises ValueError for what
-    KiCad cannot hold: a contact on an inner layer, an opening with a hole in it.
+    The files are project, board, custom rules, footprints and symbols. The board lies in the middle of the sheet (mm, y
+    negated, because KiCad's y points down). KiCad's origin for drill files is the layout's origin, so that plots made
+    from that origin match the package's Gerber files. Raises ValueError for a contact on an inner layer and for an
+    opening with a hole, which KiCad cannot represent.
     """
     name = layout.spec.name
     files = {
@@ -39,10 +41,10 @@ def render(layout: Layout) -> dict[str, bytes]:
 
 NET_CLASS = "Coil"
 
-# Every check of KiCad's board setup with KiCad's own severity, but for hole_to_hole: a fabricator's limit is no advice,
-# as KiCad takes it. No check is ignored, since silence must not mean that a check passed: KiCad ignores
-# footprint_filters_mismatch, footprint_type_mismatch, missing_courtyard, npth_inside_courtyard and
-# pth_inside_courtyard when a project says nothing.
+# Every check of KiCad's board setup with KiCad's own severity, except hole_to_hole: KiCad's warning becomes an error,
+# because it is a fabricator's limit. No check is ignored, so that no message means that a check passed. Without an
+# entry, KiCad ignores footprint_filters_mismatch, footprint_type_mismatch, missing_courtyard, npth_inside_courtyard
+# and pth_inside_courtyard.
 _ERRORS = """
     annular_width clearance copper_edge_clearance courtyards_overlap creepage diff_pair_gap_out_of_range
     diff_pair_uncoupled_length_too_long drill_out_of_range footprint hole_clearance hole_to_hole invalid_outline
@@ -66,9 +68,10 @@ def _mm(metres: float) -> float:
 
 
 def board_rules(rules: DesignRules) -> dict[str, Any]:
-    """The board setup's minima. They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance
-    and hole to hole 0.25 mm) in being the rules that the spec names: a flexible circuit is made finer than the rigid
-    board that KiCad assumes.
+    """Return the minima of the board setup, from the design rules that the spec names.
+
+    They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance and hole to hole 0.25 mm),
+    which are meant for rigid boards. A flexible circuit is made finer.
     """
     return {
         "max_error": 0.005, "min_clearance": _mm(rules.trace_spacing), "min_connection": 0.0,
@@ -98,7 +101,7 @@ def _net_class(
 
 
 def project(layout: Layout) -> str:
-    """The project file: board setup, severities and net classes. No exclusion, nothing ignored."""
+    """Return the project file: board setup, severities and net classes. No check is excluded or ignored."""
     spec = layout.spec
     rules = spec.fpc.rules
     classes = [
@@ -134,9 +137,10 @@ def project(layout: Layout) -> str:
 
 
 def custom_rules(rules: DesignRules) -> str:
-    """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints. KiCad does not
-    measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own checks and its
-    reading back of the Gerber files do that.
+    """Return the rules file: the spec's design rules as KiCad's constraints, each with its source.
+
+    KiCad does not measure between pieces of one net. The gap between turns is therefore not a constraint: sitscad's own
+    checks cover it, and so does the extraction from the Gerber files.
     """
     lines = [
         "(version 1)", f"# Design rules {rules.name}" + (f", seen {rules.checked_on}" if rules.checked_on else ""),

@@ -1,13 +1,13 @@
-"""Each coil alone as a footprint, for people who put it on a board of their own.
+"""Footprints of single coils, for use on other boards.
 
-The turns are drawn as graphics on copper, one line or arc a segment. Pad 1 is the beginning of the first layer, pad 2
-the end of the last: a dot where that end lies outside on an outer layer, else a hole. Further pads are the holes where
-layers are joined, and the short tracks from a hole to the turns (on inner layers part of the hole's own form), because
-KiCad allows no graphics near a hole. All pads are one piece of copper although a schematic has the ends on two nets, so
-the footprint declares itself a net tie: KiCad's rule check then takes the join for what it is. A rule area keeps poured
-copper off the coil, which would take the inductance away.
+Turns are graphics on copper: one line or arc per segment. Pad 1 is the beginning of the first layer, pad 2 the end of
+the last layer. An end outside on an outer layer is a dot, any other end is a hole. Further pads are the holes that join
+layers, and the short tracks from holes to turns, because KiCad allows no graphics near a hole. On inner layers these
+tracks are a part of the hole's own form.
 
-No 3-D model is named: the coil is printed copper, which KiCad draws by itself, and nothing is mounted on it.
+All pads are one piece of copper, although a schematic has the ends on two nets. The footprint declares itself a net
+tie, so that KiCad's rule check accepts the join. A rule area keeps poured copper off the coil, because poured copper
+would lower its inductance. There is no 3-D model: KiCad draws the copper by itself, and no part is mounted.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 
 MARGIN = 0.25e-3  # From the outermost copper to the courtyard (m)
-SAME = 0.5e-6  # Curves that stay this near to one another (m) are the same
+SAME = 0.5e-6  # Curves within this distance (m) are equal
 
 _OUTER = ("F.Cu", "B.Cu")
 _DIRECTIONS = (0, 20, -20, 40, -40, 60, -60)
@@ -34,7 +34,7 @@ _CORNERS = 64
 
 @record
 class _End:
-    """A terminal: where it stands, and its dot's size on one layer, or its hole and the track that leads there."""
+    """Terminal of a coil: its place, and the size of its dot on one layer, or its hole and the track to the hole."""
 
     at: Point
     layer: int
@@ -44,7 +44,7 @@ class _End:
 
 
 def coil_footprints(layout: Layout) -> dict[str, str]:
-    """A ``.kicad_mod`` file by its name (``coil-C1``) for every coil that leads from contact to contact."""
+    """Return the ``.kicad_mod`` files by name (``coil-C1``) of all coils with a closed circuit."""
     coils = (coil for coil in layout.coils if coil.is_closed_circuit)
     return {f"coil-{coil.name}": _CoilFootprint(layout, coil).text() for coil in coils}
 
@@ -62,7 +62,7 @@ class _CoilFootprint:
         self.ends = self._ends()
         self.stubs = [trace for trace in self.traces if trace.role is not Role.WINDING]
         self.stubs += [end.track for end in self.ends if end.track is not None]
-        # of all copper, from the coil's centre (m)
+        # Bounding box of all copper with a margin, relative to the coil's centre (m)
         half = self.layout.spec.coil.trace_width / 2
         x0, y0, x1, y1 = bounding_box([trace.path for trace in self.traces])
         x0, y0, x1, y1 = x0 - half, y0 - half, x1 + half, y1 + half
@@ -90,7 +90,7 @@ class _CoilFootprint:
         return text + "\n"
 
     def _description(self, pads: int) -> str:
-        """What a coil's footprint says of itself."""
+        """Return the description text of a coil's footprint."""
         spec = self.layout.spec.coil
         layers = ", ".join(self.names[number - 1] for number in spec.layers)
         inside = {2: "", 3: "; pad 3 is inside the coil: connect nothing to it"}.get(
@@ -107,7 +107,10 @@ class _CoilFootprint:
     # ------------------------------------------------------------------------------------------------------ terminals
 
     def _ends(self) -> tuple[_End, _End]:
-        """The terminals at the first turn's beginning and the last turn's end; an end inside is the hole there."""
+        """Return the terminals at the first turn's beginning and the last turn's end.
+
+        If the last turn ends inside the coil, its terminal is the hole there.
+        """
         first = self._end(self.traces[0].path.start, self.traces[0].layer, ())
         last = self.traces[-1]
         if last.role is not Role.WINDING:
@@ -116,7 +119,10 @@ class _CoilFootprint:
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
     def _end(self, at: Point, layer: int, taken: Sequence[ViaToPlace]) -> _End:
-        """The pad of an end of the winding, by a hole inside the board; ValueError where none fits."""
+        """Return the terminal of an end of the winding, with a new hole if the end is on an inner layer.
+
+        Raises ValueError if no hole fits.
+        """
         if self.names[layer - 1] in _OUTER:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):
@@ -127,7 +133,7 @@ class _CoilFootprint:
         raise ValueError(f"no room for a hole beside coil {self.coil.name}, which ends on {self.names[layer - 1]}")
 
     def _ways_out(self, at: Point) -> Iterator[Point]:
-        """Places for a hole, near ones first, in a fan away from the coil's centre."""
+        """Yield places for a hole in a fan away from the coil's centre, nearest first."""
         outward = math.atan2(at.y - self.coil.centre.y, at.x - self.coil.centre.x)
         for reach in _REACHES:
             for degrees in _DIRECTIONS:
@@ -135,7 +141,7 @@ class _CoilFootprint:
                 yield at.shifted(reach * 50e-6 * math.cos(angle), reach * 50e-6 * math.sin(angle))
 
     def _is_free(self, hole: ViaToPlace, taken: Sequence[ViaToPlace]) -> bool:
-        """Whether a hole keeps the fabricator's distances from all turns and joints and from the other end's hole."""
+        """Return whether a hole keeps the design rules' distances from turns, joints and the other end's hole."""
         spec = self.layout.spec
         rules, spacing = spec.fpc.rules, max(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
         away = hole_keep_out(hole, rules, spacing) + spec.coil.trace_width / 2
@@ -151,8 +157,8 @@ class _CoilFootprint:
         for i, trace in enumerate(self.turns):
             stroke = f"(stroke (width {length(trace.width)}) (type solid))"
             reach = 1.2 * (trace.width + self.layout.spec.fpc.rules.trace_spacing)
-            # KiCad lets graphics touch a pad of the net tie, but not come near it: the piece that touches it must be
-            # long enough for the next one to keep its distance
+            # KiCad lets graphics touch a pad of the net tie, but not come near it. The piece that touches the pad must
+            # be long enough for the next piece to keep its distance
             long_ends = _with_long_start(_with_long_start(trace.path, reach).reversed(), reach).reversed()
             for j, segment in enumerate(drawn(long_ends)):
                 kind, points = curve(segment, self.origin)
@@ -160,7 +166,7 @@ class _CoilFootprint:
                 yield f"(fp_{kind} {points} {stroke} (layer {layer}) {identity(*self.owner, 'turn', i, j)})"
 
     def _pads(self) -> Iterator[str]:
-        """The two ends, then the holes between layers, then the tracks from holes to turns."""
+        """Yield the two ends, then the holes between layers, then the tracks from holes to turns."""
         holes = []
         for number, end in enumerate(self.ends, 1):
             if end.hole is not None:
@@ -184,7 +190,7 @@ class _CoilFootprint:
             )
 
     def _hole(self, number: int, hole: ViaToPlace) -> str:
-        """A plated hole with its ring on every layer, and on inner layers the tracks that end at it."""
+        """Return a plated hole with its ring on every layer, and on inner layers the tracks that end there."""
         size = f"(size {length(hole.pad)} {length(hole.pad)})"
         inner = [(name, self._strokes(name, hole)) for name in self.names[1:-1]]
         stack = [node(f"layer {quoted(name)}", *_form(hole, strokes)) for name, strokes in inner]
@@ -200,7 +206,7 @@ class _CoilFootprint:
         return xy("at", grid(hole.centre), self.origin)
 
     def _strokes(self, name: str, hole: ViaToPlace) -> list[str]:
-        """The tracks on one layer that end at a hole, drawn about it."""
+        """Return the tracks on one layer that end at a hole, relative to the hole's centre."""
         at = grid(hole.centre)
         return [
             f"(gr_{kind} {points} (width {length(stub.width)}))"
@@ -210,7 +216,10 @@ class _CoilFootprint:
         ]
 
     def _keep_out(self) -> str:
-        """No poured copper over the coil on any layer; tracks, vias and pads stay the user's own decision."""
+        """Return a rule area that forbids poured copper over the coil on all layers.
+
+        Tracks, vias and pads remain allowed.
+        """
         x0, y0, x1, y1 = self.box
         corners = " ".join(xy("xy", grid(Point(x, y))) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1)))
         return node(
@@ -223,9 +232,10 @@ class _CoilFootprint:
 
 
 def _form(hole: ViaToPlace, strokes: list[str]) -> tuple[str, ...]:
-    """A ring's form on one layer: round, or round with the tracks that end at it. KiCad draws the round of a composed
-    form with corners up to 5 um inside it, and then finds the ring too narrow; so that round is written as a polygon
-    about it, with corners 0.3 um outside.
+    """Return a ring's form on one layer: round, or round with the tracks that end there.
+
+    In a composed form, KiCad draws the circle as a polygon with corners up to 5 um inside the circle, and then reports
+    the ring as too narrow. The circle is therefore written as a polygon outside it (corners 0.3 um outside).
     """
     if not strokes:
         return "(shape circle)", f"(size {length(hole.pad)} {length(hole.pad)})"
@@ -239,13 +249,16 @@ def _form(hole: ViaToPlace, strokes: list[str]) -> tuple[str, ...]:
 
 
 def _with_long_start(path: Path, reach: float) -> Path:
-    """The path whose first arcs are one where they lie on one circle, as far as `reach` (m)."""
+    """Return the path with its first arcs, up to the length `reach` (m), joined to one arc.
+
+    Unchanged if these arcs do not lie on one circle.
+    """
     first, way = list(path.segments), 0.0
     count = next((i for i, s in enumerate(first, 1) if (way := way + s.length) >= reach), len(first))
     head = Path(tuple(first[:count]))
     if count == 1 or not all(isinstance(segment, Arc) for segment in head):
         return path
-    # The arc from `a` over `b` to `c`; its centre stands on both chords' perpendicular bisectors
+    # An arc through start, middle and end: its centre lies on the perpendicular bisectors of both chords
     (bx, by), (cx, cy) = _halfway(head) - head.start, head.end - head.start
     cross = 2 * (bx * cy - by * cx)
     b2, c2 = bx * bx + by * by, cx * cx + cy * cy
@@ -266,7 +279,10 @@ def _halfway(path: Path) -> Point:
 
 
 def winding(coil: Coil) -> tuple[Trace | Via, ...]:
-    """The coil's conductor without its leads, to the end of its last turn, or to the hole where it ends inside."""
+    """Return the coil's conductor without its leads.
+
+    It ends with the last turn, or with the hole if the last turn ends inside the coil.
+    """
     turns = [i for i, piece in enumerate(coil.series) if isinstance(piece, Trace) and piece.role is Role.WINDING]
     last = turns[-1] + 1
     if len(turns) % 2:

@@ -1,12 +1,13 @@
-"""The project's own libraries: footprints of contacts (or solder pads) and of tank capacitors, on the board and alone,
-and schematic symbols of the sensor by its contacts and of each coil.
+"""Libraries of the project: footprints of contacts (or solder pads) and tank capacitors, symbols of sensor and coils.
 
-The contacts' footprint names no 3-D model: they are printed copper, and the connector that takes them is not on this
-board. Capacitors are bought and placed, so they stand in KiCad's lists of parts and of positions; their 3-D models are
-those of KiCad's own library, by the variable that says where it is installed: where it is not, KiCad shows the board
-alone. The numbers of a symbol's pins are those of the footprints' pads, their names those of the contacts (``C1.A``); a
-contact that no coil has is a pin that must stay unconnected. Symbols: millimetres, y up, pins on KiCad's grid of 1.27
-mm.
+The footprint of the contacts has no 3-D model: contacts are printed copper, and their connector is not on this board.
+Capacitors are bought and placed, and appear in KiCad's lists of parts and positions. Their 3-D models are those of
+KiCad's own library, found by the variable for its folder. If this library is not installed, KiCad shows the board
+alone.
+
+The numbers of a symbol's pins are the numbers of the footprint's pads. The names of the pins are the names of the
+contacts (``C1.A``). A contact without a coil is a pin that must stay unconnected. Symbols are in millimetres, with y
+upwards and pins on KiCad's grid of 1.27 mm.
 """
 
 from __future__ import annotations
@@ -34,22 +35,22 @@ FOOTPRINT_NAME = "contacts"
 
 _FONT = "(effects (font (size 1 1) (thickness 0.15)))"
 _COURTYARD_MARGIN = 250_000
-ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # what a footprint in a file of its own has
+ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # head of a footprint in a separate file
 
-# One coverlay window over all contacts of an edge connector is how such tails are made (there is no web between
-# contacts at 0.5 mm pitch); KiCad takes a window over two nets for an error unless the footprint says that it is meant.
-# The contacts are printed copper: neither bought nor placed; in a schematic they are the sensor's symbol.
+# Tails have one coverlay window over all contacts of an edge connector (at 0.5 mm pitch no web fits between contacts).
+# KiCad reports a window over two nets as an error unless the footprint has an attribute that allows it.
+# Contacts are printed copper and are neither bought nor placed. In a schematic they belong to the sensor's symbol.
 _ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)"
 
 
 def anchor(pads: tuple[Pad, ...]) -> Grid:
-    """The footprint's place: the middle of its pads."""
+    """Return the place of the footprint: the centre of its pads."""
     low, high = extent(pads)
     return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
 
 
 def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[Region, ...]:
-    """The coverlay openings that lie over any of the pads: they belong to the footprint."""
+    """Return the coverlay openings over any of the pads. These openings belong to the footprint."""
 
     def overlaps(outline: Path, pad: Pad) -> bool:
         x0, y0, x1, y1 = bounding_box([outline])
@@ -60,7 +61,7 @@ def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[R
 
 
 def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
-    """The footprint as it stands on the board, pads with their nets; `sheet` is the sheet's corner."""
+    """Return the footprint of the contacts on the board, with nets at the pads. `sheet` is the sheet's corner."""
     place = anchor(layout.pads)
     return node(
         f"footprint {quoted(f'{layout.spec.name}:{FOOTPRINT_NAME}')}", '(layer "F.Cu")',
@@ -69,11 +70,11 @@ def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str
 
 
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
-    """What stands in the footprint of the contacts: texts, openings, pads."""
+    """Return the content of the contacts' footprint: texts, openings, pads."""
     place, owner = anchor(layout.pads), (layout.spec.name, "board" if nets is not None else "library")
     tail = layout.spec.fpc.tail
     value = tail.connector.name if tail else "solder pads"
-    # The openings of both masks beside the contacts' own
+    # Openings of both masks over the contacts
     rows = []
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
@@ -91,8 +92,10 @@ def _around(
     pads: Sequence[Pad], place: Grid, owner: tuple[str, ...], words: tuple[str, str, str], before: Sequence[str],
     texts: Sequence[str], above: int = 1_000_000, margin: int = _COURTYARD_MARGIN,
 ) -> list[str]:
-    """What stands in a footprint: reference and value beyond its pads (by `above`, nm), description (all `words`),
-    attributes and openings `before` the courtyard, and the pads' `texts`.
+    """Return the content of a footprint.
+
+    `words` are reference, value and description. Reference and value stand `above` (nm) beyond the pads. `before` are
+    attributes and openings, placed before the courtyard. `texts` are the pads as text.
     """
     low, high = extent(pads)
     low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
@@ -104,14 +107,15 @@ def _around(
 
 
 def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str:
-    """A property of a footprint, shown on the fabrication layer."""
+    """Return a property of a footprint, shown on the fabrication layer."""
     place = f"{xy('at', at)[:-1]} 0)"
     return node(f"property {quoted(name)} {quoted(text)}", place, '(layer "F.Fab")', identity(*owner, name), _FONT)
 
 
 def filled(prefix: str, region: Region, layer: str, place: Grid, names: tuple[object, ...]) -> str:
-    """A filled polygon without a pen (``gr_poly``, ``fp_poly``) on a layer. Raises ValueError for a region with holes,
-    which KiCad's polygons cannot have.
+    """Return a filled polygon without an outline pen (``gr_poly``, ``fp_poly``) on a layer.
+
+    Raises ValueError for a region with holes, which KiCad's polygons cannot have.
     """
     if region.holes:
         raise ValueError(f"an opening with {len(region.holes)} holes cannot be drawn as a KiCad polygon")
@@ -121,7 +125,7 @@ def filled(prefix: str, region: Region, layer: str, place: Grid, names: tuple[ob
 
 
 def courtyard(low: Grid, high: Grid, owner: tuple[str, ...], margin: int = _COURTYARD_MARGIN) -> str:
-    """The courtyard's rectangle, a margin (nm) round what lies between two corners."""
+    """Return the courtyard's rectangle, a margin (nm) around the rectangle between two corners."""
     start = xy("start", (low[0] - margin, low[1] - margin))
     end = xy("end", (high[0] + margin, high[1] + margin))
     pen = "(stroke (width 0.05) (type solid)) (fill no)"
@@ -132,7 +136,7 @@ def pad_text(
     pad: Pad, copper_layers: int, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...],
     kind: str = "connect"
 ) -> str:
-    """A rectangular pad of a footprint that stands at `place`, with its net where `nets` numbers them."""
+    """Return a rectangular pad of a footprint at `place`. Its net is stated if `nets` has its number."""
     layer = copper_names(copper_layers)[pad.layer - 1]
     if layer not in ("F.Cu", "B.Cu"):
         raise ValueError(f"contact {pad.name} is on {layer}: a contact must be on an outer layer")
@@ -145,26 +149,26 @@ def pad_text(
 
 
 def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
-    """The corners of the smallest rectangle round some pads."""
+    """Return the corners of the bounding rectangle of some pads."""
     sides = [(*grid(pad.centre), round(pad.size[0] * 5e8), round(pad.size[1] * 5e8)) for pad in pads]
     low = min(x - half for x, _, half, _ in sides), min(y - half for _, y, _, half in sides)
     return low, (max(x + half for x, _, half, _ in sides), max(y + half for _, y, _, half in sides))
 
 
-_CHIP_COURTYARD = 150_000  # As in KiCad's own footprints of chips (nm)
+_CHIP_COURTYARD = 150_000  # Margin (nm) as in KiCad's own footprints of chips
 
 MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its 3-D models
 
 
 def library_footprints(layout: Layout) -> dict[str, str]:
-    """Return ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
+    """Return the ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
     bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
     bodies |= {f"capacitor-{each.package}": list(_chip_body(layout, each, None)) for each in layout.capacitors[:1]}
     return {name: node(f"footprint {quoted(name)}", *ALONE, *body) + "\n" for name, body in bodies.items()}
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
-    """The footprints as they stand on the board; `sheet` is the sheet's corner."""
+    """Yield the capacitors' footprints on the board. `sheet` is the sheet's corner."""
     for each in layout.capacitors:
         yield node(
             f"footprint {quoted(f'{layout.spec.name}:capacitor-{each.package}')}", '(layer "F.Cu")',
@@ -174,7 +178,7 @@ def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> I
 
 
 def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | None) -> list[str]:
-    """What stands in a capacitor's footprint: texts, openings, pads, model."""
+    """Return the content of a capacitor's footprint: texts, openings, pads, model."""
     place = grid(capacitor.centre)
     owner = (layout.spec.name, capacitor.reference if nets is not None else "library capacitor")
     boxes = [(region, bounding_box([region.outline])) for region in layout.top_openings]
@@ -190,26 +194,26 @@ def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | N
     chip = layout.spec.readout.chip
     if chip is None or not chip.model:
         return body
-    # KiCad's own solid of the chip, which lies along x there, turned along the line of the pads
+    # KiCad's own solid of the chip lies along x; it is rotated to the line of the pads
     one, other = (pad.centre for pad in capacitor.pads)
     turned = 90 if abs(one.y - other.y) > abs(one.x - other.x) else 0
     moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
     return [*body, node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
 
 
-FORMAT = 20241209  # Of KiCad 9's symbol libraries; later versions read it
+FORMAT = 20241209  # Format of KiCad 9's symbol libraries; later versions read it
 
 GRID = 2.54
-LEFT, RIGHT = -10.16, 7.62  # The sides of the sensor's box (mm); its pins end on the left one
-AXIS = 2.54  # Where the coils stand in the box (mm)
-BOW = 1.27  # Diameter of one of the four bows that a coil is drawn with (mm)
+LEFT, RIGHT = -10.16, 7.62  # Sides of the sensor's box (mm); its pins end on the left side
+AXIS = 2.54  # x of the coils in the box (mm)
+BOW = 1.27  # Diameter of each of the four bows of a coil symbol (mm)
 
 _HIDDEN = "(effects (font (size 1.27 1.27)) (hide yes))"
 _KEYWORDS = "LDC inductive sensor coil"
 
 
 def symbol_library(layout: Layout) -> str:
-    """The ``.kicad_sym`` file: the sensor where it has contacts, and every coil that leads from contact to contact."""
+    """Return the ``.kicad_sym`` file: the sensor if it has contacts, and every coil with a closed circuit."""
     symbols = [_sensor(layout)] if layout.pads else []
     symbols += [_coil(layout.spec.coil, layout.spec.fpc.stackup.name, layout.spec.name,
                       coil) for coil in layout.coils if coil.is_closed_circuit]
@@ -218,14 +222,14 @@ def symbol_library(layout: Layout) -> str:
 
 
 def library_table(kind: str, name: str, file: str, words: str) -> str:
-    """A project's table of libraries of symbols (``sym``) or footprints (``fp``), which names one."""
+    """Return a project's library table of symbols (``sym``) or footprints (``fp``) with one library."""
     uri = quoted(f"${{KIPRJMOD}}/{file}")
     row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "{words}"))'
     return f"({kind}_lib_table\n  (version 7)\n  {row}\n)\n"
 
 
 def _sensor(layout: Layout) -> str:
-    """The whole sensor: a box with a pin a contact, coil by coil, and the coils between their pins."""
+    """Return the symbol of the whole sensor: a box with a pin per contact, coil by coil, and the coils between pins."""
     name, rows = layout.spec.name, _rows(layout.coils, layout.pads)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
     box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
@@ -245,7 +249,10 @@ def _sensor(layout: Layout) -> str:
 
 
 def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, float]]:
-    """The contacts from the top down, coil by coil, each with its height (mm); those that no coil has are last."""
+    """Return the contacts from the top down, coil by coil, each with its height (mm).
+
+    Contacts without a coil are last.
+    """
     groups = [[pad for pad in pads if pad.net == coil.net] for coil in coils]
     groups += [[pad] for pad in pads if not pad.net]
     rows, y = [], 0.0
@@ -258,7 +265,10 @@ def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, flo
 
 
 def _coil(spec: CoilSpec, stackup_name: str, spec_name: str, coil: Coil) -> str:
-    """One coil alone: pin 1 the beginning of its first layer, pin 2 the end of its last, as in its footprint."""
+    """Return the symbol of one coil.
+
+    Pin 1 is the beginning of its first layer, pin 2 the end of its last, as in its footprint.
+    """
     name, reach = f"coil-{coil.name}", 2 * GRID
     pins = [
         _pin("passive", 0.0, sign * (reach + GRID), 270 if sign > 0 else 90, str(number), number)
@@ -275,7 +285,7 @@ def _coil(spec: CoilSpec, stackup_name: str, spec_name: str, coil: Coil) -> str:
 
 
 def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
-    """A coil of four bows between two heights at `x`, with the lines that lead there from `start` (mm)."""
+    """Return a coil symbol of four bows at `x` between two heights, and its lead lines from `start` (mm)."""
     middle = (upper + lower) / 2
     rows = []
     for end, sign in ((upper, 1.0), (lower, -1.0)):
@@ -307,14 +317,17 @@ def _symbol(
     library: str, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
     drawn: list[str], pins: list[str],
 ) -> str:
-    """A symbol with its properties: reference and value stand at an x and two heights of `places`."""
+    """Return a symbol with its properties.
+
+    `places` are the x of reference and value, and their two heights.
+    """
     (x, above, below) = places
     shown = ((("Reference", reference), above), (("Value", name), below))
     left = "(effects (font (size 1.27 1.27)) (justify left))"
     hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}
     return node(
         f"symbol {quoted(name)}",
-        # names inside the box; a coil's pins show neither name nor number, as those of any inductor
+        # Pin names are inside the box. A coil shows neither names nor numbers, as usual for inductors
         *(["(pin_numbers (hide yes))"] if reference == "L" else []),
         f"(pin_names (offset 0.508){' (hide yes)' if reference == 'L' else ''})",
         "(exclude_from_sim no)",

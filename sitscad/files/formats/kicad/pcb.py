@@ -1,6 +1,7 @@
-"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the board in the middle of the sheet. The layout's
-origin is KiCad's origin for drill and place files (and of its grid), so that plots made from that origin fall on the
-package's own Gerber files.
+"""Board file (``.kicad_pcb``) of a layout: x as in the layout, y negated, the board in the middle of the sheet.
+
+The layout's origin is KiCad's origin for drill and place files and for its grid. Plots made from that origin match the
+package's Gerber files.
 """
 
 from __future__ import annotations
@@ -44,14 +45,14 @@ from sitscad.spec.presets import is_rigid
 FORMAT = 20241229
 _OUTLINE_PEN = 50e-6
 _TEXT_SIZE = 1e-3
-_BEYOND = 1e-3  # so far a bend line is drawn beyond the tail's edges
+_BEYOND = 1e-3  # length (m) of a bend line beyond each edge of the tail
 _MM = 1_000_000
 _A4 = (297 * _MM, 210 * _MM)
 _SHEET_MARGIN = 40 * _MM
 
 
 def board(layout: Layout) -> str:
-    """The whole board file."""
+    """Return the whole board file."""
     nets = net_numbers(layout)
     sheet = sheet_corner(layout.outline)
     stackup = layout.spec.fpc.stackup
@@ -81,7 +82,7 @@ def board(layout: Layout) -> str:
     children += [*_graphics(layout, sheet), *_tracks(layout.copper_layers, layout.spec.name, layout.traces, nets,
                                                      sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
-    # The teardrops as filled polygons of their nets: KiCad would make others, and not under these rules
+    # Teardrops as filled polygons of their nets: KiCad's own teardrops would differ and not follow these rules
     layers = copper_names(layout.copper_layers)
     children += [
         f"(gr_poly {polygon_points(drop.outline, sheet)} (stroke (width 0) (type solid)) (fill yes) "
@@ -93,7 +94,10 @@ def board(layout: Layout) -> str:
 
 
 def sheet_corner(outline: Path) -> Grid:
-    """The sheet's upper left corner as seen from the layout's origin: whole millimetres, the board in the middle."""
+    """Return the sheet's upper left corner relative to the layout's origin, in whole millimetres.
+
+    The board is then in the middle of the sheet.
+    """
     x0, y0, x1, y1 = bounding_box([outline])
     middle = grid(Point((x0 + x1) / 2, (y0 + y1) / 2))
     width, height = _sheet_size(outline)
@@ -105,7 +109,7 @@ def _whole(nanometres: int) -> int:
 
 
 def _sheet_size(outline: Path) -> Grid:
-    """A4 where the board has room on it, else as large as the board and a margin."""
+    """Return the size of the sheet: A4 if the board fits, otherwise the board's size with a margin."""
     x0, y0, x1, y1 = bounding_box([outline])
     needed = round((x1 - x0) * 1e9) + _SHEET_MARGIN, round((y1 - y0) * 1e9) + _SHEET_MARGIN
     if needed[0] <= _A4[0] and needed[1] <= _A4[1]:
@@ -114,7 +118,7 @@ def _sheet_size(outline: Path) -> Grid:
 
 
 def net_numbers(layout: Layout) -> dict[str, int]:
-    """Net names and their numbers in the file; 0 is KiCad's "no net"."""
+    """Return the numbers of the nets in the file by name. 0 is KiCad's "no net"."""
     drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.all_pads))
     return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
 
@@ -123,7 +127,7 @@ def _setup(fpc: FpcSpec, sheet: Grid) -> str:
     return node(
         "setup",
         stackup_section(fpc.stackup, fpc.finish),
-        # Openings are drawn exactly as they are ordered: KiCad adds no margin to them and none of its own.
+        # Openings are drawn exactly as ordered: KiCad adds no margin and no openings of its own.
         "(pad_to_mask_clearance 0)",
         "(allow_soldermask_bridges_in_footprints no)",
         "(tenting front back)",
@@ -136,7 +140,7 @@ def _setup(fpc: FpcSpec, sheet: Grid) -> str:
 def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     name = layout.spec.name
     yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
-    # The coverlay openings that are over no contact
+    # Coverlay openings that are not over contacts
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
     ):
@@ -163,7 +167,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
 
 
 def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
-    """What the fabricator's drawing says, under the board on F.Fab, and what User layers mean, on themselves."""
+    """Yield notes below the board on F.Fab, as on the fabricator's drawing, and the meanings of User layers."""
     spec = layout.spec
     bare = "" if is_rigid(spec.fpc.stackup) else " without stiffener"
     x, y, _, _ = bounding_box([layout.outline])
@@ -211,7 +215,7 @@ def _track_names(name: str, trace: int, segment: int) -> tuple[object, ...]:
 
 
 def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
-    """A hole from top to bottom, or what KiCad calls a blind one, which ends on the last layer of a thinner tail."""
+    """Return a hole from top to bottom, or a blind via, which ends on the last layer of a thinner tail."""
     lowest = layout.lowest_layer(via)
     kind = "" if lowest == layout.copper_layers else "blind "
     last = "B.Cu" if not kind else copper_names(layout.copper_layers)[lowest - 1]
@@ -222,7 +226,10 @@ def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: G
 
 
 def _groups(coils: tuple[Coil, ...], name: str, traces: tuple[Trace, ...]) -> Iterator[str]:
-    """One group a coil, of its windings: to pick it up as one thing, and for rules to tell windings from leads."""
+    """Yield a group of the tracks of each coil's windings.
+
+    A group can be selected as a whole, and rules can distinguish windings from leads.
+    """
     for coil in coils:
         members = [
             quoted(uuid_of(*_track_names(name, i, j)))

@@ -1,5 +1,7 @@
-"""What stands between the tail's connector and a controller, as a KiCad 9 schematic with its symbols and as a picture:
-converters, clock, capacitors, pull-ups (``firmware/wiring/``). Nets go by labels on the pins; there are no wires.
+"""Circuit between the tail's connector and a controller, as a KiCad 9 schematic with symbols and as a picture.
+
+It has converters, clock, capacitors and pull-ups (``firmware/wiring/``). Nets are labels at the pins; there are no
+wires.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ MARGIN = 6  # Steps from the paper's edge
 
 LIBRARY = "wiring"
 BUS = ("SCL", "SDA")
-"""Lines of the first I2C bus; those of the second end in 2."""
+"""Lines of the first I2C bus. The names of the second bus end in 2."""
 
 FONT = "(effects (font (size 1.27 1.27)))"
 LEFT_FONT = "(effects (font (size 1.27 1.27)) (justify left))"
@@ -34,7 +36,7 @@ HIDDEN = "(effects (font (size 1.27 1.27)) (hide yes))"
 
 @record
 class Pin:
-    """A pin: number, name, KiCad's electrical type, and the net that it is on; empty where it is on none."""
+    """Pin with number, name, KiCad's electrical type, and net. The net is empty if the pin is unconnected."""
 
     number: int
     name: str
@@ -44,8 +46,10 @@ class Pin:
 
 @record
 class SchematicPart:
-    """A part of the circuit: reference, value, the symbol that it shares with others, its pins on the left and on the
-    right from the top down, and its place on the sheet (in steps of 2.54 mm).
+    """Part of the circuit.
+
+    `symbol` is the name of the symbol, which several parts may share. `left` and `right` are its pins from the top
+    down, and `place` is its place on the sheet (steps of 2.54 mm).
     """
 
     reference: str
@@ -57,37 +61,39 @@ class SchematicPart:
 
     @property
     def half(self) -> int:
-        """Half the width of its box (steps)."""
+        """Half of the box's width (steps)."""
         return 2 if self.symbol in ("R", "C") else 4
 
     @property
     def height(self) -> int:
-        """Rows of pins."""
+        """Number of rows of pins."""
         return max(len(self.left), len(self.right))
 
     @property
     def footprint(self) -> str:
-        """Its footprint in KiCad's own libraries; empty for sockets and converters without one in the table."""
+        """Footprint in KiCad's own libraries. Empty if the table has none (some sockets and converters)."""
         number = len(self.left) + len(self.right)
         row = footprint_row(self.symbol, number)
         return "" if row is None else row["footprint"].format(number=number, pins=f"{number:02}")
 
     def at(self) -> Iterator[tuple[Pin, int, int]]:
-        """Every pin with where it ends, in steps from the box's upper middle, y down, and on which side (-1 left)."""
+        """Yield every pin with its side (-1 left, 1 right) and its row (steps, from the box's top downwards)."""
         for side, pins in ((-1, self.left), (1, self.right)):
             for row, pin in enumerate(pins):
                 yield pin, side, row
 
 
 def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
-    """Schematic, symbols, project and picture; none where the sensor takes more converters than its buses can have, or
-    where the converter's pins are not those of the circuit.
+    """Return schematic, symbols, project and picture by their paths in the package.
+
+    Empty if the sensor needs more converters than its buses can address, if it has no contacts, or if the converter has
+    other pins than the circuit.
     """
     asked, count = layout.spec.readout, len(estimates.coils)
     if count > asked.device.most_coils * asked.buses or not layout.pads or not asked.device.has_circuit:
         return {}
     found = parts(layout, estimates)
-    # whether KiCad's libraries of footprints are installed is no matter of the circuit; the board's editor says it
+    # The circuit does not depend on KiCad's footprint libraries; the board editor reports missing ones
     project = {
         "meta": {"filename": f"{LIBRARY}.kicad_pro", "version": 3}, "sheets": [], "text_variables": {},
         "erc": {"rule_severities": {"footprint_link_issues": "ignore"}},
@@ -108,7 +114,7 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
 
 
 def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
-    """All parts with their nets."""
+    """Return all parts of the circuit with their nets."""
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
     number = device.needed(len(coils))
@@ -123,7 +129,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     for symbol, two_ended, column in (("C", capacitors, 40), ("R", resistors, 62)):
         for k, (value, one, other) in enumerate(two_ended):
             ends = (Pin(1, "~", "passive", one),), (Pin(2, "~", "passive", other),)
-            # from 101, for coils are called C1, too
+            # Numbers from 101, because coils are also called C1
             found.append(SchematicPart(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
     row_below = 10 + 4 * len(resistors)
     clock = f"{spec.readout.clock / 1e6:g}MHz"
@@ -147,7 +153,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
 
 
 def _converter(coils: tuple[Coil, ...], device: Converter, number: int) -> SchematicPart:
-    """A converter: the pins of its family, then those of its channels' coils and the die pad."""
+    """Return a converter: the pins of its family, then the pins of its channels, and the die pad."""
     own = [(at, coil.name) for at, coil in zip(device.places(len(coils)), coils, strict=True)
            if at.converter == number]
     names, place = {at.number: name for at, name in own}, own[0][0]
@@ -173,7 +179,7 @@ def _mm(steps: float) -> str:
 
 
 def _symbols(found: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:
-    """Every symbol once: a box with its pins. Symbols count y upwards."""
+    """Yield every symbol once: a box with its pins, with y upwards."""
     for part in {part.symbol: part for part in found}.values():
         box = f"(rectangle (start {_mm(-part.half)} {_mm(1)}) (end {_mm(part.half)} {_mm(-part.height)})"
         pins = [
@@ -211,7 +217,7 @@ def _schematic(name: str, found: tuple[SchematicPart, ...]) -> str:
 
 
 def _connected(name: str, part: SchematicPart) -> Iterator[str]:
-    """A label at every pin's end, or the mark of one that is on no net."""
+    """Yield a label at the end of every pin, or a no-connect mark if the pin has no net."""
     x, y = part.place[0] + MARGIN, part.place[1] + MARGIN
     for pin, side, row in part.at():
         at = f"{_mm(x + side * (part.half + 1))} {_mm(y + row)}"
@@ -247,7 +253,7 @@ def _height(found: tuple[SchematicPart, ...]) -> int:
 
 
 def _picture(name: str, found: tuple[SchematicPart, ...]) -> Sheet:
-    """The schematic as it stands, its labels as words."""
+    """Return the schematic as a drawing, with its labels as text."""
     wide, high, step = 200.0, 7.0 + STEP * _height(found), STEP
     sheet = Sheet(f"Readout of the sensor {name}: nets by name", (wide, high))
     pen = Pen(0.2)

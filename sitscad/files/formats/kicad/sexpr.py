@@ -1,5 +1,6 @@
-"""KiCad's S-expressions (nodes, numbers in millimetres on the nanometre grid, y pointing down, stable UUIDs), and in
-them the layers as KiCad names them and the stack-up with its thicknesses.
+"""KiCad's S-expressions, layer names and stack-up.
+
+Numbers are millimetres on the nanometre grid, with y downwards. UUIDs are stable.
 """
 
 from __future__ import annotations
@@ -13,57 +14,57 @@ from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "kicad.sitscad")
 
-# Below this rise over its chord (in nm) an arc cannot be told from a straight line once its three points stand on
-# KiCad's grid, and the centre that KiCad computes from them would be noise.
+# Arcs with a rise over their chord below this (nm) are lines: with the three points on KiCad's grid, the centre that
+# KiCad computes would be noise.
 _FLAT_ARC = 1.5
 
 Grid = tuple[int, int]
 
 
 def grid(point: Point) -> Grid:
-    """A point in metres as KiCad stores it: whole nanometres, y pointing down."""
+    """Return a point (m) in KiCad's units: whole nanometres, y downwards."""
     return round(point.x * 1e9), -round(point.y * 1e9)
 
 
 def millimetres(nanometres: int) -> str:
-    """Whole nanometres as KiCad writes them: millimetres without trailing zeros."""
+    """Return whole nanometres as text in millimetres without trailing zeros."""
     return decimal(nanometres / 1e6, 6)
 
 
 def length(metres: float) -> str:
-    """A length in metres, written in millimetres on the nanometre grid."""
+    """Return a length (m) as text in millimetres, rounded to nanometres."""
     return millimetres(round(metres * 1e9))
 
 
 def xy(name: str, point: Grid, anchor: Grid = (0, 0)) -> str:
-    """``(name x y)``, relative to an anchor."""
+    """Return ``(name x y)``, relative to an anchor."""
     return f"({name} {millimetres(point[0] - anchor[0])} {millimetres(point[1] - anchor[1])})"
 
 
 def quoted(text: str) -> str:
-    """Text in double quotes, with KiCad's escapes."""
+    """Return text in double quotes, with KiCad's escapes."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 def identity(*names: object) -> str:
-    """``(uuid "...")`` from stable names: the same piece has the same identity in every build."""
+    """Return ``(uuid "...")`` from stable names. It is equal in every build."""
     return f'(uuid "{uuid_of(*names)}")'
 
 
 def uuid_of(*names: object) -> str:
-    """The version 5 UUID of some names."""
+    """Return the version 5 UUID of some names."""
     return str(uuid.uuid5(_NAMESPACE, "/".join(str(name) for name in names)))
 
 
 def node(head: str, *children: str) -> str:
-    """A node with one child a line, indented by tabs as KiCad does."""
+    """Return a node with one child per line, indented by tabs as in KiCad."""
     inner = "\n".join(children)
     body = "".join(f"\n\t{line}" for line in inner.split("\n") if line)
     return f"({head}{body}\n)"
 
 
 def is_straight(segment: Segment) -> bool:
-    """Whether a segment is a line, or an arc that is none on KiCad's grid."""
+    """Return whether a segment is a line, or an arc that is straight on KiCad's grid."""
     if isinstance(segment, Line):
         return True
     middle = segment.at(0.5)
@@ -71,7 +72,7 @@ def is_straight(segment: Segment) -> bool:
 
 
 def curve(segment: Segment, anchor: Grid = (0, 0)) -> tuple[str, str]:
-    """The kind of a segment (``line`` or ``arc``) and its points; three points need no handedness."""
+    """Return the kind of a segment (``line`` or ``arc``) and its points. An arc has three points."""
     ends = xy("start", grid(segment.start), anchor), xy("end", grid(segment.end), anchor)
     if is_straight(segment):
         return "line", " ".join(ends)
@@ -79,14 +80,14 @@ def curve(segment: Segment, anchor: Grid = (0, 0)) -> tuple[str, str]:
 
 
 def drawn(path: Path) -> tuple[Segment, ...]:
-    """The segments of a path that have a length on KiCad's grid."""
+    """Return the segments of a path that have a length on KiCad's grid."""
     return tuple(s for s in path if grid(s.start) != grid(s.end) or not is_straight(s))
 
 
 def stroked(
     prefix: str, path: Path, layer: str, width: float, names: tuple[object, ...], anchor: Grid = (0, 0)
 ) -> Iterable[str]:
-    """The lines and arcs of a path as graphics (``gr_line``, ``fp_arc`` ...) of one stroke width (m)."""
+    """Yield the lines and arcs of a path as graphics (``gr_line``, ``fp_arc``, ...) of one stroke width (m)."""
     for i, segment in enumerate(drawn(path)):
         kind, points = curve(segment, anchor)
         pen = f"(stroke (width {length(width)}) (type solid))"
@@ -94,7 +95,7 @@ def stroked(
 
 
 def polygon_points(path: Path, anchor: Grid = (0, 0)) -> str:
-    """``(pts ...)`` of a closed path, arcs kept."""
+    """Return ``(pts ...)`` of a closed path, with arcs as arcs."""
     parts: list[str] = []
     for segment in drawn(path):
         kind, points = curve(segment, anchor)
@@ -105,15 +106,15 @@ def polygon_points(path: Path, anchor: Grid = (0, 0)) -> str:
 STIFFENER_LAYER = "User.1"
 BEND_LAYER = "User.2"
 BODY_LAYER = "User.3"
-TAIL_LAYER = "User.4"  # Where the copper layers are that the tail is without
+TAIL_LAYER = "User.4"  # Coverlay of a tail with fewer copper layers
 
 FINISHES = {
     "enig": "ENIG", "hard-gold": "Hard gold", "immersion-tin": "Immersion tin", "immersion-silver": "Immersion silver",
     "osp": "OSP",
 }
-"""KiCad's own words for the finishes of a spec."""
+"""KiCad's names for the finishes of a spec."""
 
-BOND = "bondply"  # The material of films that bond copper to copper; KiCad calls a layer with one a prepreg
+BOND = "bondply"  # Material of films that bond copper to copper; with this film, KiCad's layer is a prepreg
 
 # The colour of polyimide (red, green, blue, opacity), for KiCad's 3-D view.
 _AMBER = "#9A5A0A80"
@@ -130,15 +131,18 @@ _TECHNICAL = (
 
 
 def copper_names(count: int) -> tuple[str, ...]:
-    """KiCad's names of `count` copper layers from the top."""
+    """Return KiCad's names of `count` copper layers, from the top."""
     if count == 1:
         return ("F.Cu",)
     return ("F.Cu", *(f"In{i}.Cu" for i in range(1, count - 1)), "B.Cu")
 
 
 def layer_table(count: int) -> str:
-    """The ``layers`` section, copper from the top: KiCad counts by this order and drops inner layers after B.Cu."""
-    # The copper layer that KiCad demands and the board has not, empty and said to be so
+    """Return the ``layers`` section, copper from the top.
+
+    KiCad numbers copper layers in this order and drops inner layers after B.Cu.
+    """
+    # A copper layer that KiCad requires and the board lacks; it is empty and named so
     unused = "B.Cu" if count == 1 else f"In{count - 1}.Cu" if count % 2 else None
     names = copper_names(count + 1 if unused else count)
     numbers = {"F.Cu": 0, "B.Cu": 2} | {name: 2 + 2 * i for i, name in enumerate(names) if name not in ("F.Cu", "B.Cu")}
@@ -152,8 +156,10 @@ def layer_table(count: int) -> str:
 
 
 def stackup_section(stackup: Stackup, finish: str) -> str:
-    """The ``stackup`` section: coverlays as mask layers, dielectrics between coppers with their sublayers. A copper
-    layer that the board has not (see `layer_table`) has the thickness 0. `finish` is the spec's word.
+    """Return the ``stackup`` section.
+
+    Coverlays are mask layers. Dielectrics between copper layers have sublayers. A copper layer that KiCad requires and
+    the board lacks (see `layer_table`) has the thickness 0. `finish` is the name in the spec.
     """
     layers = stackup.layers
     coppers = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
@@ -184,7 +190,7 @@ def _copper(name: str, thickness: float) -> str:
 
 
 def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
-    """Everything outside the outermost copper as one mask layer (thickness 0 where there is none)."""
+    """Return all layers outside the outermost copper as one mask layer. Its thickness is 0 if there are none."""
     thickness = sum(layer.thickness for layer in layers)
     children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})", f"(thickness {length(thickness)})"]
     if layers:
@@ -196,7 +202,7 @@ def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
 
 
 def _dielectric(number: int, layers: Sequence[StackLayer]) -> str:
-    """What lies between two copper layers, as one node."""
+    """Return the layers between two copper layers as one node."""
     kind = "prepreg" if any(layer.material == BOND for layer in layers) else "core"
     children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})"]
     if not layers:
