@@ -1,1 +1,1 @@
-"""What is read of a design: findings and estimates as text and JSON, and the self-contained page of a package."""
+"""Reports on a design: findings and estimates as text and JSON, and the self-contained page of a package."""

@@ -1,5 +1,6 @@
-"""A calibration for people: its page and text (its error, the unknowns and how far they were moved, every point and
-what it leaves), and what to do on the bench: the table to fill in, and words.
+"""Calibration reports and plans: a page and text on the fit, and the table and instructions for the bench.
+
+The reports have the errors, the unknowns with their changes by the fit, and each point with its residuals.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
 
 def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
-    """Every unknown: what was found, how sure it is, its usual scatter, by how many sigma it was moved."""
+    """Yield a row per unknown: fitted value, its sigma, usual scatter, and change in sigmas of manufacture."""
     units = {one.name: one.unit for one in found.sensors.known}
     for name, row in found.moved.items():
         yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
@@ -47,7 +48,7 @@ def _amount(value: float, unit: str) -> str:
 
 
 def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the measured points: load, reading, what is left, and is left by the others; none for poses."""
+    """Return head and rows of the points: load, reading, and residuals of both fits; empty for poses without loads."""
     points, fit = found.points, found.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
         return [], []
@@ -56,7 +57,7 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
     head = ["point", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
     rows, scale = [], shown_scales(axes)
-    numbers = np.cumsum(~points.at_rest)  # as in the figure and in the plan: tares are not counted
+    numbers = np.cumsum(~points.at_rest)  # tares are not counted, as in figure and plan
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
         foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in scale * alone]
         rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in scale * load),
@@ -65,7 +66,7 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 
 def calibration_text(found: Calibration) -> str:
-    """The calibration in few lines, for a terminal."""
+    """Return the calibration in few lines, for a terminal."""
     what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
     lines = [f"{what}: {found.map.form}", *table(*head_and_rows(found.error_rows)), "", found.errors_are]
     if found.fit is not None:
@@ -79,7 +80,7 @@ def calibration_text(found: Calibration) -> str:
 
 
 def calibration_page(found: Calibration) -> bytes:
-    """The calibration as a page with a figure."""
+    """Return the calibration as a page with a figure."""
     name, issue = escape(printable(found.map.sensor)), found.sensors.model.spec.issue
     parts = [
         f"<h1>Calibration of {name}</h1>", soft(issue.words),
@@ -91,7 +92,7 @@ def calibration_page(found: Calibration) -> bytes:
 
 
 def _measured(found: Calibration) -> Iterable[str]:
-    """What the points say, and what is left of each."""
+    """Yield the unknowns fitted to the points, and the residuals of each point."""
     if found.fit is not None:
         yield "<h2>What the points say of this sensor</h2>"
         yield html_table(MOVED_HEAD, moved_rows(found), MOVED)
@@ -103,7 +104,7 @@ def _measured(found: Calibration) -> Iterable[str]:
 
 
 def _foretold(found: Calibration) -> Iterable[str]:
-    """The points to take."""
+    """Yield the table of planned points, with the expected errors after each point."""
     if found.plan is not None:
         axes = found.map.axes
         scope = found.sensors.range
@@ -130,7 +131,7 @@ COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
 
 
 def figure(found: Calibration) -> str:
-    """What is left of every point, in per cent of full scale, over the points' numbers."""
+    """Draw the residuals of each point, in per cent of full scale, over the points' numbers."""
     points, fit = found.points, found.fit
     assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
     settled, full = points.settled, found.map.full_scale
@@ -173,19 +174,19 @@ LOADING = {
         "the face; threads for shear are glued there.",
     ),
 }
-"""How loads are put on, by rotation."""
+"""Instructions for applying loads, by rotation."""
 
 MOMENTS = ("A moment is a load beside the middle: move the guide until the rod stands at the x and y of the row,",
            "counted from the middle of the outermost face, +x and +y as below. plan.svg has all places on the",
            "target's outline at 1:1. Print it at 100 %, measure its 20 mm, cut the outline out and stick it on.")
-"""How moments are put on."""
+"""Instructions for applying moments."""
 
 ASIDE = 0.1e-3
-"""Distance (m) aside of all loads together of which a plan says what it adds to the errors."""
+"""Common shift (m) of all loads whose additional errors a plan states."""
 
 
 def place_words(found: Calibration, plan: Plan) -> tuple[str, ...]:
-    """How exactly loads have to stand, and what a shift of all costs; empty if the target is held level."""
+    """Describe the required accuracy of the loads' places and the errors by a shift; empty for a level target."""
     if found.sensors.is_held:
         return ()
     sigma, axes = usual("place"), found.sensors.range.axes
@@ -198,17 +199,19 @@ def place_words(found: Calibration, plan: Plan) -> tuple[str, ...]:
 
 
 CARD_SCALE, CARD_EDGE = 5.0, 6.0
-"""Scale of a card's picture that names the places, and room (mm) round both pictures."""
+"""Scale of the card's picture that names the places, and margin (mm) round both pictures."""
 
 
 def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
-    """A point (m) on a card, whose picture at a scale (mm/m) has the target's middle at a centre (mm)."""
+    """Map a point (m) to the card: `scale` (mm/m) about the target's middle, which is at `centre` (mm)."""
     return Point(centre.x + scale * (point.x - middle.x), centre.y + scale * (point.y - middle.y))
 
 
 def plan_card(found: Calibration, plan: Plan) -> bytes:
-    """An SVG in millimetres: the target's outline with all places of loads at 1:1, to be cut out, and a larger picture
-    that names the rows of each place.
+    """Draw the card of load places as an SVG in millimetres.
+
+    One picture is the target's outline with all places at 1:1, to be cut out. A larger picture has the row numbers of
+    each place.
     """
     spec, axes = found.sensors.model.spec, found.sensors.range.axes
     plate = targets(spec)[0]
@@ -241,7 +244,7 @@ def plan_card(found: Calibration, plan: Plan) -> bytes:
 
 
 def directions(axes: Sequence[str]) -> tuple[str, ...]:
-    """Which way forces are counted: the normal one, and shear if it is told."""
+    """Describe the positive directions of the normal force, and of shear if measured."""
     normal = "Normal forces count towards the board."
     if len(axes) == 1:
         return (normal,)
@@ -253,7 +256,7 @@ def directions(axes: Sequence[str]) -> tuple[str, ...]:
 
 
 def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
-    """What the sensor is held by while it is loaded: by what carries the forces in use, and with its metal."""
+    """Describe the clamping of the sensor during loading, with the supports and the metal that it has in use."""
     if mount is None:
         return (
             "Hold the sensor as it is used. If nothing holds it yet, stick the board's whole body flat on a stiff",
@@ -280,7 +283,7 @@ def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
 
 
 def plan_table(found: Calibration, plan: Plan) -> bytes:
-    """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
+    """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation."""
     sensors = found.sensors
     scale = shown_scales(sensors.range.axes)
     rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] + [""] * len(sensors.coils)
@@ -297,7 +300,7 @@ READ_BY_FIRMWARE = (
 
 
 def plan_words(found: Calibration, plan: Plan) -> bytes:
-    """What to do, and what each point buys."""
+    """Return the plan's instructions, and the expected errors after each point."""
     issue = found.sensors.model.spec.issue
     scope, readings = found.sensors.range, int(usual("readings"))
     rotation, conversion = found.sensors.rotation, found.sensors.conversion

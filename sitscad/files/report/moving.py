@@ -1,4 +1,4 @@
-"""Moving parts of pages, as plain values for their scripts: the assembly in 3-D, the pushed sensor, bars of a board."""
+"""Data and pages for the scripts: the assembly in 3-D, the pushed sensor, and live readings of a board."""
 
 from __future__ import annotations
 
@@ -31,32 +31,35 @@ from sitscad.spec.sensor import SensorSpec
 
 Document = Mapping[str, Any]
 
-SCRIPTS = ("solids.js", "pushed.js", "page.js")  # The page's scripts in the order in which they are run
+SCRIPTS = ("solids.js", "pushed.js", "page.js")  # Scripts of the page, in running order
 
 
 def scripts() -> str:
-    """All scripts of the page as one text."""
+    """Return all scripts of the page as a single text."""
     folder = files("sitscad.files.report") / "assets"
     return "\n".join((folder / name).read_text(encoding="utf-8") for name in SCRIPTS)
 
 
 def embedded(name: str, document: Document) -> str:
-    """A document within the page, for its scripts: nothing in it ends the element."""
+    """Return a script element that holds a document as JSON; `<` is escaped, so that no text ends the element."""
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return f'<script type="application/json" id="{name}">{text}</script>'
 
 
-OPENING = ("opposing-jaw", "opposing-pad")  # The pieces that turn about the hinge when the jaws open
+OPENING = ("opposing-jaw", "opposing-pad")  # Pieces that turn about the hinge when the jaws open
 
 TOGETHER = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}
-"""What is shown and hidden together, by how names begin: the board's films, its copper, the glue."""
+"""Groups that are shown and hidden together, by the first part of a piece's name."""
 
 MM = 1e3
 
 
 def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
-    """The assembly of ``mount/assembly.glb``: corners as 16-bit parts of its box (mm, the board's axes), each once, the
-    triangles' corners by number, and of every piece where its own begin; the hinge's pivot where the jaw has one.
+    """Return the triangles of ``mount/assembly.glb`` in a compact form.
+
+    Vertices are 16-bit coordinates in the assembly's bounding box (mm, the board's axes), without duplicates within a
+    piece. Triangles refer to vertices by number. Each piece has the offsets of its vertices and triangles. `hinge` has
+    the pivot and the opening angle if the jaw's hinge is known.
     """
     (length,) = struct.unpack_from("<I", glb, 12)
     scene, body = json.loads(glb[20 : 20 + length]), glb[28 + length :]
@@ -90,7 +93,7 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
         places.append(known)
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
         first, start = first + len(known), start + len(triangles)
-    # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
+    # Pivot (mm; x, z) and opening angle (rad); None if the jaw's hinge is not known
     jaw, pivot, hinge = layout.spec.jaw, hinge_pivot(layout), None
     if jaw is not None and pivot is not None and jaw.opening:
         hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
@@ -104,8 +107,10 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
 def pushed_document(
     layout: Layout, estimates: Estimates, sheet: Document, calibration: Document | None
 ) -> dict[str, Any] | None:
-    """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
-    how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
+    """Return the data of the pushed sensor; None if response table, converter settings, pad or target are missing.
+
+    They are the response table of ``datasheet.json``, the map of ``calibration.json``, the converter's scaling of
+    counts, and the shapes (mm) of two sections, along x and along y.
     """
     table, conversion = sheet.get("pushed"), estimates.readout.conversion
     spec = layout.spec
@@ -132,7 +137,7 @@ def pushed_document(
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
-    """The first and the last place (mm) that boxes (m: x0, y0, x1, y1) reach along an axis."""
+    """Return the first and last place (mm) along an axis that boxes (m: x0, y0, x1, y1) cover."""
     low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
     return [round(MM * low, 4), round(MM * high, 4)]
 
@@ -153,13 +158,29 @@ def live_page(
     spec: SensorSpec, estimates: Estimates, calibrations: Sequence[Document] = (), served: bool = False,
     forced: bool = False,
 ) -> bytes:
-    """The page of one sensor: forces by the map in the document of a calibration, where there is one, of each of its
-    cells by the cell's own. From a disk it reads a serial port, `served` the events of a server; of a `forced` package
-    it says so. Raises ValueError where the sensor cannot be read, and for maps of others.
+    """Return the page of a sensor that shows live forces.
+
+    Parameters
+    ----------
+    spec : SensorSpec
+        The sensor.
+    estimates : Estimates
+        Its estimates, with the converter's settings.
+    calibrations : sequence
+        Calibration documents with the maps of the forces, one per cell. Without any, the page shows no forces.
+    served : bool
+        Whether the page reads a server's events. Otherwise it reads a serial port.
+    forced : bool
+        Whether the page has the warning of a forced package.
+
+    Raises
+    ------
+    ValueError
+        If the sensor cannot be read, or a map belongs to another sensor.
     """
     known = []
     for one in (one.get("map", one) for one in calibrations):
-        own, prefix = map_columns(spec, one["coils"])  # the places of its coils among all, what stands before its axes
+        own, prefix = map_columns(spec, one["coils"])  # indices of its coils, prefix of its axes
         known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
@@ -185,7 +206,7 @@ def live_page(
 
 
 def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:
-    """What the page's script reads: by what lines are known, how counts become Hz, the coils, the maps."""
+    """Return the data for the page's script: the sensor's identity, Hz per count, the coils, the maps."""
     conversion, found = estimates.readout.conversion, bands(estimates.coils, usual("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{spec.name} has no converter that is set")
@@ -223,7 +244,7 @@ def _forces(known: Sequence[Document], is_calibrated: bool) -> str:
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A table whose cells are filled by the script: the first of a row is its name, the others are names of cells."""
+    """Return a table filled by the script; a row has its name first, then identifiers of cells."""
     def cell(name: str) -> str:
         if name.startswith("bar."):
             return f'<td><div class="swing"><i data-out="{escape(name)}"></i></div></td>'

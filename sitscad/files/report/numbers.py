@@ -1,4 +1,7 @@
-"""An estimate as text for a person and as JSON for a program. A new format is one function and one row of the table."""
+"""Estimates as text for users and as JSON for programs.
+
+A new format needs one function and one row of `ESTIMATE_FORMATS`.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
     felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
-    """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
+    """Return tables of coils, states and readout settings, then the cross-checks and notes on the estimates."""
     if estimates is None:
         why = styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour)
         return f"{as_findings([checked], OutputOptions(colour))}{why}\n"
@@ -100,7 +103,7 @@ each cell, and the coils at the frequencies of --at."""
 
 def estimate_tables(estimates: Estimates) -> list[Table]:
     """Return all tables of coils and states, for texts and pages, in their order."""
-    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+    from sitscad.estimates.signal import signals  # already loaded by the estimates
 
     return [
         signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code), state_table(estimates),
@@ -112,7 +115,7 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
 
 
 def coil_table(estimates: Estimates) -> Table:
-    """Return each quantity of the coils with one value a coil."""
+    """Return each quantity of the coils, with one value per coil."""
     rows = by_quantity(estimates.coils, COIL)
     changes = [coil.resistance_change for coil in estimates.coils]
     if any(changes):
@@ -137,11 +140,11 @@ PART_WORDS = {
     "vias": "vias",
     "crowding": "current crowds at that frequency (skin, proximity)",
 }
-"""What the parts of the terminal inductance are called."""
+"""Names of the parts of the terminal inductance."""
 
 
 def part_table(estimates: Estimates) -> Table:
-    """Return the parts of the terminal inductance, all in nanohenries and rounded alike, their sum and frequency."""
+    """Return the parts of the terminal inductance (nH, rounded to equal decimals), their sum and the frequency."""
     names = [name for name in PART_WORDS if any(name in coil.inductance_parts for coil in estimates.coils)]
     largest = max((abs(coil.winding_inductance) for coil in estimates.coils), default=0.0)
     places = max(2, 4 - math.floor(math.log10(largest * 1e9))) if largest > 0.0 else 2
@@ -160,14 +163,14 @@ def _by_state(
     estimates: Estimates, title: str, quantities: Sequence[Quantity], needed: str,
     text: Callable[[Quantity, StateEstimate], str] = Quantity.plain,
 ) -> Table:
-    """Return one row a coil and state, of states that have the field `needed`."""
+    """Return one row per coil and state, for states whose field `needed` is not None."""
     rows = [[coil.name, titled(state.state), *(text(each, state) for each in quantities)]
             for coil in estimates.coils for state in coil.states.values() if getattr(state, needed) is not None]
     return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, estimates))
 
 
 def at_temperature(title: str, estimates: Estimates) -> str:
-    """Return a title that says for which temperature its numbers are computed."""
+    """Return a title with the temperature of its numbers."""
     head, colon, rest = title.partition(":")
     return f"{head}, at {estimates.temperature:g} degC{colon}{rest}"
 
@@ -176,13 +179,13 @@ AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without 
 
 
 def state_table(estimates: Estimates) -> Table:
-    """Return the tank at the contacts in every state."""
+    """Return the tank at the contacts in each state."""
     return _by_state(estimates, "At the contacts, leads included: what rules and limits judge",
                      (*TANK, COMPUTED_WITHIN), "state")
 
 
 def other_table(estimates: Estimates) -> Table:
-    """Return inductances in every state as a meter and the firmware's formula see them."""
+    """Return the inductances in each state as read by a meter and by the firmware's formula."""
     found = _by_state(estimates, OTHERS_TITLE, OTHERS, "quantum")
     changes = ((coil.name, coil.converter_sensitivity(estimates.normal_force)) for coil in estimates.coils)
     moved = [[name, "per newton", NONE, plus_minus(*change, "H", "/N")] for name, change in changes if change]
@@ -190,7 +193,7 @@ def other_table(estimates: Estimates) -> Table:
 
 
 def spread_table(estimates: Estimates) -> Table:
-    """Return one sigma of every state's numbers by manufacture, relative, and the largest cause for Rp."""
+    """Return the relative scatter by manufacture (one sigma) in each state, and the largest cause for Rp."""
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
         return percent(sigma / value) if sigma is not None and value else NONE
@@ -204,7 +207,7 @@ def spread_table(estimates: Estimates) -> Table:
 
 
 def matrix_table(estimates: Estimates) -> Table:
-    """Return the inductance matrix, one row a coil. Empty for one coil."""
+    """Return the inductance matrix, one row per coil. Empty for one coil."""
     names = [coil.name for coil in estimates.coils]
     matrix = np.array(estimates.inductance_matrix)
     if len(names) < 2:
@@ -236,7 +239,7 @@ def readout_table(estimates: Estimates) -> Table:
 
 
 def stack_tables(estimates: Estimates) -> list[Table]:
-    """Return the gaps by their names, and what the required force does to the elastomer."""
+    """Return the gaps by name, and the elastomer's compression under the required force."""
     sigmas = estimates.gap_sigmas
     gaps = [[titled(name), plus_minus(gap, sigmas.get(name), "m", digits=4)] for name, gap in estimates.gaps.items()]
     pressed = by_quantity([estimates], COMPRESSION)
@@ -252,7 +255,7 @@ LAW_HELD = "one sigma of 2.5 % where the law was held against them, 5 % beyond"
 
 
 def incoming_tables(bench: Estimates) -> list[Table]:
-    """Return what a usual meter and a meter at the tank's frequency read of each coil of the bare board."""
+    """Return the bare board's readings by an LCR meter and at each tank's frequency."""
     free = [(coil.name, coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     rows = [[name, *(each.text(state) for each in BARE_TANK)] for name, state in free]
     return [
@@ -267,7 +270,7 @@ CROSS_TITLE = "Cross-checks: closed formulas beside the estimate"
 
 
 def cross_check_table(estimates: Estimates) -> Table:
-    """Return the closed formulas beside the estimate, each with its range of validity."""
+    """Return the results of closed formulas beside the estimate, each with its range of validity."""
     head = ("coil", "formula", "inductance", "against ours", "in its range", "range")
     rows = [
         [check.coil, check.method, quantity(check.inductance, "H"),
@@ -281,12 +284,12 @@ def cross_check_table(estimates: Estimates) -> Table:
 
 
 def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-    """The head of a table, which is the first of its lines, and its rows; both empty where there are no lines."""
+    """Split lines into a table's head (the first line) and its rows; both empty if there are no lines."""
     return (lines[0], lines[1:]) if lines else ((), ())
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of aligned columns, numbers to the right and words to the left; none without rows."""
+    """Format lines of aligned columns, numbers to the right and text to the left; empty without rows."""
     body = [[printable(str(cell)) for cell in row] for row in rows]
     if not body:
         return []
@@ -300,21 +303,21 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """Return the table for a page. Empty without rows."""
-    from sitscad.files.drawing import web_page  # text needs none of it
+    from sitscad.files.drawing import web_page  # not needed for text
 
     lines = [[str(cell) for cell in row] for row in rows]
     return web_page.table(head, lines, number_columns(lines), caption)
 
 
 def page_tables(tables: Iterable[Table]) -> str:
-    """Return tables for a page, the notes of each below it."""
+    """Return tables for a page, each with its notes below."""
     from sitscad.files.drawing.web_page import bullets
 
     return "".join(html_table(each.head, each.rows, each.title) + bullets(each.notes) for each in tables if each.rows)
 
 
 def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
-    """Whether all cells of a column are numbers or dashes, for every column."""
+    """Return for each column whether all its cells begin with a digit or a sign."""
     return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
 
 
@@ -322,7 +325,7 @@ _NUMERIC = frozenset("0123456789+-")
 
 
 def table_text(found: Table, colour: bool = False) -> str:
-    """Return a table under its title, its notes below it. Empty if it has no rows."""
+    """Return a table under its title, with its notes below. Empty if it has no rows."""
     head = found.head if any(found.head) else ()
     lines = [*table(head, found.rows), *found.notes] if found.rows else []
     title = [styled(found.title, "bold", colour)] if found.title else []
@@ -330,7 +333,7 @@ def table_text(found: Table, colour: bool = False) -> str:
 
 
 def performance_blocks(report: PerformanceReport | None, colour: bool) -> list[str]:
-    """Return what the sensor feels as blocks of text: its tables, then its notes. Empty without a target."""
+    """Return the sensing performance as blocks of text: tables, then notes. Empty without a target."""
     if report is None or not report.points:
         return []
     first, *others = report.tables()

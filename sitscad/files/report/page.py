@@ -1,4 +1,4 @@
-"""The page that a person reads: one self-contained HTML file with the verdict, the pictures and every number."""
+"""The report page: one self-contained HTML file with the verdict, the pictures and all numbers."""
 
 from __future__ import annotations
 
@@ -48,14 +48,32 @@ def render(
     wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
     moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
 ) -> str:
-    """The page as HTML text.
+    """Return the page as HTML text.
 
-    `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
-    files with their sizes in bytes; `wiring` is the table of where each contact leads, its head first; `felt` is what
-    the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `moving` are the
-    documents of `sitscad.files.report.moving` by the name of their view, ``solids`` and ``pushed``; `is_built` is
-    whether the page is of a package, and not of a design that is watched.
-    Everything that comes from the spec is escaped, nothing is loaded from outside.
+    All text from the spec is escaped. The page loads nothing from outside.
+
+    Parameters
+    ----------
+    checked : CheckedSpec
+        Findings and fit of the design.
+    spec : SensorSpec
+        The design.
+    estimates : Estimates
+        The design's estimates.
+    pictures : mapping
+        SVG drawings by caption, in the order of display.
+    files : mapping
+        Sizes (bytes) of the package's other files by path.
+    wiring : sequence
+        Table of the contacts' connections, its head first.
+    felt : mapping, optional
+        Sensing performance, as in JSON.
+    bench : Estimates, optional
+        Estimates at 20 degrees Celsius, by which boards are tested.
+    moving : mapping, optional
+        Documents of `sitscad.files.report.moving` by view, ``solids`` and ``pushed``.
+    is_built : bool
+        Whether the page belongs to a package. False for a design that is watched.
     """
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
@@ -122,7 +140,7 @@ OPEN = '<label>jaws open <input type="range" data-in="open" min="0" max="1" step
 
 
 def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None) -> str:
-    """A view that scripts fill, with its data; nothing where there is none."""
+    """Return a view that scripts fill, with its data; empty without data."""
     document = (moving or {}).get(name)
     if document is None:
         return ""
@@ -130,13 +148,13 @@ def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None)
 
 
 def _picture(drawing: str, caption: str) -> str:
-    """A picture of the layout; that of the whole board is the one whose layers and nets the scripts turn on and off."""
+    """Return a picture of the layout; scripts switch the layers and nets of the whole board's picture."""
     shown = figure(drawing, caption)
     return shown.replace("<figure>", '<figure class="board">', 1) if "id='board'" in drawing else shown
 
 
 def _verdict(checked: CheckedSpec) -> str:
-    """The verdict; it is green only where nothing at all was found."""
+    """Return the verdict; it is green only if there are no errors, silenced errors or warnings."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
         kind, words = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
@@ -150,12 +168,12 @@ def _verdict(checked: CheckedSpec) -> str:
     return f"<p class='verdict {kind}'>{words}</p>"
 
 
-SMALL_SIGNAL = "small-signal"  # The rule whose warning belongs to the verdict
+SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 
 
 def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
-    """The name, the verdict and the signal; `failed` is the banner of a design with errors."""
-    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+    """Return the name, the verdict and the signal; `failed` is the banner of a design with errors."""
+    from sitscad.estimates.signal import signals  # already loaded by the estimates
 
     counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     felt = "; ".join(measures.headline(signals(estimates)))
@@ -180,7 +198,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
 
 
 def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
-    """The numbers that decide: what the sensor tells and with what, and what is left of its room."""
+    """Return the key numbers: resolution and drift or inductance, the tank's state, and the least margin of fit."""
     states = [coil.states[name] for coil in estimates.coils for name in working_states(coil.states)]
     alone = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
     if not states:
@@ -208,7 +226,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
 
 
 def _worst_in(sheet: Document) -> str:
-    """The cells with the coarsest resolution, of which that of all is told; nothing without cells."""
+    """Name the cells with the coarsest resolution; empty without cells or if any resolution is unknown."""
     each = sheet.get("cells", {}).get("each", ())
     if not each or any(one["resolution_N"]["normal"] is None for one in each):
         return ""
@@ -217,22 +235,22 @@ def _worst_in(sheet: Document) -> str:
 
 
 def _incomplete(estimates: Estimates) -> str:
-    """What the numbers lack, before the first of them; nothing where the layout is whole."""
+    """Return a banner with the reason why the estimates are incomplete; empty if the layout is complete."""
     return f"<p class='banner'>{escape(estimates.incomplete)}</p>" if estimates.incomplete else ""
 
 
 def findings_part(checked: CheckedSpec) -> str:
-    """The page's part with all findings, the gravest first, those with a place numbered as on the picture."""
+    """Return all findings, most severe first, with place numbers as in the pictures, then ignored findings."""
     places = {id(finding): number for number, finding in numbered_places(checked.findings)}
     articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_weight(checked.findings))
-    # what was found and is not held against the design, with the reasons that were given
+    # findings that the user ignores, with the reasons
     rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
     ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
     return ("".join(articles) or "<p>Nothing was found.</p>") + ignored
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
-    """One line that unfolds; errors lie open."""
+    """Return a finding as a line that unfolds; errors are unfolded."""
     line = checked.line(finding.line, finding.file)
     shown = "" if line is None else excerpt(line, finding.column or 1)[0]
     quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
@@ -257,7 +275,7 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
 
 
 def _where(finding: Finding, number: int | None) -> str:
-    """A finding's place on the board, with its number in the pictures."""
+    """Return a finding's place on the board, with its number in the pictures; empty without a place."""
     place = finding.place
     if place is None or number is None:
         return ""
@@ -276,8 +294,8 @@ def _electrical(estimates: Estimates) -> str:
 
 
 def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
-    """Return what the bare boards are tested by when they come, and the converter's drive for them."""
-    from sitscad.estimates.circuits.drive import bare_board_code  # loads nothing that the estimates have not loaded
+    """Return the expected readings of delivered bare boards, and the converter's drive code for them."""
+    from sitscad.estimates.circuits.drive import bare_board_code  # already loaded by the estimates
 
     if bench is None:
         return ""
@@ -321,7 +339,7 @@ def _in_columns(body: str) -> str:
 
 
 def _range(values: Iterable[float | None], unit: str) -> str:
-    """The least and the largest of some values in one unit."""
+    """Format the least and largest of some values in one unit."""
     finite = [value for value in values if value is not None and math.isfinite(value)]
     if not finite:
         return NONE
@@ -335,19 +353,19 @@ def _range(values: Iterable[float | None], unit: str) -> str:
 WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
 HEIGHT, ROW, LETTERS = 380.0, 22.0, 13.0
 OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
-"""The page's style gives it its colour, and the texts theirs."""
+"""Outline of layers and leaders; its colour comes from the page's style, as do the texts' colours."""
 
 COLOURS = {
     "standoff": "#dfe5ea", LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0",
     "elastomer": "#a9cfe0", "film": "#cfe3cf", "gap": "#f7f9fa",
 }
 METAL_SHOWN = 0.6e-3
-"""Thickness (m) of a jaw, a finger or metal behind that the section shows."""
+"""Largest thickness (m) of a jaw, a finger or metal behind that the section shows."""
 
 
 @record
 class SectionLayer:
-    """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
+    """One layer of the section: heights (m) above the board's top face, colour and label."""
 
     bottom: float
     top: float
@@ -357,11 +375,11 @@ class SectionLayer:
 
 
 def stack_section(spec: SensorSpec) -> str:
-    """The section as an inline SVG that takes its text colours from the page."""
+    """Return the section as an inline SVG, whose text colours come from the page."""
     slices = list(_slices(spec))
     low, high = min(s.bottom for s in slices), max(s.top for s in slices)
     scale = HEIGHT / (high - low)
-    # Rows for the labels near where they are wanted (top down), never closer than one row
+    # Rows (top down) for the labels, near their layers and at least one row apart
     rows: list[float] = []
     for y in [HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices]:
         rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
@@ -403,7 +421,7 @@ def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
         label = f"{name}{made}, {show(layer.thickness, 'm')}"
         yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
         depth += layer.thickness
-    # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
+    # Mount, shield and jaw under the board, named as in the drawing; without a mount, the gap to the shield
     here = board_heights(spec.fpc.stackup)[0]
     stackup = spec.fpc.stackup
     shield, mount = spec.shield, spec.mount

@@ -1,4 +1,4 @@
-"""A response as text for a person, as JSON and CSV for programs, as arrays for numpy."""
+"""Responses as text for users, as JSON and CSV for programs, and as arrays for numpy."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.estimates.response.response_arrays import Response
 
-SHOWN = 60  # Points at most that the text shows
+SHOWN = 60  # Largest number of points in the text
 
 
 def response_text(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
-    """A row a point, and what is worth saying of them."""
+    """Return a table with one row per coil and point, the gap at rest, and the notes."""
     cases = ["case"] if any(response.cases) else []
     head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
     rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
@@ -39,11 +39,11 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Per
 
 
 COLUMNS = [each for each in RESPONSE if each.label]
-"""Quantities of a coil at a point that the text shows."""
+"""Quantities of a coil at a point in the text."""
 
 
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
-    """One row a coil; the point itself is said once."""
+    """Yield one row per coil; the first row also has the point."""
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
     turn = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
@@ -57,17 +57,17 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
 
 
 def _of_coil(values: Array, coil: int) -> float:
-    """Return a coil's value, of a matrix of coils that on the diagonal."""
+    """Return a coil's value; for a matrix of coils, the element on the diagonal."""
     return float(values[coil] if values.ndim == 1 else values[coil, coil])
 
 
 def _figure(value: float) -> str:
-    """Four digits; what a solver leaves of a zero (below a nanonewton, a picometre) is one."""
+    """Format a number to four digits; values below a nanonewton or picometre, left by solvers, become 0."""
     return f"{round(float(value), 9) + 0.0:.4g}"
 
 
 def _said(response: Response) -> Iterator[str]:
-    """The notes of all points, each once."""
+    """Yield the notes of all points, each note once."""
     seen: dict[str, int] = {}
     for own in response.notes:
         for note in own:
@@ -79,7 +79,7 @@ def _said(response: Response) -> Iterator[str]:
 
 
 def response_json(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
-    """The contract's document, with ``performance`` where that was asked for."""
+    """Return the JSON document of the contract, with ``performance`` if requested."""
     points = [response.point_document(k) for k in range(len(response))]
     gap = {"gap_at_rest_m": response.gap, "glue_in_gap_m": response.glue}
     document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), **gap, "points": points}
@@ -88,7 +88,7 @@ def response_json(path: str, response: Response, colour: bool = False, felt: Per
 
 
 def response_csv(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
-    """One row a point, columns named like ``inductance_H.C1``."""
+    """Return one row per point, with columns named like ``inductance_H.C1``."""
     from sitscad.estimates.response.response_arrays import POSE_NAMES
 
     coils = response.coils
@@ -117,15 +117,18 @@ AXES = ("x", "y", "z")
 Shown = Callable[["str", "Response", bool, "PerformanceReport | None"], str]
 
 RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
-"""How ``response`` can print: path as typed, response, colour or not, and what the sensor feels (csv: left out)."""
+"""Output formats of ``response``.
 
-RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of the files that it can write
+Each function takes the path as typed, the response, whether to use colour, and the performance (not used by csv).
+"""
+
+RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of output files
 
 
 def response_file(path: str, response: Response, ending: str, felt: PerformanceReport | None = None) -> bytes:
-    """The content of a file of one of those endings; `path` is the spec's."""
+    """Return the content of a file with one of these endings; `path` is the spec's."""
     if ending == ".npz":
-        # The arrays under the contract's names, points first, and the coils' names; the same bytes every time
+        # Arrays with the contract's names, points first, and the coils' names; equal bytes in every run
         stream = io.BytesIO()
         np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
         return stream.getvalue()

@@ -1,6 +1,7 @@
-"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4. Its second
-sheet has the contacts at a legible scale, with a table of their nets. Every dimension is a coordinate in the system of
-the Gerber files, whose origin is marked.
+"""The board drawing (SVG and PDF on A4): outline, coils, contacts, holes and zones, dimensioned by coordinates.
+
+The second sheet shows the contacts at a legible scale, with a table of their nets. All coordinates refer to the origin
+of the Gerber files, which the drawing marks.
 """
 
 from __future__ import annotations
@@ -82,15 +83,16 @@ from sitscad.spec.presets import board_kind, cover_name, is_rigid
 
 PLATE, BEND = "#dddddd", "#eef3e2"
 BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-"""Two dots and a dash: where something else will be, as bend lines are drawn."""
+"""Bend lines: two dots and a dash, the line type of bent positions."""
 WHOLE = (40.0, 132.0, 225.0, 47.0)
 """Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
 DETAIL = (36.0, 32.0, 112.0, 70.0)
 
 
 def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The drawing as PDF and its sheets as SVG by their paths in the package; ``files`` has the images whose
-    fingerprint it states. Where ``forced`` is not empty every sheet is stamped.
+    """Return the drawing as PDF, and its sheets as SVG, by path in the package.
+
+    `files` are the images whose fingerprint the drawing states. Each sheet is stamped if `forced` is not empty.
     """
     artwork = on_drawing("board", files, board_images(files))
     sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
@@ -101,16 +103,16 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 
 
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
-    """The sheet: the whole board, its body larger, the holes' table and the notes."""
+    """Return the sheet of the board: whole board, enlarged body, table of holes and notes."""
     box = bounding_box([layout.outline])
     detail = scale_for(layout.body_size, DETAIL[2:])
-    # the detail is a true enlargement, but of a skin whose body is drawn 1:1: half of that cannot be read
+    # the detail is larger than the whole, unless the body is drawn at 1:1 or less: half of 1:1 is illegible
     smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
     whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     sheet = new_sheet(layout.spec, f"{board_kind(layout.spec.fpc.stackup)} circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
-    # The body alone: what lies beyond it is cut off
+    # The body alone, cut off at its end
     view = placed(layout.body, detail, DETAIL)
     x0, y0, x1, y1 = layout.body
     limit = x1 + 0.05 * (x1 - x0)
@@ -133,11 +135,11 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 
 def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     x0, y0, x1, y1 = bounding_box([layout.outline])
-    # The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines
+    # The stiffener as an area, bends as line and area, coverlay openings as broken lines
     named = _stiffener(sheet, layout, view)
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
-    # What bends take of the tail, under its tracks
+    # Areas of the bends, under the tracks
     for bend in bends(layout):
         if bend.end > bend.start:
             below, above = layout.reach_at(bend.line)
@@ -151,7 +153,7 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     tail = _tail_reach(layout.outline, layout.pads, layout.spec.fpc.tail)
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
-    reached = 0.0  # how high on paper the tail's width goes, where it is longest the same, near the body's end of that
+    reached = 0.0  # top on paper of the dimension of the tail's width
     if (found := tail_width(layout)) is not None:
         at, bottom, top = view.x(found[0]), view.y(found[1]), view.y(found[2])
         outer_span(sheet, (at, bottom), (at, top), _tail_words(layout, found), upright=True)
@@ -165,8 +167,9 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
 
 
 def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
-    """The stiffener with its name beside it, above the tail's width where that is written in the same place; how high
-    on paper the name reaches there, or 0.
+    """Draw the stiffener and its name; return the top of the name on paper if it is above the tail's width, else 0.
+
+    The name is above the dimension of the tail's width if both would overlap.
     """
     if layout.stiffener is None:
         return 0.0
@@ -193,7 +196,7 @@ def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
 
 
 def _stations(layout: Layout) -> Iterator[float]:
-    """The x that matter along the board: ends, coils, body, bend, stiffener, contacts."""
+    """Yield the dimensioned x coordinates along the board: ends, coils, body, bend, stiffener, contacts."""
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
     yield from bend_stretch(layout) or ()
@@ -209,7 +212,7 @@ def _is_turned(tail: Tail | None) -> bool:
 
 
 def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
-    """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
+    """Return the lowest and highest y of the outline at its end; for a tail that turns, the first contact's ends."""
     if _is_turned(tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})
     x1 = bounding_box([outline])[2]
@@ -218,7 +221,7 @@ def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tupl
 
 
 def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
-    """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
+    """Draw a coil's name on a white ground beside its centre, in the quarter farthest from vias."""
     size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
     wide = text_width(coil.name, size)
     corners = [(x + 1.4 if right else x - 1.4 - wide, y + 1.4 if up else y - 1.4 - 0.8 * size)
@@ -235,8 +238,9 @@ def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
 
 
 def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
-    """The tail's bend lines, which way and how far: beside the tail, or where the body's edge goes through the words
-    there, `below` the ordinates; how high on paper this reaches.
+    """Draw the tail's bend lines with their directions and angles; return the top of the drawn lines on paper.
+
+    The text is beside the tail. If the outline would cross it there, it is at `below`, under the ordinates.
     """
     found, tail = bends(layout), layout.spec.fpc.tail
     if not found or tail is None:
@@ -262,7 +266,7 @@ def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
 
 
 def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
-    """How the tail is bent, from the body on, in two lines where one is wider than so much (mm of paper)."""
+    """Describe the tail's bends from the body on, in two lines if one is wider than `room` (mm of paper)."""
     ways = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in found)
     words = f"bend{'s' * (len(found) > 1)} {ways}"
     if found[0].radius is None:
@@ -273,7 +277,7 @@ def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
 
 
 def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
-    """The top layer's tracks as they are, up to a limit along x, and all contacts; `name` begins every id."""
+    """Draw the top layer's tracks up to a limit along x, and all contacts; `name` begins all identifiers."""
     draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
         if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
@@ -287,7 +291,7 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
 def _first_and_last(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], top_openings: tuple[Region, ...], view: View
 ) -> None:
-    """The numbers of the first and the last contact beyond the end at which they are; all stand on the second sheet."""
+    """Draw the numbers of the first and last contact beside them; the second sheet has all numbers."""
     if len(pads) < 2:
         return
     ends = min(pads, key=lambda pad: pad.number), max(pads, key=lambda pad: pad.number)
@@ -304,7 +308,7 @@ def _first_and_last(
 
 
 def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
-    """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
+    """Draw each coil's outer edge and centre, the holes, and the origin of the coordinates."""
     for coil in layout.coils:
         draw_coil(sheet, view, layout.spec.coil, coil, CHAIN, f"{name}-coil-{coil.name}")
     for order, tool in enumerate(plated_tools(layout)):
@@ -316,7 +320,7 @@ def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = f
 
 
 def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
-    """A hole in its size on paper, with the symbol of its tool, which can be seen at any size."""
+    """Draw a hole to scale, with the symbol of its tool at a legible size."""
     sheet.draw(circle(at, radius), THIN, "#ffffff")
     sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
@@ -337,7 +341,7 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
 
 
 def notes(layout: Layout) -> Iterator[str]:
-    """What the drawing says in words."""
+    """Yield the notes of the drawing."""
     rules = layout.spec.fpc.rules
     register = show(rules.registration, "m")
     yield "Coordinates in mm from the files' origin (red cross). No layer is mirrored."
@@ -367,7 +371,7 @@ def _outline(rules: DesignRules) -> str:
 
 
 def render_pictures(layout: Layout) -> dict[str, bytes]:
-    """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
+    """Return pictures of the whole board and of its body, which carries the coils, by path in the package."""
     return {
         fabrication_path(layout.spec.name, "board.svg"): picture(layout).encode("utf-8"),
         fabrication_path(layout.spec.name, "body.svg"): picture(layout, window=layout.body,
@@ -376,14 +380,14 @@ def render_pictures(layout: Layout) -> dict[str, bytes]:
 
 
 ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
-AROUND = 0.6e-3  # So much of the board (m) is drawn about the contacts
-STAND, STEP = 5.0, 8.0  # Of the first dimension line from the view, and of the next one from that (mm)
+AROUND = 0.6e-3  # Margin of the board (m) drawn about the contacts
+STAND, STEP = 5.0, 8.0  # Distance of the first dimension line from the view, and of further lines from each other (mm)
 COPPER, CONTACT = "#d8b08c", "#e6c200"
 CONTACT_COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
 
 def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet | None:
-    """The sheet; None for a board without contacts."""
+    """Return the sheet of the contacts; None for a board without contacts."""
     if not layout.pads:
         return None
     x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
@@ -400,8 +404,9 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
 
 
 def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, is_within: bool = False) -> None:
-    """The top layer's tracks whose middles lie in a box, or that lie `is_within` it with their width, and what of
-    teardrops and vias does; `name` begins every id.
+    """Draw the top layer's tracks, teardrops and vias in a box; `name` begins all identifiers.
+
+    Tracks are clipped to the box by their middle lines, or by their edges if `is_within`.
     """
     for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
         with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
@@ -417,7 +422,7 @@ def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, i
 
 
 def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
+    """Draw all features inside the box: copper, holes, openings, outline, dimensions."""
     draw_copper(sheet, layout, view, box, "contacts", True)
     for via in layout.vias:
         for inside in areas_inside(circle(via.centre, via.drill / 2), box):
@@ -445,7 +450,7 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 
 def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Width and length of the last contact of the row, the pitch to the one before, and what is measured at its end."""
+    """Draw width, length and pitch of the last contact of the row, and the dimensions of the board's end."""
     row, pitch = contact_row(layout.pads)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
@@ -466,11 +471,11 @@ def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> N
 
 
 def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
-    """The board's width with its tolerance, from contact 1 to the edge, what is bare, and on to the board's end."""
+    """Draw the dimensions of the board's end: width, contact 1 to edge, bare length, contacts to end."""
     end, (row, _) = board_end(layout.outline, layout.pads), contact_row(layout.pads)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
-    # The coordinate (m) at which the contacts end, along themselves
+    # Coordinate (m) of the contacts' ends, along the contacts
     place, half = end.first.centre, end.first.size[along] / 2
     tip = place[along] + half if end.end > place[along] else place[along] - half
     outward = 1.0 if end.end > tip else -1.0
@@ -501,8 +506,10 @@ def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
 def _contact_dimension(
     sheet: Sheet, axis: int, ends: Sequence[float], start: float, level: float, text: str, is_before: bool = False
 ) -> None:
-    """A dimension along x (axis 0) at a height of the paper, or along y (axis 1) at an x of it, led there from `start`;
-    words that do not fit between its ends stand beyond, or before them.
+    """Draw a dimension along x (`axis` 0) at the height `level`, or along y (`axis` 1) at the x `level`.
+
+    Extension lines begin at `start`. A text too long for the space between the ends is placed beyond them, or before
+    them if `is_before`.
     """
     over = level + math.copysign(1.0, level - start)
     for end in ends:
@@ -515,7 +522,7 @@ def _contact_dimension(
 
 
 def _contact_notes(layout: Layout) -> list[str]:
-    """How the contacts are to be read, in words."""
+    """Return the notes on the contacts."""
     connector = layout.spec.fpc.tail.connector if layout.spec.fpc.tail is not None else None
     named = f" of {connector.name}" if connector is not None else ""
     plug, plate = plug_text(layout.pads, layout.spec.fpc), layout.stiffener

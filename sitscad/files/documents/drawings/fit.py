@@ -1,5 +1,7 @@
-"""The picture of a fit that fails, and views of the closed pair that other drawings show, too. Sections and sides are
-to scale; each size that exceeds its limit is dimensioned in red. All of it comes from the scene, without a CAD kernel.
+"""Drawing of a fit that fails, and views of the closed pair that other drawings share.
+
+Sections and side views are to scale. Each size that exceeds its limit is dimensioned in red. All views are computed
+from places and dimensions, without a CAD kernel.
 """
 
 from __future__ import annotations
@@ -48,23 +50,24 @@ from sitscad.spec.mount import Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)  # Room for the section on paper: left, low, width, height (mm)
 RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
-"""Where the views beside it begin along the paper, how wide they are, from where down, and how high each is (mm)."""
+"""Views beside the section: left edge, width, top edge, and height of each (mm)."""
 TOO_MUCH = Pen(0.35, RED)
 CIRCLE = Pen(0.5, RED, (3.0, 1.5))
 HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
         "SIT325", "SIT326")
-"""The rules whose findings are drawn."""
+"""Rules whose findings are drawn."""
 
 
 def _sizes(fault: Finding) -> tuple[float, ...]:
-    """What is measured, and the limit (m); nothing for what cannot be dimensioned."""
+    """Return the measured length and its limit (m); empty if the finding has no such lengths."""
     is_length = fault.measured is not None and fault.limit is not None and fault.unit == "m"
     return (fault.measured or 0.0, fault.limit or 0.0) if is_length else ()
 
 
 def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """The sheet of some findings, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn
-    fails.
+    """Return the sheet on some findings; None if there is no jaw or none of the drawn rules fails.
+
+    `bodies` is the name of a picture of the colliding solids, which a note mentions.
     """
     jaw, shown = layout.spec.jaw, [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
@@ -75,7 +78,7 @@ def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bod
         return None
     assert pair is not None
     sized = [fault for fault in shown if _sizes(fault)]
-    # How much (m) the section has to show
+    # Required extents (m) of the section
     needed = (width for fault in sized for width in _needed(fault))
     scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
     sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
@@ -98,7 +101,7 @@ NOTE = (
     "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
     "words are what check says, and in a package's report.html."
 )
-AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # What figures that are no lengths are written in
+AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # Factors and units of areas and volumes
 
 
 def _row(fault: Finding) -> tuple[str, ...]:
@@ -116,7 +119,7 @@ RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: th
 
 
 def _needed(fault: Finding) -> Iterator[float]:
-    """The circle (m) that a fault says the pair needs."""
+    """Yield the diameter (m) of the circle that the closed pair needs according to a finding."""
     if fault.rule in ("SIT303", "SIT321"):
         yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
@@ -124,7 +127,7 @@ def _needed(fault: Finding) -> Iterator[float]:
 def _section(
     sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]
 ) -> None:
-    """The closed pair across the jaw, with the circle it needs and every width that is too much."""
+    """Draw the closed pair across the jaw, with the circle it needs and each width that exceeds its limit."""
     sized = [fault for fault in shown if _sizes(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
     draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
@@ -151,14 +154,14 @@ def _section(
 
 
 def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: str) -> None:
-    """A dimension across the section, centred, at a height on paper, with lines up or down to the middle."""
+    """Draw a centred dimension across the section at a height on paper, with extension lines to the middle."""
     for x in (-size / 2, size / 2):
         sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
 
 
 def _widths(layout: Layout, jaw: Jaw, fault: Finding) -> Iterator[tuple[float, str, float, str]]:
-    """What is too wide and its limit, both about the middle and in words (m)."""
+    """Yield each width that exceeds its limit, and the limit, both in m and as text."""
     measured, limit = _sizes(fault)
     if fault.rule == "SIT309":
         yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
@@ -176,7 +179,7 @@ def _widths(layout: Layout, jaw: Jaw, fault: Finding) -> Iterator[tuple[float, s
 
 
 def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Finding, x: float) -> None:
-    """The thickness of a printed piece that cannot be made."""
+    """Draw the thickness of a printed piece that is too thin for its process."""
     measured, limit = _sizes(fault)
     at = levels(column(layout))
     middle = at["opposing-jaw"][1].nominal / 2
@@ -193,7 +196,7 @@ Draw = Callable[[Sheet, float], None]
 
 
 def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
-    """The views beside the section: along the jaw, at the hinge, through the shaft; those whose rules fail."""
+    """Return the views beside the section (along the jaw, at the hinge, through the shaft) whose rules fail."""
     found: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
         found.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
@@ -205,7 +208,7 @@ def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
 
 
 def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
-    """The pair from the side, with the body's length beside the jaw's."""
+    """Draw the pair from the side, with the lengths of body and jaw."""
     start, heel = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
     x0, x1 = min(start, body[0]), max(heel, body[1])
@@ -229,7 +232,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -
 
 
 def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
-    """The tail on its way past the pin, closed or open as far as it runs into that."""
+    """Draw the tail and the hinge's pin, in the first checked state in which they collide."""
     path, pivot = tail_path(layout), hinge_pivot(layout)
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
     if gap is None or pivot is None or jaw.hinge is None or path is None:
@@ -239,7 +242,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     heel = jaw_range(layout.body, jaw)[1]
     scale = scale_for((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
     view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
-    # Places on the tail's middle line between two places along the jaw (m)
+    # Points on the tail's middle line near the pivot (m)
     start = heel - 1e-3
     end = pivot.x + 3e-3
     steps = (path.at(path.length * i / 2000) for i in range(2001))
@@ -278,12 +281,12 @@ COLOURS = {
 GLUE = "#4d6b1f"
 EDGE = Pen(0.18)
 PORT = Pen(0.35, "#b00000", (3.0, 1.5))
-TAIL_STEPS = 400  # Straight stretches that the whole tail is drawn with, from the side
-STEPS = 12  # Straight stretches that a side along the port's circle is drawn with
+TAIL_STEPS = 400  # Segments of the tail in side views
+STEPS = 12  # Segments of a side along the port's circle
 
 
 def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen = PORT) -> None:
-    """Every layer across the jaw at its height, glue between them, and the port's circle about the pair's axis."""
+    """Draw each layer across the jaw at its height, the glue lines, and the port's circle about the pair's axis."""
     layers = column(layout)
     at = {name: (lower.nominal, upper.nominal) for name, (lower, upper) in levels(layers).items()}
     middle = at["opposing-jaw"][1] / 2
@@ -315,7 +318,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
 
 
 def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
-    """A jaw across its axis (m), its floor at height 0: with a pocket its bar to the rims, cut out of it."""
+    """Yield a jaw's outline across its axis (m), its floor at height 0; with a pocket, cut out of a taller bar."""
     if pocket is None or not recess:
         yield section(jaw).outline
         return
@@ -329,9 +332,9 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
 
 
 def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
-    """Half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
+    """Return half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
     plates = above_board(layout.spec)
-    if part == "encapsulation" and plates:  # where it goes over the uppermost plate
+    if part == "encapsulation" and plates:  # its width over the uppermost plate
         part = plates[-1].role.value
     if part in ("board", "encapsulation"):
         return layout.body_size[1] / 2
@@ -346,7 +349,7 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
 
 
 def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
-    """A layer's outline (m): a rectangle, or for the seat's pieces one whose sides follow the port's circle."""
+    """Return a layer's outline (m): a rectangle, or for mount pieces a shape with sides along the port's circle."""
     lower, upper = at[part]
     for body in above_board(layout.spec):
         if body.role.value == part:
@@ -361,7 +364,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
 
 
 def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
-    """The film on the board and round what stands on it (m), drawn before that."""
+    """Yield the film (m) on the board and round the pieces on it, to be drawn before these pieces."""
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
     thick, half, y = upper - lower, layout.body_size[1] / 2, axis(layout.body).y
     yield rectangle(-half, board, half, board + thick)
@@ -372,7 +375,7 @@ def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
 
 
 def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
-    """Every layer's name, thickness and tolerance beside the section, right of a place on paper (mm)."""
+    """Draw each layer's name, thickness and tolerance beside the section, right of the place `right` on paper (mm)."""
     layers = column(layout)
     at, named = levels(layers), [layer for layer in layers if not layer.is_glue]
     middle = at["opposing-jaw"][1].nominal / 2
@@ -390,8 +393,10 @@ def draw_side(
     sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float,
     gap: float = 0.0,
 ) -> None:
-    """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands before a place on paper or
-    beside it. `gap` is what lies between the faces where they are parallel (m), negative where the sensor has no room.
+    """Draw both jaws from the side, turned about the pivot by `turn` (rad) in opposite directions.
+
+    `at` is the place on paper of the pair's middle line at the pivot; the pivot may be offset from this line. `gap` is
+    the distance (m) of the faces when parallel, negative if the sensor is too thick.
     """
     layers, offset = levels(column(layout)), jaw.pivot_offset
     half = layers["opposing-jaw"][1].nominal / 2 - offset
@@ -429,9 +434,11 @@ def draw_side(
 
 
 def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
-    """The tail's middle line from the body to the pivot, on its way over the jaw's face and, with jaws open by twice an
-    angle (rad), into the shaft; m from the pivot, in the jaw's own axes, `top` being the board's upper face there. None
-    without a tail.
+    """Return the tail's middle line (m from the pivot, in the jaw's axes) up to the pivot.
+
+    None if no part of a tail lies before the pivot.
+
+    Each jaw is turned by `turn` (rad). `top` is the height of the board's upper face.
     """
     way = tail_path(layout, turn)
     if way is None:
@@ -444,6 +451,6 @@ def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
 
 
 def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
-    """A path (m about the pivot) turned about it, on paper."""
+    """Return a path (m from the pivot), turned about the pivot, in paper coordinates."""
     turned = path.rotated(angle)
     return turned.mapped(lambda p: Point(at[0] + scale * 1e3 * p.x, at[1] + scale * 1e3 * p.y))

@@ -1,6 +1,6 @@
-"""The jaw drawing: the closed pair in section with the port's circle and its dimensions, and the jaws closed and open.
-All of it from the scene's figures, glue lines included, without a CAD kernel: the very ones that decide whether the
-pair passes its port.
+"""The jaw drawing: dimensioned section of the closed pair with the port's circle, and jaws closed and open.
+
+The views use the dimensions, with glue lines, that decide whether the pair passes its port, and need no CAD kernel.
 """
 
 from __future__ import annotations
@@ -43,14 +43,15 @@ from sitscad.spec.mount import Jaw
 
 SECTION = (34.0, 92.0, 92.0, 92.0)
 """Room for the section on paper: left, low, width, height (mm); dimensions stand around it."""
-SIDES = 198.0, 86.0  # Where the views from the side begin along the paper, and how wide they may be (mm)
-CLOSED, OPEN = 176.0, 112.0  # The heights of the pivots in the views from the side, closed and open (mm)
-HIGHEST = 20.0  # How high the closed pair may be there (mm): its words stand so much above the pivot
+SIDES = 198.0, 86.0  # Left edge and largest width of the side views (mm)
+CLOSED, OPEN = 176.0, 112.0  # Heights of the pivots in the side views, closed and open (mm)
+HIGHEST = 20.0  # Largest height of the closed pair in the side view (mm)
 
 
 def render(layout: Layout, forced: str) -> dict[str, bytes]:
-    """``mount/NAME-jaw-drawing.svg`` and ``.pdf``; nothing without a jaw; stamped where ``forced``. Raises `PartsError`
-    where the shield does not fit into the standoff.
+    """Return ``mount/NAME-jaw-drawing.svg`` and ``.pdf``, stamped if `forced`; empty without a jaw.
+
+    Raises `PartsError` if the shield does not fit into the standoff.
     """
     sheet = drawing(layout, bool(forced))
     if sheet is None:
@@ -60,7 +61,7 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
-    """The sheet; None without a jaw. Raises `PartsError` where the shield does not fit into the standoff."""
+    """Return the sheet; None if there is no jaw. Raises `PartsError` if the shield does not fit into the standoff."""
     jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing(layout)
     if jaw is None or pair is None or closes is None:
         return None
@@ -98,7 +99,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 
 
 def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
-    """The pair from the side, closed and wide open about its pivot; closed alone where the hinge is not known."""
+    """Draw the pair from the side, closed and wide open about its pivot; closed only if the hinge is not known."""
     start, heel = jaw_range(layout.body, jaw)
     pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
     turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0
@@ -117,7 +118,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     if jaw.hinge:
         beside = f", pivot {mm(abs(jaw.pivot_offset))} beside the middle" if jaw.pivot_offset else ""
         span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
-    # how far from the tip the pieces begin that are glued on the face
+    # distances from the tip to the pieces glued on the face
     begins = {part: end - start for part, (end, _) in piece_sizes(layout).items()} | {"board": layout.body[0] - start}
     for away in sorted(set(begins.values())):
         y -= 5.5
@@ -138,8 +139,10 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
 
 
 def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
-    """The angle (rad) that each jaw is turned by where the pair is drawn closed, and what that is in words: parallel on
-    the tissue that leaves it so; where the sensor is too thick for that, until its end at the heel touches.
+    """Return the angle (rad) of each jaw in the closed view, and its description.
+
+    The jaws are parallel on the tissue that allows this. If the sensor is too thick, they touch at the sensor's end at
+    the heel.
     """
     if closes.reach is None:
         return 0.0, "closed"
@@ -154,7 +157,7 @@ def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
 
 
 def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
-    """How the section is to be read, and where its figures come from."""
+    """Yield the notes on the section and on the source of its dimensions."""
     glued = [layer for layer in column(layout) if layer.is_glue]
     yield "Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
     if glued:

@@ -1,4 +1,4 @@
-"""The panel's papers: a drawing with its dimensions (SVG and PDF on A4), and a readme with the coupon's inductance."""
+"""Documents of the panel: a dimensioned drawing (SVG and PDF on A4), and a readme with the coupon's inductance."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ ROOM = (32.0, 46.0, 150.0, 135.0)
 def render(
     panel: Panel | None, coupon_estimates: Estimates | None, forced: str, files: Mapping[str, bytes]
 ) -> dict[str, bytes]:
-    """The papers by their paths in the package; none where there is no panel; stamped where ``forced`` is not empty."""
+    """Return the documents by path in the package, stamped if `forced` is not empty; empty without a panel."""
     if panel is None:
         return {}
     layout = panel.layout
@@ -66,7 +66,7 @@ def render(
 
 
 def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
-    """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
+    """Return the sheet: frame, cuts with their bridges, marks, and the place of each part."""
     scale = scale_for(panel.size, ROOM[2:], SCALES)
     sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
@@ -75,7 +75,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     with sheet.group("panel-cuts"):
         for cut in panel.cuts:
             sheet.draw(view.path(cut), Pen(0.25))
-    # A red mark on every bridge, and where each copy's own origin is
+    # A red mark on each bridge, and a cross at each copy's origin
     copies = [(panel.layout, panel.bridges, at) for at in panel.parts]
     if panel.coupon is not None:
         copies += [(panel.coupon, panel.coupon_bridges, at) for at in panel.coupons]
@@ -106,7 +106,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
-    """Names beside the coupons; one for both where two find no room between them."""
+    """Draw names beside the coupons; a single name for both if the space between them is too narrow."""
     if panel.coupon is None:
         return
     box, size = bounding_box([panel.coupon.outline]), 2.2
@@ -154,7 +154,7 @@ def _notes(panel: Panel) -> Iterator[str]:
 def readme(
     panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
-    """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
+    """Return the panel's readme: delivery, expected readings of the coupon, and the fingerprint of `files` if given."""
     title = f"{panel.layout.spec.name}: panel of {board_kind(panel.layout.spec.fpc.stackup)} circuits"
     width, height = (show(side, "m") for side in panel.size)
     paragraphs = [
@@ -184,7 +184,7 @@ def _files(panel: Panel) -> Iterator[tuple[str, str]]:
 
 
 def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
-    """The lines that name the panel's images by their hash."""
+    """Return the lines with the panel images' fingerprint."""
     images = panel_images(panel.layout.spec.name, files)
     what = (
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
@@ -197,7 +197,7 @@ def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
 
 
 def _nubs(panel: Panel) -> Iterator[str]:
-    """What is left of the bridges on a part that was cut out."""
+    """Yield the note on the nubs that cut bridges leave on a part; empty without bridges."""
     if panel.bridges:
         beside = ", two of them at the sides of the stiffener, behind what is plugged in"
         beside = "" if panel.layout.stiffener is None else beside

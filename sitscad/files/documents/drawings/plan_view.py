@@ -1,6 +1,7 @@
-"""The sensor from the top: elastomer and target over the coils, to scale, with the coordinates of their edges. Three
-axes of force are told apart by which part of which coil the target covers: this is the view in which that is seen. The
-assembly drawing, the report and the data sheet show it.
+"""Top view of the sensor: elastomer and target over the coils, to scale, with the coordinates of their edges.
+
+The sensor separates three axes of force by the overlap of target and coils, which this view shows. The assembly
+drawing, the report and the data sheet contain it.
 """
 
 from __future__ import annotations
@@ -40,15 +41,15 @@ from sitscad.spec.sensor import SensorSpec
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
 """Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
-COLUMN = 176.0  # Where the table and the notes begin along the paper (mm)
+COLUMN = 176.0  # Left edge of the table and the notes (mm)
 PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
-"""The outlines of the pieces, told apart by colour and by their lines."""
+"""Outlines of the pieces, distinguished by colour and line type."""
 COPPER = "#e3c4a6"
 LARGEST = Pen(0.5, "#d00000", (2.0, 1.0))
 
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
-    """The sheet; None where nothing lies on the board."""
+    """Return the sheet; None if the board carries no pieces."""
     pieces = above_board(layout.spec)
     if not pieces:
         return None
@@ -72,7 +73,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
         rows.append((coil.name, mm(coil.centre.x), mm(coil.centre.y), turned))
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
-    for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # what each line means
+    for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # legend of the lines
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
@@ -87,7 +88,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 
 
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
-    """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
+    """Draw the view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
     box = _shown(layout, pieces)
     view = placed(box, plan_scale(layout, room), room)
@@ -96,14 +97,14 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
-    """The scale that `plan` draws at in some room."""
+    """Return the scale that `plan` uses in a room."""
     box = _shown(layout, above_board(layout.spec))
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
 def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
-    """Board, pieces, and over them the names of the coils."""
-    # The board as far as it is shown: its edge, tracks on its top face, coils with their centres, the origin
+    """Draw the board, the pieces, and over them the names of the coils."""
+    # The visible part of the board: its edge, tracks on its top face, coils with their centres, the origin
     limit = box[2] + 0.04 * (box[2] - box[0])
     within = (-math.inf, -math.inf, limit, math.inf)
     for trace in layout.on_layer(1):
@@ -117,7 +118,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
     if (largest := largest_outline(layout)) is not None:
         sheet.draw(view.path(largest), LARGEST)
     origin_cross(sheet, view)
-    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
+    for piece in reversed(pieces):  # the lower piece last: its dashes stay visible on an equal outline
         sheet.draw(view.path(piece.outline()), PENS[piece.role.value])
     # Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece
     size = 3.2
@@ -133,7 +134,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
 
 
 def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
-    """The board's body, all that lies over it or hangs over its edge, and the largest outline (m)."""
+    """Return the bounding box (m) of the board's body, all pieces over it, and the largest outline."""
     largest = largest_outline(layout)
     boxes = [layout.body, *(piece.footprint.box for piece in pieces), *([bounding_box([largest])] if largest else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
@@ -164,6 +165,6 @@ def _notes(spec: SensorSpec, pieces: tuple[Body, ...]) -> Iterator[str]:
 
 
 def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:
-    """``laser/NAME-assembly.pdf``; nothing for a sensor without elastomer and target; stamped where ``forced``."""
+    """Return ``laser/NAME-assembly.pdf``, stamped if `forced`; empty for a sensor without elastomer and target."""
     sheet = drawing(layout, bool(forced))
     return {} if sheet is None else {f"laser/{layout.spec.name}-assembly.pdf": pdf([sheet])}

@@ -1,4 +1,4 @@
-"""The stack-up drawing: sections through tail and body, heights to scale, every thickness, as SVG and PDF on A4."""
+"""The stack-up drawing (SVG and PDF on A4): sections through tail and body, heights to scale, all thicknesses."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ from sitscad.spec.circuit import MASK, LayerKind, Stackup
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
 PLATE = "#b8b8b8"
 TAIL, JOINT, BODY = 24.0, 92.0, 160.0
-"""Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
-TOP, ROOM = 182.0, 92.0  # Where the sections begin on paper, and the height that they may take (mm)
+"""Places of the sections along the paper (mm): tail's end, joint of tail and body, body's end."""
+TOP, ROOM = 182.0, 92.0  # Top and largest height of the sections (mm)
 CAPTION, CAPTIONS = 116.0, 140.0  # Width of a layer's caption and height of all of them (mm)
 LAP = 10.0  # Length of the lap of the tail's own coverlay in the body's section (mm)
 OPEN = 30.0  # Length of the contacts in the tail's section (mm)
 
 
 def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash;
-    where ``forced`` is not empty it is stamped.
+    """Return the drawing as SVG and PDF by path in the package, stamped if `forced` is not empty.
+
+    `files` are the images whose fingerprint the drawing states.
     """
     sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
@@ -40,7 +41,7 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 
 
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
-    """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
+    """Return the sheet: the sections, a caption for each layer, finished thicknesses and the films' materials."""
     stackup = layout.spec.fpc.stackup
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
     scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in tail_layers(layout)) + plate)
@@ -81,7 +82,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tuple[Via, ...], scale: float) -> None:
-    """All layers with their captions, and a plated hole."""
+    """Draw all layers with their captions, and a plated hole."""
     layers = stackup.layers
     middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
     for number, layer in enumerate(layers, 1):
@@ -113,7 +114,7 @@ def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tupl
 
 
 def _contact_section(sheet: Sheet, layout: Layout, bottom: float, scale: float) -> None:
-    """The layers under the contacts, on the same lower face as the tail, and the copper that is not there."""
+    """Draw the layers at the contacts, aligned with the tail's lower face, and name the absent copper layers."""
     there = contact_layers(layout)
     y = bottom + math.fsum(layer.thickness for layer in there) * scale
     sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
