@@ -1,1 +1,1 @@
-"""SIT3xx: whether pad, target and sensor turn force into signal, and fit the jaw."""
+"""SIT3xx: rules for the assembly of pad, target and sensor, for its signal by force and its fit in the jaw."""

@@ -1,9 +1,8 @@
-"""SIT308, SIT309, SIT311, SIT320 to SIT326, SIT332 and SIT333: the tail's bend, the shield behind the board, bare
-metal, and what is measured of the assembly in three dimensions.
+"""SIT308, SIT309, SIT311, SIT320 to SIT326, SIT332, SIT333: tail bend, shield, bare metal, measures of solids.
 
-`check` loads no CAD kernel, so it says of SIT320 to SIT323, SIT326, SIT332 and SIT333 that they are not checked.
-`build` measures the solids (`sitscad.assembly.solids.proof`, `sitscad.assembly.solids.step_parts`), writes what it
-measured into ``mount/fit.json``, and these rules judge that.
+`check` loads no CAD kernel, so it reports SIT320 to SIT323, SIT326, SIT332 and SIT333 as not checked. `build` measures
+the solids (`sitscad.assembly.solids.proof`, `sitscad.assembly.solids.step_parts`) and writes the values into
+``mount/fit.json``. These rules then judge the values.
 """
 
 from __future__ import annotations
@@ -38,11 +37,11 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 GRAIN = 10e-6
-"""Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""
+"""Step (m) of sizes and margins that hints name: the finest step that can be cut."""
 
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
-    """The tail's bend through a hinge: its layers, and the radius that it needs."""
+    """Yield findings on the tail's bend through a hinge: its layers, its foil and its radius."""
     spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec.fpc)
     assert tail is not None
     if tail.bend == "none":
@@ -65,7 +64,7 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 
 def _moved(spec: SensorSpec, tail: Tail) -> Violation:
-    """Return the finding of a bend that moves with the hinge and is declared as a bend at assembly.
+    """Return the finding on a bend that moves with the hinge although the spec calls it a bend at assembly.
 
     It is a warning if the tail breaks a limit of moving bends, or if the fabricator states no such limit.
     """
@@ -85,7 +84,7 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
 
 
 def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
-    """The layers and the foil of a tail that bends at every grasp. In a hinge no bend is one at assembly."""
+    """Yield findings on layers and foil of a tail that bends at every grasp. In a hinge, every bend moves."""
     in_hinge = bends_at_every_grasp(spec.fpc.tail, spec.jaw)
     if tail.layers > 1:
         yield Violation(
@@ -107,7 +106,10 @@ def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
 
 
 def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
-    """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
+    """Yield findings on a bend radius larger than the room in the port.
+
+    The radius is the spec's own or the fabricator's ratio times the tail's thickness.
+    """
     thickness, jaw = tail_thickness(spec.fpc), spec.jaw
     room = None if jaw is None else jaw.port_diameter / 2.0
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
@@ -135,12 +137,13 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
 
 
 def shield_gap(design: Design) -> Iterator[Verdict]:
-    """The shield lies between the board and the jaw's metal, and under all coils, though the port may make it narrower
-    than the body.
+    """Yield findings on a shield that does not fit between board and jaw metal, or that does not cover all coils.
+
+    The port may make the shield narrower than the body.
     """
     part, mount, (_, y0, _, y1) = design.spec.shield, design.spec.mount, design.layout.body
     assert part is not None and mount is not None
-    with suppress(PartsError):  # it stands in the jaw's metal, which is said below
+    with suppress(PartsError):  # a shield in the jaw's metal is reported below
         sheet = shield(design.layout)
         assert sheet is not None
         (_, low, _, high), middle = bounding_box((sheet.outline(), )), (y0 + y1) / 2
@@ -155,7 +158,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
                 "coils", "shield.gap", width, across, "m", severity=Severity.WARNING,
             )
     needed = part.gap + part.thickness
-    high = round(math.ceil(needed * 1e6 - 1e-3) * 1e-6, 9)  # as it is written
+    high = round(math.ceil(needed * 1e6 - 1e-3) * 1e-6, 9)  # rounded as written
     if needed > mount.standoff + ROUNDING:
         yield Violation(
             f"the shield ends {show(needed, 'm')} below the board's bottom, {'the jaw' if mount.jaw else 'the mount'} "
@@ -167,7 +170,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
 
 
 def bare_metal(design: Design) -> Iterator[Verdict]:
-    """A target that touches tissue is sealed."""
+    """Yield a finding on a target that touches tissue without a film."""
     target = design.spec.target
     if design.spec.encapsulation is None:
         metal = "copper" if target is not None and target.material.name == "copper" else "metal"
@@ -177,29 +180,29 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
 
 
 def jaw_of(jaw: Jaw | None) -> Jaw:
-    """The jaw of a rule that needs one."""
+    """Return the jaw for a rule that needs one."""
     assert jaw is not None
     return jaw
 
 
 def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
-    """The elastomer of a rule that needs one."""
+    """Return the elastomer for a rule that needs one."""
     assert elastomer is not None
     return elastomer
 
 
 def unverified(jaw: Jaw) -> str:
-    """What a finding has to add in its detail where the jaw's figures are not measured ones."""
+    """Return a note for a finding's detail if the jaw's dimensions were not measured. Otherwise empty."""
     return "the jaw's figures are unverified: measure yours" if is_unverified(jaw.source) else ""
 
 
 def on_solids(design: Design) -> Iterator[Verdict]:
-    """Nothing can be said without solids."""
+    """Yield the reason that the rule needs solids, which only `build` makes."""
     yield Undecided("measured on the solids by sitscad build (mount/fit.json), not by check")
 
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
-    """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
+    """Yield findings on the tail's distance from the hinge's pin and the room for its bend, closed and wide open."""
     layout, jaw = design.layout, jaw_of(design.spec.jaw)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
@@ -231,7 +234,7 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
 
 
 def end_through_shaft(design: Design) -> Iterator[Verdict]:
-    """What of the tail lies behind the jaw, with its end and the stiffener, drawn through the tube there."""
+    """Yield a finding if the tail's end, with its stiffener, does not pass through the tube behind the jaw."""
     layout, behind = design.layout, shaft(design.spec.assembly, design.spec.jaw)
     assert behind is not None
     width, thick = end_section(layout)
@@ -246,7 +249,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
 
 
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
-    """The findings of what `build` measured, out of ``mount/fit.json``; nothing for what is not such a document."""
+    """Return the findings on values measured by `build`, from ``mount/fit.json``. Empty for any other document."""
     found = []
     for each in document.get("measured", ()):
         if not each["kept"]:
@@ -260,7 +263,7 @@ def judged_on_solids(document: Mapping[str, Any], device: Converter, source: Spe
 
 
 def _fault(each: Mapping[str, Any]) -> Violation:
-    """Return the finding of one measure of the solids."""
+    """Return the finding on one measured value of the solids."""
     found = _contact_finding(each) or _file_finding(each)
     if found is not None:
         return found
@@ -274,7 +277,7 @@ def _fault(each: Mapping[str, Any]) -> Violation:
 
 
 def _contact_finding(each: Mapping[str, Any]) -> Violation | None:
-    """Return the finding of two parts that meet or of one that stands out. None if the measure is another."""
+    """Return the finding on two parts that meet or on a part that protrudes. None for other values."""
     first, second, value, limit = each["first"], each["second"], each["value"], each["limit"]
     x, y, z = (1e3 * along for along in each["where_m"])
     match each["what"]:
@@ -316,7 +319,7 @@ def _contact_finding(each: Mapping[str, Any]) -> Violation | None:
 
 
 def _file_finding(each: Mapping[str, Any]) -> Violation | None:
-    """Return the finding of a STEP file that is not what the spec says. None if the measure is another."""
+    """Return the finding on a STEP file that differs from the spec. None for other values."""
     value, limit, when = each["value"], each["limit"], each["when"]
     match each["what"]:
         case "step file":
@@ -342,7 +345,7 @@ def _file_finding(each: Mapping[str, Any]) -> Violation | None:
 
 
 def _to_round(piece: str, excess: float) -> str:
-    """The hint for a piece whose corner stands out of the port by a length (m)."""
+    """Return the hint for a piece with a corner that protrudes from the port by a length (m)."""
     less = show(excess, "m", 3)
     if piece in ("jaw", "opposing-jaw"):
         return f"take {less} off that edge of the jaw (round its back to the port's circle), or a wider port"
@@ -350,7 +353,10 @@ def _to_round(piece: str, excess: float) -> str:
 
 
 def _jaw_differs(each: Mapping[str, Any]) -> Violation:
-    """A measure of a jaw's STEP file that is not what the spec says; its detail has the place and the solid's size."""
+    """Return the finding on a dimension of a jaw's STEP file that differs from the spec.
+
+    Its detail has the place and the solid's size.
+    """
     name, detail = each["first"], each["when"]
     value, limit = (show(each[field], "m", 3) for field in ("value", "limit"))
     hint = "write what the file has, or mend the file's unit, datum, along and up"
@@ -380,7 +386,7 @@ def _jaw_differs(each: Mapping[str, Any]) -> Violation:
 
 
 def settles(document: Mapping[str, Any]) -> frozenset[str]:
-    """The rules that a document decides."""
+    """Return the rules that a document decides."""
     return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
 
 
@@ -391,7 +397,7 @@ JUDGED_BY = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
              "jaw back": ("SIT332", "mount.jaw.step"), "jaw back with room": ("SIT332", "mount.jaw.step"),
              "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
              "step file": ("SIT333", "mount")}
-"""The rule that judges each kind of measurement, and the key that the rule points at."""
+"""Rule and key for each kind of measured value."""
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT308", tail_bend, "tail"),

@@ -1,6 +1,8 @@
-"""SIT314 to SIT316 and SIT319: can the mount's pieces, its joint with the jaw and its holes be made, does the jaw bear
-being cut, and does what is left carry the board. SIT329 to SIT331, SIT334, SIT335: glue on silicone, distances of a
-bench plate's holes, tolerances against sizes of parts, glue that sets too early, glue on which a film does not cure.
+"""SIT314 to SIT316, SIT319, SIT329 to SIT331, SIT334, SIT335: mount, joint with the jaw, holes, tolerances and glue.
+
+The rules check that the mount's pieces, joint and holes can be made, that enough metal of the jaw remains, and that the
+board is supported. They also check glue on silicone, the distances of a bench plate's holes, tolerances against the
+sizes of parts, glue that sets too early, and glue on which a film does not cure.
 """
 
 from __future__ import annotations
@@ -54,12 +56,12 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def mount_joint(design: Design) -> Iterator[Verdict]:
-    """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
+    """Yield findings on tongue or pins of a grasper's pad: their size, and the metal around them."""
     mount, jaw = design.spec.mount, jaw_of(design.spec.jaw)
     found = retention(design.layout.body, design.layout.spec.mount)
     assert mount is not None
     if jaw.fenestration is not None:
-        # what a window through the jaw's face leaves beside it and at its ends
+        # metal beside a window through the jaw's face and at its ends
         (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
         left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
         if left < wall.value - ROUNDING:
@@ -79,7 +81,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
 
 def _too_little(limit: PrintLimit, have: float, what: str, hint: str, key: str, detail: str = "",
                 fixes: tuple[Family, ...] = ()) -> Violation:
-    """The complaint about a length (m), in words, below the least that a process makes or that is left of metal."""
+    """Return the violation for a length (m) below the smallest that a process makes or that must remain of metal."""
     return Violation(f"{what}: {show(limit.value, 'm', 3)} at least", hint, key, have, limit.value, "m",
                      source=limit.source, detail=detail, fixes=fixes)
 
@@ -89,13 +91,13 @@ def _stands_on_metal(spec: SensorSpec) -> bool:
     try:
         shield_that_fits(spec)
     except PartsError:
-        return True  # which is a finding of its own
+        return True  # a shield without room has its own finding
     spans, seat = seat_spans(spec), seat_heights(spec.fpc.stackup, spec.mount)
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
 def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
-    """The tongue's neck, and the metal that its groove leaves."""
+    """Yield findings on the tongue's neck, and on the metal that remains below its groove."""
     wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), neck(found)
     if narrow <= 0.0:
         across = 0.5 * found.width * math.tan(found.angle)
@@ -126,7 +128,7 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
 
 
 def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
-    """The pins' diameter and length, and the metal round their holes."""
+    """Yield findings on the pins' diameter and length, and on the metal around their holes."""
     pin = print_limit(process, "pin")
     room = joint_clearance(design.layout.spec.assembly.glue_line, design.layout.spec.mount)
     if found.diameter < pin.value - ROUNDING:
@@ -153,7 +155,7 @@ def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[
 
 
 def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
-    """Holes for screws: as large as the mount's process makes them."""
+    """Yield findings on screw holes smaller than the mount's process makes."""
     assert mount is not None
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
@@ -170,8 +172,9 @@ def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
 
 
 def printed_wall(design: Design) -> Iterator[Verdict]:
-    """The mount's pieces are thick enough to be made; a bench plate's floor has a least thickness of its own, and a
-    mount of one's own is as it is.
+    """Yield findings on pieces of the mount that are too thin to be made.
+
+    A bench plate's floor has its own minimum thickness. A custom mount is not checked.
     """
     spec, mount = design.spec, design.spec.mount
     assert mount is not None
@@ -194,7 +197,7 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
 
 
 def _thicker(shield: Shield | None, is_spacer: bool, wall: float) -> tuple[str, list[float]]:
-    """Return how the piece is made thick enough, or left out, in words and as lengths of its key (mm)."""
+    """Return text and lengths (mm) of a key with which a piece is thick enough, or is left out."""
     thick = _written(wall)
     if shield is None:
         return (f"mount.standoff: {thick:.6g}, or 0: the board on the metal itself (SIT201 to SIT203 judge that)",
@@ -207,14 +210,12 @@ def _thicker(shield: Shield | None, is_spacer: bool, wall: float) -> tuple[str, 
 
 
 def _written(length: float) -> float:
-    """Return a length in mm, rounded up to the digits that a hint writes."""
+    """Return a length in mm, rounded up to the digits of a hint."""
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-3, 3)
 
 
 def carried(design: Design) -> Iterator[Verdict]:
-    """The board's body under what is pressed on lies on the mount, the shield or the metal: where it is pressed on,
-    else all of it.
-    """
+    """Yield a finding if the board is not supported under the pressed area, or elsewhere, by mount, shield or metal."""
     mount = design.spec.mount
     assert mount is not None
     if mount.kind == "custom" and mount.step is None:
@@ -242,7 +243,7 @@ def carried(design: Design) -> Iterator[Verdict]:
 
 
 def _what_carries(mount: Mount) -> str:
-    """What would put something under the board."""
+    """Return advice to put support under the board."""
     if mount.kind == "fingertip":
         return "mount.standoff: plastic between the finger and the board carries all of it"
     if mount.jaw is not None and not mount.standoff:
@@ -254,7 +255,7 @@ def _what_carries(mount: Mount) -> str:
 
 
 def glue_on_silicone(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the adhesive of the pieces does not hold on silicone, of which the pad is made."""
+    """Yield a finding if the adhesive of the pieces does not hold on the silicone pad."""
     glue = design.spec.assembly.adhesive
     if glue is None or glue.bonds_silicone:
         return
@@ -269,7 +270,7 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
 
 
 def glue_open_times(design: Design) -> Iterator[Verdict]:
-    """Yield a finding about the plate, elastomer or target, under which glue sets first, if there is one."""
+    """Yield a finding on the first part under which the glue sets too early: board, elastomer or target."""
     spec, glue = design.spec, design.spec.assembly.adhesive
     if glue is None or not spec.assembly.glue_line:
         return
@@ -304,7 +305,7 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
 
 
 def film_inhibitors(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the film may stay liquid on what the pieces are glued with."""
+    """Yield a finding if the glue of the pieces may keep the film from curing."""
     film, glue = design.spec.encapsulation, design.spec.assembly.adhesive
     if film is None or glue is None or not glue.inhibitor or not presets.cures_by_platinum(film.material.name):
         return
@@ -321,7 +322,7 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
-    """Yield a finding about the two holes of a bench plate that are closest, if they are too close."""
+    """Yield a finding on the two nearest holes of a bench plate, if they are too close."""
     mount = design.spec.mount
     pattern = mount.holes if mount is not None else None
     if mount is None or pattern is None or pattern.grid is not None or mount.kind != "bench-plate":
@@ -347,7 +348,7 @@ def hole_places(design: Design) -> Iterator[Verdict]:
 
 
 def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
-    """Yield a finding about the hole farthest under the board if it sends the written holes into a second piece."""
+    """Yield a finding on the hole farthest under the board if its place requires a second piece for the given holes."""
     layout, holes = design.layout, adapter_needed(design.layout)
     if not holes or pattern.name != "written out":
         return
@@ -366,7 +367,7 @@ def _hole_key(pattern: HolePattern, number: int) -> str:
 
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
-    """Yield a finding for each tolerance in the spec that is more than half of its size."""
+    """Yield a finding for each tolerance that is more than half of its size."""
     limit, sizes = own_limits()["tolerance_share"], toleranced_sizes(design.spec)
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
@@ -380,7 +381,7 @@ def tolerance_shares(design: Design) -> Iterator[Verdict]:
 
 
 def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
-    """Metal behind a mount of the user's own, which the numbers count if the spec names it."""
+    """Yield a note if metal behind a custom mount is not part of the spec, because estimates then omit it."""
     if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
         yield Violation(
             "no metal behind the board is counted: a tube, a tool or a battery there takes signal, up to half of it "
@@ -391,7 +392,10 @@ def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
 
 
 def screw_heads(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the heads of a plate's screws stand above the sensor: a flat part meets them first."""
+    """Yield a finding if the heads of a plate's screws protrude above the sensor.
+
+    A flat part then meets the heads first.
+    """
     above = heads_above(design.layout)
     if above is None or above <= ROUNDING:
         return

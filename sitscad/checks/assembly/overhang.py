@@ -1,6 +1,4 @@
-"""SIT307, SIT317 and SIT318: the target lies on the elastomer and that on the board's body, each in its place, and what
-would do; parts lie on the sheet that they are cut from, and the board on the finger that carries it.
-"""
+"""SIT307, SIT317 and SIT318: target on elastomer, elastomer on board, parts on their sheet, board on the finger."""
 
 from __future__ import annotations
 
@@ -40,19 +38,25 @@ from sitscad.spec.mount import Jaw, Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
-"""Times the growth that is tried: once is enough unless a short jaw keeps the body from growing about the coils."""
+"""Multiples of the missing growth to try.
+
+One is enough unless a short jaw limits the growth of the body to one side.
+"""
 
 ENDS = ("far end", "lower side", "tail's end", "upper side")
-"""The sides of a body in the order of a bounding box."""
+"""Names of the sides of a body in the order of a bounding box."""
 
 
 def overhang(design: Design) -> Iterator[Verdict]:
-    """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
+    """Yield findings on the target's overhang over the elastomer, and on the lowest plate's overhang over the body.
+
+    The lowest plate counts with its film.
+    """
     spec, body = design.spec, ground(design.layout)
     pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec.encapsulation)
 
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
-        # an error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it
+        # an error if a piece's middle lies beside its support: it falls off, and the numbers do not apply
         beside = beyond(carrier, low.footprint.centre) > 0.0
         hint = f"{why}: move it onto the body, take a smaller one, or make the body larger ({spec.fpc.body_key})"
         return Violation(message, hint, key, over, 0.0, "m", severity=Severity.ERROR if beside else Severity.WARNING,
@@ -79,7 +83,10 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
-    """The sides at which a box stands out of what it lies on, and how far; the corners where it does at no side."""
+    """Return the sides at which a box protrudes from its support, with lengths if there are several sides.
+
+    If it protrudes at no side, the text names the corners.
+    """
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
     sides = [(by, end) for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
     if len(sides) < 2:
@@ -89,7 +96,7 @@ def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
 
 
 def _jaw_in_the_way(body: tuple[float, float, float, float], middle: tuple[float, float], jaw: Jaw | None) -> str:
-    """Words for the end or sides of the jaw at which the body stops growing about the coils; none where it does not."""
+    """Return text naming the direction in which the jaw limits the body's growth. Empty if it does not."""
     (x0, y0, x1, y1), (x, y) = body, middle
     beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
     if jaw is None or max(beside) < GRAIN:
@@ -102,8 +109,9 @@ def _jaw_in_the_way(body: tuple[float, float, float, float], middle: tuple[float
 
 
 def _onto_body(design: Design) -> tuple[Family, ...]:
-    """Return plates that lie on the body as it is drawn: a larger pad, or one under the target; then a larger body, and
-    smaller plates.
+    """Return changes with which the plates lie on the body.
+
+    First a larger pad or a pad under the target, on the body as drawn; then a larger body, and smaller plates.
     """
     spec, body = design.spec, ground(design.layout)
 
@@ -115,7 +123,7 @@ def _onto_body(design: Design) -> tuple[Family, ...]:
 
 
 def _widened(design: Design) -> Iterator[Fix]:
-    """Yield larger bodies for what lies on them, the elastomer carrying the target."""
+    """Yield larger bodies that carry the plates, with an elastomer that carries the target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
     layout, lows = design.layout, lowest(changed)
@@ -136,15 +144,16 @@ def _widened(design: Design) -> Iterator[Fix]:
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
-    """Elastomer, target and shield, each with its kerf and the coupon beside it, on the sheet; and something between
-    two copies that lie side by side.
+    """Yield findings on cut parts larger than their sheet with kerf and coupon, and on copies without a web.
+
+    The parts are elastomer, target and shield.
     """
     spec, cutting, boards = design.spec, design.spec.cutting, design.spec.fpc.boards or 1
     yield from _uncut_target(spec)
     if boards == 1 and cutting == Cutting():
-        return  # one part is its own drawing, and nothing is said of sheets
+        return  # a single part has its own drawing and no sheet
     cut = [*cut_parts(spec)]
-    with suppress(PartsError):  # a shield that does not fit is said by another rule
+    with suppress(PartsError):  # another rule reports a shield that does not fit
         cut += shield_part(design.layout)
     for plate in cut:
         needed = sheet_needed(plate.size, plate.kerf)
@@ -184,7 +193,7 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
 
 
 def finger_carries(body_size: tuple[float, float], mount: Mount | None) -> Iterator[Verdict]:
-    """The board's body across the finger that a cap slips over."""
+    """Yield a finding if the board's body is wider than the finger that a cap slips over."""
     width = body_size[1]
     if mount is not None and mount.finger is not None and width > mount.finger.size[0] + ROUNDING:
         has = mount.finger.size[0]

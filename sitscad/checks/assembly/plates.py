@@ -1,5 +1,7 @@
-"""SIT306 and SIT328: how large the target is, beside the coils, and whether the plates of cells stand apart; sizes and
-places, tried for SIT307, with which a target lies on its elastomer and that on the board's body.
+"""SIT306 and SIT328: the target's size relative to the coils, and the gaps between the plates of cells.
+
+It also computes sizes and places of plates for SIT307, with which the target lies on its elastomer and the elastomer on
+the board's body.
 """
 
 from __future__ import annotations
@@ -32,21 +34,21 @@ from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
-"""The largest margin and the longest side (m) that a spec takes."""
+"""Largest margin and longest side (m) in a spec."""
 
 
 def lowest(spec: SensorSpec) -> tuple[Body, ...]:
-    """The plates that lie on the board itself."""
+    """Return the plates that lie directly on the board."""
     return elastomers(spec) or targets(spec)
 
 
 def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
-    """A box (x_min, y_min, x_max, y_max) with so much more (m) on every side."""
+    """Return a box (x_min, y_min, x_max, y_max) larger by a length (m) on every side."""
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by
 
 
 def lies(spec: SensorSpec, body: Path) -> bool:
-    """Whether each target lies on its elastomer, and that with its film on a body's outline."""
+    """Whether each target lies on its elastomer, and the elastomer with its film on a body's outline."""
     pad, plate = elastomer(spec), target(spec)
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
@@ -55,7 +57,7 @@ def lies(spec: SensorSpec, body: Path) -> bool:
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
-    """The elastomer made as large as it must be to carry the whole target."""
+    """Yield the elastomer enlarged to carry the whole target."""
     pad, plate = elastomer(spec), target(spec)
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
@@ -65,7 +67,7 @@ def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
-    """The elastomer moved under the target, then both back to the mean of the coils' centres."""
+    """Yield the elastomer moved under the target, then both moved back to the mean of the coils' centres."""
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
         yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
@@ -76,7 +78,7 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
-    """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
+    """Return the margin (m) with which the lowest plate and its film lie on a body with rounded corners."""
     here = [low.footprint for low in lowest(spec)]
     boxes = [grown(one.box, film_thickness(spec.encapsulation)) for one in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
@@ -94,8 +96,9 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
 
 
 def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
-    """Target and elastomer no larger than the body has room for where they stand: sides rounded down to so many metres
-    as people write them, finer only where that leaves too little.
+    """Yield target and elastomer reduced, in place, to the room on the body.
+
+    Sides are rounded down to usual steps (m), and to finer steps only if usual steps leave too little.
     """
     for grain in (100e-6, 50e-6, GRAIN):
         if spec.elastomer is not None:
@@ -124,7 +127,10 @@ def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Itera
 def _fitting(
     key: str, spec: SensorSpec, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """A plate in its place, cut to what an outline carries with a film round it; of its shape, then as a rectangle."""
+    """Yield a plate reduced, in place, to what an outline carries with a film around it.
+
+    The first plate keeps its shape, the second is a rectangle.
+    """
     here = footprint(spec, plate)
     if here.hangs_over(on) + around <= ROUNDING:
         yield (), plate
@@ -139,8 +145,8 @@ def _fitting(
 
 
 def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
-    # The sides (m) of the largest plate of a kind and no larger than now that lies in its place, in whole grains where
-    # they are smaller; None without room.
+    # The sides (m) of the largest plate of a kind that has room in place, no larger than now. Smaller sides are whole
+    # grains. None without room.
     room = -beyond(on, here.centre) - around
     if room < GRAIN:
         return None
@@ -157,7 +163,7 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
 def _shortened(
     here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
-    """Sides (m) made shorter, one or both of them, until the corners have room; None where that leaves nothing."""
+    """Return shorter sides (m), one or both, with which the corners have room. None if nothing remains."""
 
     def sides(less: float) -> tuple[float, float]:
         x, y = (max(GRAIN, side - less * part) for side, part in zip(size, way, strict=True))
@@ -174,7 +180,7 @@ def _shortened(
 
 
 def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
-    """How wide (m) a narrow strip along one of a plate's axes may be in its place."""
+    """Return the largest width (m), in place, of a narrow strip along one of a plate's axes."""
     sides = [GRAIN, GRAIN]
 
     def has_room(less: float) -> bool:
@@ -185,7 +191,7 @@ def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
 
 
 def _least(enough: Callable[[float], bool], most: float) -> float:
-    """The least amount (m) that is enough, within a thousandth of `GRAIN`; none where nothing is asked."""
+    """Return the smallest sufficient amount (m), within a thousandth of `GRAIN`. It is 0 if nothing is missing."""
     if enough(0.0):
         return 0.0
     low, high = 0.0, most
@@ -196,17 +202,17 @@ def _least(enough: Callable[[float], bool], most: float) -> float:
 
 
 def _down(length: float, grain: float) -> float:
-    """A length (m) in whole grains, never more but for what bisection leaves."""
+    """Return a length (m) rounded down to whole grains, up to the error of the bisection."""
     return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
 
 
 def pair(lengths: tuple[float, float]) -> str:
-    """Two lengths (m) as they are written."""
+    """Return two lengths (m) as they are written."""
     return f"[{lengths[0] * 1e3:.6g}, {lengths[1] * 1e3:.6g}]"
 
 
 def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
-    """How a plate's new shape and size are written."""
+    """Return the edits that write a plate's new shape and size."""
     size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
     written = {"shape": after.shape if after.shape != before.shape else "", "size": size * (after.size != before.size)}
     return tuple(Edit(f"{key}.{name}", text) for name, text in written.items() if text)
@@ -216,8 +222,10 @@ TARGET_LENGTH_TOLERANCE = 0.2
 
 
 def target_proportions(design: Design) -> Iterator[Verdict]:
-    """Yield findings about a target's size. Over two coils in a line: its width against a coil's, and its signals
-    against a target as long as the coils' distance. Over other arrays: its length and width against a coil's.
+    """Yield findings about a target's size.
+
+    Over two coils in a line, its width is compared with a coil's, and its signals with the signals of a target as long
+    as the coils' distance. Over other arrays, its length and width are compared with a coil's.
     """
     target, array = design.spec.target, design.spec.array
     assert target is not None
@@ -236,7 +244,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     if any(target.offset):
         yield from _aside(design.spec, target, coil)
     elif pitch is None:
-        # a target in the middle of several coils may reach not one of them
+        # a target in the middle of several coils may reach none of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
         nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
         if nearest >= half:
@@ -260,8 +268,8 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     target, asked = spec.target, spec.requirements
     assert pitch is not None and target is not None
     if asked.normal_resolution is not None and asked.shear_resolution is not None:
-        return  # which SIT401 and SIT402 judge
-    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad  # loaded by the estimates
+        return  # SIT401 and SIT402 judge this case
+    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad  # already loaded by the estimates
 
     if spec.elastomer is None or not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD if spec.elastomer else NO_PAD)
@@ -293,24 +301,24 @@ def _larger(
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so", ()
     length = pitch or max(target.size[0], coil[0])
-    across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
+    across = target.size[1] if target.outline.is_long or not pitch else 0.0  # a single size is no larger than required
     return (f"a target {what}, or smaller coils if it has no room",
             (lambda: larger_target(spec, length, max(across, coil[1])),))
 
 
 def _line_pitch(array: ArraySpec) -> float | None:
-    """How far apart (m) two coils in a line stand; None of any other array."""
+    """Return the distance (m) of two coils in a line. None for any other array."""
     return array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
 
 
 def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
-    """Whether a target over two coils in a line is as long as they stand apart; over others no length is asked."""
+    """Whether a target over two coils in a line is as long as their distance. True for other arrays."""
     pitch = _line_pitch(array)
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
 def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Iterator[Verdict]:
-    """What a target covers less of the coils because it is offset: of a single coil all, of several their centres."""
+    """Yield a finding on coils that an offset target covers less: the whole coil if single, otherwise the centres."""
     here, middle = footprint(spec, target), footprint(spec, replace(target, offset=(0.0, 0.0)))
     if len(spec.array.placements) == 1:
         place = here.place_of(Point(*spec.array.middle))
@@ -332,7 +340,7 @@ def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Itera
 
 
 def _chord(target: Target) -> float:
-    """How long (m) the target is through its middle, along the line of the coils."""
+    """Return the length (m) of the target through its middle, along the line of the coils."""
     if target.outline.is_disc:
         return target.size[0]
     along, across = abs(math.cos(target.rotation)), abs(math.sin(target.rotation))
@@ -341,7 +349,7 @@ def _chord(target: Target) -> float:
 
 
 def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, float], turn: float) -> tuple[float, float]:
-    """How far the coils reach along the axes (m) of a target turned so far (rad), each turned as it stands."""
+    """Return the extent (m) of the largest rotated coil along the axes of a target rotated by `turn` (rad)."""
     length, width = size
     turned = [placement.rotation - turn for placement in placements]
     if length == width:
@@ -351,21 +359,24 @@ def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, floa
 
 
 def plates_apart(design: Design) -> Iterator[Verdict]:
-    """The gap between neighbouring cells' plates: more than the jig's wall between them needs, and than pads bulge."""
+    """Yield a finding on too small gaps between neighbouring cells' plates.
+
+    A gap must hold the wall of the jig, and the bulging pads.
+    """
     spec = design.spec
     if spec.cells is None:
         return
-    from sitscad.estimates.loads.pressing import pressed  # loaded by the estimates
+    from sitscad.estimates.loads.pressing import pressed  # already loaded by the estimates
 
     process = spec.mount.process if spec.mount is not None else "resin"
     wall = print_limit(process, "wall").value + 2.0 * print_limit(process, "clearance").value
     bulge = 0.0
     if spec.requirements.normal_force and spec.elastomer is not None:
         x, y = spec.elastomer.size
-        # Rubber keeps its volume: what is pressed out goes through the sides, x y strain over their length 2 (x + y) in
-        # the mean, and in the middle of a side's parabola half as much again.
+        # Rubber keeps its volume, so the volume bulges at the sides: x y strain over their length 2 (x + y) in
+        # the mean, and 1.5 times the mean in the middle of a side's parabola.
         bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
-    beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
+    beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece with webs has one well in the jig
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
                   if row["material"] == "silicone" and row["least"]), default=0.0)
     if joints(spec) and spec.web is not None and spec.web < finest:
@@ -403,7 +414,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
 
 
 def _gap(one: Footprint, other: Footprint) -> float:
-    """The gap (m) between two alike plates, neither turned against the other; negative where they overlap."""
+    """Return the gap (m) between two equal plates of the same orientation. Negative if they overlap."""
     if one.is_round:
         return one.centre.distance(other.centre) - one.size[0]
     x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))
@@ -445,7 +456,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     """
     target, pad = design.spec.target, design.spec.elastomer
     assert target is not None and pad is not None
-    middle = (0.0, 0.0)  # an offset is a finding of its own
+    middle = (0.0, 0.0)  # an offset has its own finding
     target, pad = replace(target, offset=middle), replace(pad, offset=middle)
     spec = replace(design.spec, target=target, elastomer=pad)
     other = replace(target, shape=LONG_PLATE, size=(length, max(target.size[1], spec.coil.size[1])), rotation=0.0)

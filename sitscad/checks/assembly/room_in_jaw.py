@@ -1,5 +1,6 @@
-"""SIT301 to SIT303: does the board, with what lies on it, fit the jaw and its port, and do the closed jaws pass it; a
-design's measures in its jaw are judged nominally, by root-sum-square of tolerances, and at worst.
+"""SIT301 to SIT303: whether the board with its plates fits the jaw and the port, and whether the closed jaws pass it.
+
+Measures of a design in its jaw are judged nominally, by root-sum-square of tolerances, and at worst.
 """
 
 from __future__ import annotations
@@ -36,21 +37,24 @@ OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
 NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
 
 SMALLEST_MEASURED_PORT = 1.1
-"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
+"""Ratio of the smallest measured port to its nominal diameter: 5 mm trocars measure at least 5.5 mm inside (Limperg
+2024).
+"""
 
 BOARD = "board body"
-"""The closed pair's piece that a smaller coil or margin makes narrower."""
+"""Piece of the closed pair that a smaller coil or margin makes narrower."""
 
 PLATES = ("target", "elastomer", "encapsulation")
-"""Its pieces that are as wide as the spec says, and the film on them."""
+"""Pieces of the closed pair with the width in the spec, and the film on them."""
 
 LEAST_STEP = 1e-6
-"""How fine (m) a length is found that has to go."""
+"""Resolution (m) of the length to take off."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
-    """Board, elastomer and target across the jaw, whose middle lies under the body's; the whole board, laid flat, in
-    the port.
+    """Yield findings on the widths of board, elastomer and target across the jaw, and of the flat board in the port.
+
+    The jaw's middle lies under the body's middle.
     """
     jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
     for slab in above_board(design.spec):
@@ -70,7 +74,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
 
 
 def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
-    """Elastomer or target across the jaw, each where it stands, beyond both the jaw and the board that carries it."""
+    """Yield a finding if elastomer or target, in place, extends beyond both the jaw and the board that carries it."""
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, body
     middle, width = (y0 + y1) / 2, high - low
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
@@ -87,7 +91,7 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 
 
 def _shares(design: Design) -> str:
-    """What the body's width is made of, where leads or vias beside the coils take a part of it."""
+    """Return text with the parts of the body's width. Empty if no leads, vias or margin add to it."""
     spec, coils = design.spec, 2.0 * coils_breadth(design.spec.array.placements, design.spec.coil).half
     edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
     beside = design.layout.body_size[1] - coils - edges - margin
@@ -98,7 +102,7 @@ def _shares(design: Design) -> str:
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
-    """Reduce the margin so that the body is smaller by `excess` (m) along an axis; None if the margin is too small."""
+    """Return a margin with which the body is smaller by `excess` (m) along an axis. None if the margin is too small."""
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
@@ -106,8 +110,9 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
 
 
 def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
-    """Yield reduced margins with which the body is smaller by `excess` (m) along an axis, and by more: leads may take
-    wider gaps in the smaller body.
+    """Yield reduced margins with which the body is smaller by `excess` (m) along an axis, and by more.
+
+    The larger reductions are tried because leads may need wider gaps in the smaller body.
     """
     for more in WIDER_GAPS:
         if (fix := _less_margin(spec, axis, excess + more)) is not None:
@@ -115,19 +120,19 @@ def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
 
 
 WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
-"""Widths (m) that leads may need in addition on a smaller body."""
+"""Additional reductions (m) to try, because leads may need wider gaps on a smaller body."""
 
 MOST_ENDS = 6
-"""Other ends of the layers that are tried to lead the coils out elsewhere."""
+"""Number of other ends of the layers to try for different places of the leads."""
 
 
 def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
-    """Return a board narrower by so much (m): ends of the layers whose leads leave elsewhere, or smaller coils."""
+    """Return changes that make a board narrower by `by` (m): other ends of the layers, or smaller coils."""
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
 
 
 def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
-    """A board below the rims of a pad pocket has to go into it."""
+    """Yield findings on a board that does not fit into a pad pocket."""
     mount = design.spec.mount
     if jaw.pocket is None or mount is None:
         return
@@ -149,7 +154,7 @@ def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[V
 
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
-    """The board beside the jaw's true face: how far it stands over it, against what the seat below holds."""
+    """Yield findings on the board's overhang over the jaw's real face, against the support by the seat below."""
     over, body = _measure_of(design.fit, OVERHANG), design.layout.body_size[1]
     severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
@@ -180,7 +185,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
-    """The board's body along the jaw."""
+    """Yield a finding if the board's body is longer than the jaw."""
     jaw, measure = jaw_of(design.spec.jaw), _measure_of(design.fit, LENGTH)
     severity = None if measure is None else _weight_of(measure)
     if measure is None or severity is None:
@@ -198,7 +203,10 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
 
 def stack_height(design: Design) -> Iterator[Verdict]:
-    """The closed pair of jaws with the whole stack between them, glue and tolerances included, inside the port."""
+    """Yield findings on the closed pair of jaws with the whole stack between them, against the port.
+
+    Glue and tolerances are included.
+    """
     try:
         shield_that_fits(design.spec)
     except PartsError as error:
@@ -212,7 +220,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
             "mount.jaw.port_diameter: that of the port that this jaw passes", "mount.jaw.width", jaw.width,
             jaw.port_diameter, "m", detail=unverified(jaw),
         )
-    # the rims of pad pockets against what lies between the pockets' floors
+    # height of the pad pockets' rims, against the distance between the pockets' floors
     at = levels(column(design.layout))
     between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
@@ -237,8 +245,8 @@ def stack_height(design: Design) -> Iterator[Verdict]:
 
 
 def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
-    # The complaint for a closed pair that does not pass its port, with what can give: the heights, largest first, and
-    # the tolerances that count most.
+    # The violation for a closed pair that does not pass its port, with the reducible heights, largest first, and
+    # the largest tolerances.
     spec, wider = design.spec, SMALLEST_MEASURED_PORT * pair.limit
     standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
     heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
@@ -266,7 +274,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         def passes(less: float) -> bool:
             return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
 
-        # none where no narrower board is enough
+        # None if no narrower board suffices
         by = _least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None
         return (by, f"a board narrower by {show(by, 'm', 3)}:") if by else (0.0, "")
 
@@ -275,7 +283,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         return f"{words} {NARROWER}; or {otherwise()}" if by else plates + otherwise()
 
     def fixes() -> Iterator[Fix]:
-        # less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port
+        # less margin, other ends of the layers, or smaller coils, with which the pair passes its port
         by, _ = narrower_by()
         if by and _less_margin(spec, 1, by) is not None:
             yield from _less_margins(spec, 1, by)
@@ -295,13 +303,13 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
 
 def _pair(layout: Layout) -> Measure:
-    """The closed pair's measure of a layout in a jaw that its shield fits."""
+    """Return the closed pair's measure for a layout in a jaw. The shield must fit."""
     return next(one for one in measures(layout) if one.name == CLOSED_PAIR)
 
 
 def _height_to_take_off(design: Design, pair: Measure) -> float:
-    # What height (m) has to go until the pair passes as it failed: the circle shrinks by less than the stack does.
-    # Tried on the elastomer; where that is not thick enough, or there is none, that by which the circle is too wide.
+    # Height (m) to take off until the pair passes in the case that failed: the circle shrinks by less than the stack.
+    # Tried on the elastomer. If the elastomer is missing or too thin, the excess of the circle.
     spec, over = design.spec, pair.measured - pair.limit
     if spec.elastomer is None:
         return over
@@ -316,8 +324,8 @@ def _height_to_take_off(design: Design, pair: Measure) -> float:
 
 
 def _least_that(passes: Callable[[float], bool], over: float, most: float) -> float | None:
-    # The least length (m) that is enough, of some between half of what is too much and three times that; None where
-    # none below `most` is.
+    # The smallest sufficient length (m) between 0.5 and 3 times the excess. None if no such length below `most`
+    # suffices.
     steps = (step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most)
     high = next((length for length in steps if passes(length)), None)
     if high is None:
@@ -330,19 +338,22 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
 
 
 def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
-    """One of the design's measures; None where it was not taken."""
+    """Return a measure of the design by name. None if it was not made."""
     return next((measure for measure in fit if measure.name == name), None)
 
 
 def _weight_of(measure: Measure) -> Severity | None:
-    """An error where it is too much nominally or by root-sum-square, a warning where it is at worst."""
+    """Return the severity of a measure that exceeds its limit. None if it does not.
+
+    It is an error if the nominal or the root-sum-square value exceeds the limit, a warning if only the worst case does.
+    """
     if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
         return Severity.ERROR
     return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
 
 
 def _with_tolerances(measure: Measure) -> str:
-    """What tolerances make of a size, in words."""
+    """Return text with a measure by root-sum-square of tolerances and at worst."""
     likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
     return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
 

@@ -1,4 +1,4 @@
-"""SIT304, SIT310, SIT312, SIT313 and SIT327: whether pad and target turn force into signal."""
+"""SIT304, SIT310, SIT312, SIT313 and SIT327: whether pad and target convert force into signal."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from sitscad.spec.sensor import SensorSpec
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
-"""Share of a pad from which on it counts as loaded all over."""
+"""Loaded fraction of a pad from which it counts as fully loaded."""
 
 WARMTH_TOLD = 0.05
-"""Share by which warmth makes the pad's modulus another one from which on that is told; its spread is wider."""
+"""Relative change of the pad's modulus by temperature from which it is reported. The modulus itself is less certain."""
 
 SLENDERNESS = 0.25
-"""Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
+"""Ratio of thickness to width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level."""
 
 THICKNESS_GRAIN = 50e-6
-"""Step (m) of the thicknesses that are tried for a pad that gives way."""
+"""Step (m) of the thicknesses to try for a pad that gives way."""
 
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
-    """How far the required force compresses the pad, with the spread of its modulus."""
+    """Yield findings on the pad's compression by the required force, with the uncertainty of its modulus."""
     pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
@@ -55,8 +55,8 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         return
     certain = nominal.strain
     if nominal.doubt:
-        # what lies around a target on a part of its pad makes that stiffer by so much at most, and no pad gives way
-        # less than with all of it loaded
+        # material around the loaded part of a pad makes it stiffer by at most this much, and no pad is compressed
+        # less than if all of it is loaded
         helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
         certain = max(helped.strain, nominal.least_strain)
     is_error = certain > STRAIN_ERROR
@@ -85,8 +85,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
 
 
 def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
-    """That all numbers are of a pad at 20 degrees Celsius, with how far the force compresses it where the sensor is
-    used, where that makes its modulus another one.
+    """Yield a note with the pad's compression at the temperature of use, if its modulus differs there.
+
+    All numbers are for a pad at 20 degrees Celsius.
     """
     at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
@@ -106,7 +107,10 @@ def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> I
 
 
 def target_rotation(design: Design) -> Iterator[Verdict]:
-    """Thickness over width of the pad under the target: slender pads let it tilt, and give way under the force."""
+    """Yield findings on the ratio of thickness to width of the pad under the target.
+
+    Slender pads let the target tilt, and give way under the force.
+    """
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
         return
@@ -115,7 +119,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, pushed
 
     pad, face, force = pad_of(design.spec.elastomer), loaded_face(design.spec)[0], design.spec.requirements.normal_force
-    # whether it gives way sideways under the required normal force, the target held level or free
+    # whether the pad gives way sideways under the required normal force, with the target held level or free
     lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
     ratio, slender = pad.thickness / width, show(SLENDERNESS * width, "m", 3)
@@ -133,7 +137,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     under = f"{said}: under {show(force or 0.0, 'N')} it gives way sideways"
     enough = _thickness_that_holds(design.spec, force or 0.0, SLENDERNESS * width)
     thin = "" if enough is None else f"by the pad's law, {show(enough, 'm', 3)} of it hold the target in place; "
-    takes_moments = any(design.spec.requirements.moments)  # which a level target takes up
+    takes_moments = any(design.spec.requirements.moments)  # a target held level takes up moments
     level = "" if lost == TOO_SOFT or takes_moments else ", or a face that keeps the target level"
     yield Violation(
         f"{under}, even with the target held level, and the target is off the coils" if lost == TOO_SOFT else
@@ -146,9 +150,10 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
 
 def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float | None:
-    """Return the largest thickness (m) at which the pad holds a target that is free to tilt under a normal force (N).
+    """Return the largest thickness (m) at which the pad holds a free target under a normal force (N).
 
-    It is a multiple of `THICKNESS_GRAIN`, below `most` and below the pad's present thickness. None if there is none.
+    Free means that the target may tilt. The thickness is a multiple of `THICKNESS_GRAIN`, below `most` and below the
+    pad's present thickness. None if there is none.
     """
     import numpy as np
 
@@ -166,7 +171,10 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
-    """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
+    """Yield findings on the target's travel by the required shear force.
+
+    The limits are the valid shear strain of the pad and half the coils' distance.
+    """
     spec, pad, force = design.spec, pad_of(design.spec.elastomer), design.spec.requirements.shear_force
     pitch, hint = spec.array.pitch, "a stiffer, a larger or a thinner pad"
     assert force is not None
@@ -191,9 +199,11 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
 
 def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
-    """Travel over thickness under a shear force (N), the target held level, by the pad's law along the axis that gives
-    way more, pressed by the required force or not, whichever lets it go farther (as the range in a data sheet,
-    `shear_at`); the modulus times a factor. Endless where no equilibrium is found.
+    """Return the ratio of travel to thickness under a shear force (N), with the target held level.
+
+    It follows the pad's law along the softer axis, with or without the required normal force, whichever gives more
+    travel (like the range in a data sheet, `shear_at`). `modulus` is a factor on the pad's modulus. Infinite if no
+    equilibrium is found.
     """
     import numpy as np
 
@@ -210,12 +220,12 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
-    """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
+    """Yield findings on the shear strain with the pad's nominal modulus, and with a modulus one sigma softer."""
     spec, limit = design.spec, elastomer.VALID_SHEAR
     softest = _softest(pad_of(spec.elastomer).material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
-        # beyond what the pad's law was held against, as data sheet and calibration say
+        # beyond the validated range of the pad's law, as in data sheet and calibration
         from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear
 
         held = held_shear(spec)
@@ -263,12 +273,12 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 
 
 def _taking(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
-    """The pad made of another silicone, as a family of changes; empty without one."""
+    """Return the pad made of another silicone, as a family of changes. Empty if there is none."""
     return [] if material is None else [_of(spec, material)]
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
-    """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
+    """Return the softest silicone that stays within a shear strain, one sigma softer, under a shear force (N)."""
     return _softest_enough(
         lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
 
@@ -276,9 +286,10 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
 def _modulus_for_shear(
     spec: SensorSpec, force: float, limit: float, softer: tuple[float, float], strain: float
 ) -> float:
-    """The factor on the pad's modulus that keeps its shear strain just below a limit (within 1 %), as shear falls with
-    it: between two by their shears' logarithms, for shear goes about as one over it. `softer` is a factor and its
-    strain beyond the limit, `strain` that of the modulus itself.
+    """Return the factor on the pad's modulus that keeps its shear strain just below a limit (within 1 %).
+
+    Shear strain falls about as the inverse of the modulus, so the search interpolates between logarithms. `softer` is a
+    factor with its strain beyond the limit, `strain` is the strain at factor 1.
     """
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
@@ -298,7 +309,7 @@ def _modulus_for_shear(
 
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
-    """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
+    """Return advice for a larger target and pad (m2). If the jaw's face has no room, the text gives its area."""
     spec, pad, target, jaw = design.spec, pad_of(design.spec.elastomer), design.spec.target, design.spec.jaw
     room = math.inf if jaw is None else jaw.width * jaw.length
     now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
@@ -313,7 +324,7 @@ def _larger_area(design: Design, area: float, wanted: float) -> str:
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:
-    """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
+    """Yield a finding on a target without an elastomer, which lies on the board itself."""
     if design.spec.elastomer is None:
         film = design.spec.fpc.stackup.layers[0].kind
         top = "bare copper" if film is LayerKind.COPPER else f"the {film}"
@@ -326,7 +337,10 @@ def target_gap(design: Design) -> Iterator[Verdict]:
 
 
 def target_bending(design: Design) -> Iterator[Verdict]:
-    """How much farther the target's middle goes down than its edges, where not all of it is pressed."""
+    """Yield a finding if the target bends too much where only a part of it is pressed.
+
+    Bending is the additional travel of its middle against its edges.
+    """
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.normal_force
     assert target is not None
     if not rests_on_pad(spec):
@@ -377,7 +391,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 
 
 def _part(pressed: elastomer.Compression) -> str:
-    """The words that only part of the pad is loaded; none where all of it is."""
+    """Return text that only a part of the pad is loaded. Empty if all of it is."""
     if pressed.loaded_share >= LOADED:
         return ""
     cut = f", which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"
@@ -385,21 +399,21 @@ def _part(pressed: elastomer.Compression) -> str:
 
 
 def _softest(sigma: float) -> float:
-    """The share of its modulus that a material of a relative uncertainty may have in the softest case."""
+    """Return the softest modulus of a material, as a fraction of its modulus, from its relative uncertainty."""
     return max(0.05, 1.0 - sigma)
 
 
 @record
 class _StifferPad:
-    """A pad that bears the force: in words, and as changes."""
+    """A pad that withstands the force, in words and as changes."""
 
     words: str = ""
     fixes: tuple[Fix, ...] = ()
 
 
 def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
-    # The softest silicone, and the shear modulus, that keep even the softest case within the valid strain, by bisection
-    # of the pad's law; none if bulk limits it.
+    # The softest silicone, and the shear modulus, that keep the softest case within the valid strain, by bisection
+    # of the pad's law. Empty if the bulk modulus prevents this.
     pad, face = pad_of(spec.elastomer), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(spec) or elastomer.BARE
@@ -423,14 +437,14 @@ def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
-    # The softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a silicone and
-    # its shear modulus (Pa) then. None where none is.
+    # The softest preset silicone that is stiff enough even one sigma softer. `bears` tests a silicone with
+    # this shear modulus (Pa). None if there is none.
     presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
     return next((m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma))), None)
 
 
 def _named_preset(found: ElastomerMaterial | None) -> str:
-    """A silicone in words; nothing where there is none."""
+    """Return a silicone in words. Empty if there is none."""
     if found is None:
         return ""
     known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
@@ -438,7 +452,7 @@ def _named_preset(found: ElastomerMaterial | None) -> str:
 
 
 def _rounded_up(value: float) -> float:
-    """The next value of three digits, never below."""
+    """Return a value rounded up to three digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.ceil(value / step) * step
 
