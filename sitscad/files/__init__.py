@@ -1,1 +1,1 @@
-"""What a package holds: drawings, files for machines, documents, the report; nets read back out of them."""
+"""Files of a package: drawings, files for machines, documents, report; and nets extracted from finished files."""

@@ -1,8 +1,8 @@
-"""What other programs compute with: a layout as lines, currents, areas and solids.
+"""Geometry of a layout for other programs: centre lines, current paths, areas and solids.
 
-All of it is in one frame, the board's: x along the jaw towards the tail, y across it, z away from the board's top face,
-which is z = 0 (copper lies below it); the origin is the spec's, the middle of the array unless its centres are written
-out. Lengths are metres; solids are in millimetres, which is what CAD programs take a number for.
+All coordinates are in the board's frame: x along the jaw towards the tail, y across the jaw, z away from the board's
+top face. The top face is z = 0, and copper lies below. The origin is the spec's: the middle of the array, unless the
+spec states the coils' centres. Lengths are metres. Solids are in millimetres, as CAD programs expect.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from sitscad.layout.board import Coil, Layout, Via
 from sitscad.spec.circuit import Stackup
 
 TOLERANCE = 1e-6
-"""How far (m) chords may lie from an arc, unless another distance is asked for."""
+"""Default for the largest distance (m) of chords from an arc."""
 
 
 @record
 class CentreLine:
-    """The middle of one layer's track, walked as the coil's current does: ``coil`` (C1, C2, ...), copper ``layer`` from
-    1 at the top, the height ``z`` of the copper's middle, ``width`` and ``thickness`` of the track, all in metres.
+    """Centre line of one layer's track, in the direction of the coil's current.
 
-    ``path`` has its straight pieces and arcs as they are drawn.
+    ``coil`` is the coil's name (C1, C2, ...), and ``layer`` the copper layer from 1 at the top. ``z`` is the height of
+    the middle of the copper; ``width`` and ``thickness`` describe the track, all in metres. ``path`` has straight
+    pieces and arcs as drawn.
     """
 
     coil: str
@@ -45,28 +46,30 @@ class CentreLine:
     path: Path
 
     def __repr__(self) -> str:
-        """A line with coil, layer and length."""
+        """Return a line of text with coil, layer and length."""
         return f"<CentreLine of {self.coil} on layer {self.layer}: {1e3 * self.length:.4g} mm>"
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The lines and arcs in order: each begins where the one before ends."""
+        """Lines and arcs in order. Each begins at the end of the previous segment."""
         return self.path.segments
 
     @property
     def length(self) -> float:
-        """Length (m) of the line, arcs as arcs."""
+        """Length (m) of the line, with exact arcs."""
         return self.path.length
 
     def points(self, tolerance: float = TOLERANCE) -> Array:
-        """Points (n, 3) in metres whose chords stay within a tolerance (m) of the line."""
+        """Return points (n, 3; m) whose chords stay within a tolerance (m) of the line."""
         return _raised(self.path.flattened(_positive(tolerance)), self.z)
 
 
 @record(eq=False)
 class CurrentPath:
-    """A polyline that carries a current: points (n, 3) in metres, in the direction of the current (A); the names of the
-    coil, and the copper layer that it lies on (None where it goes through several).
+    """Polyline that carries a current.
+
+    ``points`` (n, 3; m) are in the direction of ``current`` (A). ``coil`` is the coil's name, and ``layer`` the copper
+    layer, or None if the path passes through several layers.
     """
 
     coil: str
@@ -75,13 +78,16 @@ class CurrentPath:
     current: float
 
     def __repr__(self) -> str:
-        """A line with coil, number of points and current."""
+        """Return a line of text with coil, number of points and current."""
         return f"<CurrentPath of {self.coil}: {len(self.points)} points, {self.current:.4g} A>"
 
 
 @checked_arguments
 def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
-    """Every layer of every coil, in the order of the coils and, within each, of its current."""
+    """Return the centre lines of all layers of all coils.
+
+    They are in the order of the coils, and for each coil in the order of its current.
+    """
     width = layout.spec.coil.trace_width
     return tuple(
         CentreLine(coil.name, winding.layer, winding.z, width, winding.thickness, winding.path)
@@ -94,17 +100,25 @@ def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
 def current_paths(
     layout: Layout, current: float = 1.0, leads: bool = True, tolerance: float = TOLERANCE
 ) -> tuple[CurrentPath, ...]:
-    """The coils as filaments for a field program: chords within a tolerance (m) of the middle of the copper.
+    """Return the coils as filaments for a field program.
 
-    With `leads` one path a coil, from its contact A through stubs, layers and vias back to its contact B, its tail held
-    straight; without them one a layer, which are not joined. `current` (A) enters at contact A, which leads to the
-    outer end of layer 1.
+    Parameters
+    ----------
+    layout
+        The layout.
+    current
+        Current (A). It enters at contact A, which leads to the outer end of layer 1.
+    leads
+        If true, there is one path per coil, from its contact A through stubs, layers and vias to its contact B.
+        The tail is straight. If false, there is one path per layer, and the paths are not joined.
+    tolerance
+        Largest distance (m) of chords from the middle of the copper.
 
     Raises
     ------
     ValueError
-        with `leads`, where a coil's leads found no room on the board and its circuit is open; and for a tolerance that
-        is no positive length.
+        with `leads`, if the leads of a coil found no room on the board and its circuit is open.
+        Also for a tolerance that is no positive length.
     """
     _positive(tolerance)
     if leads:
@@ -116,7 +130,7 @@ def current_paths(
 
 
 def _circuit(coil: Coil, stackup: Stackup, tolerance: float) -> Array:
-    """A coil's whole circuit, leads included, as points (n, 3; m); ValueError where it is open."""
+    """Return a coil's whole circuit, leads included, as points (n, 3; m). Raises ValueError if it is open."""
     if not coil.is_closed_circuit:
         raise ValueError(f"the leads of {coil.name} found no room: its circuit is open (leads=False gives its layers)")
     heights = {layer.number: layer.z for layer in stackup.copper}
@@ -125,7 +139,7 @@ def _circuit(coil: Coil, stackup: Stackup, tolerance: float) -> Array:
         for piece in coil.series
         if not isinstance(piece, Via)
     ]
-    for before, after in pairwise(pieces):  # between layers the current goes straight down or up the via
+    for before, after in pairwise(pieces):  # between layers the current flows vertically through the via
         assert np.hypot(*(after[0] - before[-1])[:2]) < TOLERANCE, "pieces of a circuit that do not meet"
     points = np.vstack(pieces)
     apart = np.any(np.diff(points, axis=0) != 0.0, axis=1)
@@ -148,9 +162,20 @@ COPPER = "copper"
 
 @record(eq=False)
 class Area:
-    """Something flat in its place: what it is (``copper``, ``board``, ``elastomer``, ``target``, ...), its shapely
-    polygon and the heights (m) of its faces; of copper its layer from 1 at the top, and its net (empty for contacts in
-    no circuit).
+    """Flat body in its place: copper of one net and layer, or another part.
+
+    Attributes
+    ----------
+    what
+        Kind of body: ``copper``, ``board``, ``elastomer``, ``target``, ...
+    polygon
+        Its outline as a shapely polygon (m).
+    lower, upper
+        Heights (m) of its faces.
+    layer
+        Copper layer from 1 at the top. None for other bodies.
+    net
+        Net of copper. Empty for contacts in no circuit, and for other bodies.
     """
 
     what: str
@@ -163,15 +188,15 @@ class Area:
 
 @checked_arguments
 def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
-    """All copper with its holes, by layer and net, then board, stiffener, shield, jaw and what lies on the board, from
-    below; arcs are chords within a tolerance (m).
+    """Return all copper with its holes by layer and net, then board, stiffener, shield, jaw and parts on the board.
 
-    Copper is what is made of it: tracks with round ends, pads, holes, teardrops.
+    The parts are in order from below. Arcs are chords within `tolerance` (m). Copper comprises tracks with round ends,
+    pads and teardrops, without the drilled holes.
 
     Raises
     ------
     PartsError
-        where a part has no place (a shield that does not fit into the standoff).
+        if a part has no place (a shield that does not fit into the standoff).
     ValueError
         for a tolerance that is no positive length.
     """
@@ -186,7 +211,7 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
 
 
 def _copper(layout: Layout, tolerance: float) -> Iterator[Area]:
-    """The copper of every layer as areas, one a net, holes drilled out."""
+    """Yield the copper of every layer as areas, one per net, without the drilled holes."""
     for layer in layout.spec.fpc.stackup.copper:
         pieces = sorted(_pieces(layout, layer.number, tolerance), key=lambda piece: piece[0])
         drills = [
@@ -216,20 +241,21 @@ def _pieces(layout: Layout, number: int, tolerance: float) -> Iterator[tuple[str
 
 
 def _quarter(radius: float, tolerance: float) -> int:
-    """Chords of a quarter circle of a radius that stay within a tolerance (m)."""
+    """Return the number of chords of a quarter circle that stay within a tolerance (m)."""
     return max(2, math.ceil(math.pi / 4 / math.acos(max(0.0, 1.0 - tolerance / radius))))
 
 
 COARSE = 5e-6
-"""How far (m) the sides of solid copper may lie from the arcs that are drawn: each chord is a face."""
+"""Default for the largest distance (m) of the sides of solid copper from arcs. Each chord becomes a face."""
 
 COPPER_COLOUR = "#d98a4b"
 
 
 @checked_arguments
 def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...]:
-    """The copper of every layer and net as build123d solids in millimetres, in place, arcs as chords within a tolerance
-    (m); named like ``copper-1-COIL_C1``. What plates the holes is left out.
+    """Return the copper of every layer and net as build123d solids (mm), in place.
+
+    Arcs are chords within `tolerance` (m). Names are like ``copper-1-COIL_C1``. The plating of holes is left out.
 
     Raises
     ------
@@ -255,7 +281,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
 
 @checked_arguments
 def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
-    """Solids by name as CadQuery workplanes in millimetres, in place; those of one name are on one workplane.
+    """Return solids by name as CadQuery workplanes (mm), in place. Solids of equal name share a workplane.
 
     Raises `MissingExtra` without CadQuery.
     """
@@ -269,10 +295,10 @@ def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
 
 @checked_arguments
 def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
-    """Solids as one ``cadquery.Assembly`` in millimetres, in place: a child for every name, in its colour and with its
-    material in ``metadata``; those of one name are one compound. The shapes are the solids' own, not copies.
+    """Return solids as one ``cadquery.Assembly`` (mm), in place.
 
-    Raises `MissingExtra` without CadQuery.
+    There is a child for every name, with its colour, and its material in ``metadata``. Solids of equal name form one
+    compound. The shapes are not copied. Raises `MissingExtra` without CadQuery.
     """
     cq = require("cadquery")
     whole = cq.Assembly(name=name)
@@ -285,11 +311,10 @@ def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
 
 @checked_arguments
 def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
-    """Solids as one ``build123d.Compound`` in millimetres, in place: its children are labelled and coloured, so that
-    what build123d exports has names and colours; those of one name are one compound.
+    """Return solids as one ``build123d.Compound`` (mm), in place.
 
-    The shapes' geometry is shared; the solids themselves get no label and no parent. Raises `MissingExtra` without
-    build123d.
+    Its children have labels and colours, which build123d exports. Solids of equal name form one compound. The geometry
+    of the shapes is shared. The solids themselves get no label and no parent. Raises `MissingExtra` without build123d.
     """
     bd = require("build123d")
     children = []
@@ -302,7 +327,7 @@ def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
 
 
 def _by_name(solids: Iterable[Solid]) -> dict[str, list[Solid]]:
-    """Solids of one name together, in the order in which the names come."""
+    """Return solids grouped by name, in the order of the names' first occurrence."""
     found: dict[str, list[Solid]] = {}
     for solid in solids:
         found.setdefault(solid.name, []).append(solid)

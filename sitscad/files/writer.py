@@ -1,4 +1,4 @@
-"""One row of the tables of formats and of papers: what renders files, at which stage of `build`, out of what."""
+"""Writers: table rows for formats and documents, with module, build stage and arguments; and common functions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sitscad.basics.record import record
 from sitscad.spec.sensor import SensorSpec
 
 STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "calibration", "report")
-"""What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
+"""Stages of `--only`, in the order of making. The report is last, because it lists the other files."""
 
 TAKES = (
     "layout",
@@ -27,26 +27,39 @@ TAKES = (
     "forced",
     "files",
 )
-"""What a writer may ask for."""
+"""Names of the arguments that a writer may take."""
 
 NUMBERS = frozenset({"estimates", "coupon_estimates", "bench_estimates", "response", "performance"})
-"""What of that is estimated."""
+"""Arguments that contain estimates."""
 
 
 @record
 class Writer:
-    """One format or paper: its name for people, the module that renders it, the stage of `build` it belongs to.
+    """Format or document of a package.
 
-    ``module`` counts from ``sitscad``, with its function after a colon where that is not ``render``; it is imported
-    when it renders, not before; a plugin's writer has a ``function`` instead, that gives files by their paths inside
-    the package, and in force its plugin's name there.
-    ``takes`` names the arguments of its ``render`` in their order, out of ``layout``, ``solids``,
-    ``whole`` (the assembly film by film), ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where none
-    is wanted), ``coupon_estimates``, ``bench_estimates`` (the estimates at 20 degrees Celsius, at which boards are
-    tested), ``response`` (the model that is asked), ``performance`` (what the sensor feels; empty where nothing),
-    ``forced`` (why the package ought not to be ordered from, mostly empty), ``files`` (those that the same stage made
-    before) and, of the assembly notes alone, ``package`` (`Package`); ``applies`` says whether a spec has anything to
-    write.
+    Attributes
+    ----------
+    name
+        Name in messages.
+    module
+        Module below ``sitscad``, imported when it renders. A function other than ``render`` follows after a colon.
+        For a plugin's active writer, this is the plugin's name.
+    stage
+        Stage of `build`.
+    takes
+        Names of the arguments of its function, in order (see Notes).
+    applies
+        Function that returns whether a spec has anything to write.
+    function
+        Function of a plugin's writer. It returns files by their paths inside the package. None for sitscad's writers.
+
+    Notes
+    -----
+    The arguments are ``layout``, ``solids``, ``whole`` (the assembly film by film), ``aids`` (jig and mould), ``spec``,
+    ``estimates``, ``panel`` (None if no panel is wanted), ``coupon_estimates``, ``bench_estimates`` (the estimates at
+    20 degrees Celsius, at which boards are tested), ``response`` (the response model), ``performance`` (sensing
+    performance; empty if there is none), ``forced`` (reasons not to order from the package, usually empty) and
+    ``files`` (earlier files of this stage). The assembly notes alone also take ``package`` (`Package`).
     """
 
     name: str
@@ -58,16 +71,16 @@ class Writer:
 
     @property
     def maker(self) -> str:
-        """What messages call it: a plugin's with the plugin."""
+        """Name in messages. For a plugin's writer, the plugin is named, too."""
         return self.name if self.function is None else f"{self.module}: writer {self.name}"
 
     @property
     def reads_numbers(self) -> bool:
-        """Whether it takes what is estimated: the others' files stay as they are when the readout changes."""
+        """Whether it takes estimates. The files of other writers do not change with the readout."""
         return not NUMBERS.isdisjoint(self.takes)
 
     def render(self, *values: object) -> dict[str, bytes]:
-        """The finished files by their paths inside the package."""
+        """Return the finished files by their paths inside the package."""
         if self.function is not None:
             return self.function(*values)
         module, _, name = self.module.partition(":")
@@ -77,17 +90,19 @@ class Writer:
 
 @record
 class Package:
-    """The files of a package that are there already, and the stages that it has or is to have."""
+    """Existing files of a package, and the stages that it has or will have."""
 
     files: Mapping[str, bytes]
     stages: frozenset[str]
 
 
 def stored_zip(members: Mapping[str, bytes]) -> bytes:
-    """A ZIP archive, equal bytes on every machine, of some files, in their order: nothing is compressed, because
-    what deflate makes differs between versions of zlib, and the date is the earliest that a ZIP can hold.
+    """Return a ZIP archive of files in their order, with equal bytes on every machine.
+
+    Files are stored without compression, because the output of deflate differs between versions of zlib. Dates are the
+    earliest that a ZIP archive can store.
     """
-    import zipfile  # a check writes none
+    import zipfile  # a check writes no archive
 
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as archive:
@@ -99,29 +114,29 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
 
 
 def json_bytes(document: object) -> bytes:
-    """A document as a file of JSON: pure ASCII, a line a value, moved in by one for each level."""
-    import json  # a check writes none
+    """Return a document as a JSON file: pure ASCII, one value per line, indented by one space per level."""
+    import json  # a check writes no JSON
 
     return (json.dumps(document, indent=1) + "\n").encode("ascii")
 
 
 def comment_text(text: str) -> str:
-    """A text on one line that neither ends a comment of C nor begins one in it."""
+    """Return a text on one line that neither ends nor begins a comment of C."""
     return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ").replace("\\", "/")
 
 
 def is_cut(spec: SensorSpec) -> bool:
-    """Whether a sheet of elastomer, metal or ferrite is cut for the sensor."""
+    """Return whether a sheet of elastomer, metal or ferrite is cut for the sensor."""
     return any(part is not None for part in (spec.elastomer, spec.target, spec.shield))
 
 
 def is_mounted(spec: SensorSpec) -> bool:
-    """Whether the sensor has a mount."""
+    """Return whether the sensor has a mount."""
     return spec.mount is not None
 
 
 def is_felt(spec: SensorSpec) -> bool:
-    """Whether forces move something that the coils see."""
+    """Return whether the sensor has a target on an elastomer, so that forces change the coils' readings."""
     return spec.target is not None and spec.elastomer is not None
 
 
@@ -130,16 +145,19 @@ _marks: tuple[tuple[str, str], ...] = ()
 
 
 def add_writers(writers: tuple[Writer, ...], mark: tuple[str, str]) -> None:
-    """Put a plugin's writers in force for this process; `mark` is its name and what changes when it does."""
+    """Activate a plugin's writers for this process.
+
+    `mark` is the plugin's name, and a hash that changes with the plugin.
+    """
     global _added, _marks
     _added, _marks = (*_added, *writers), (*_marks, mark)
 
 
 def added_writers() -> tuple[Writer, ...]:
-    """The writers of plugins, in the order in which they were added."""
+    """Return the writers of plugins, in the order of activation."""
     return _added
 
 
 def marks() -> tuple[tuple[str, str], ...]:
-    """The plugins in force, by name and hash: what is made with them depends on them."""
+    """Return names and hashes of the active plugins, on which their files depend."""
     return _marks

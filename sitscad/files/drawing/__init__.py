@@ -1,1 +1,1 @@
-"""The drawing vocabulary, and the views of board, contacts and solids that are drawn with it."""
+"""Drawings: sheets, their SVG, PDF and HTML output, and pictures of board and solids."""

@@ -1,6 +1,6 @@
-"""Nets out of finished files: what the copper that the Gerber and drill files draw really joins.
+"""Nets from finished files: the connections of the copper that the Gerber and drill files draw.
 
-`differences.extract` reads a directory of finished files; `compare` holds the nets found against the nets that the same
-files name, and what files say of themselves against the job file; `panel` holds every copy of a panel against the
-single board. Nothing here knows how the files were written.
+`differences.extract` reads a directory of finished files. `compare` compares the extracted nets with the nets that the
+files name. `compare_job` compares the job file with the functions that the files declare. `panel_comparison` compares
+every copy of a panel with the single board. The modules share no code with the writers of the files.
 """

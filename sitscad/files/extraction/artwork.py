@@ -1,7 +1,7 @@
-"""Finished Gerber and Excellon files read back as exact areas: what the fabricator's machine would expose and drill.
+"""Areas and holes that finished Gerber and Excellon files expose and drill.
 
-The files are found by their X2 ``.FileFunction``, never by their names, and read by gerbonara, which wrote none of
-them. All shapes are shapely geometries in metres.
+The files are found by their X2 ``.FileFunction``, never by their names. They are read by gerbonara, which sitscad's
+writers do not use. All shapes are shapely geometries in metres.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from sitscad.files.extraction.limits import (
 )
 
 SAGITTA = 5e-8
-"""Largest distance (m) between an arc and the chords that stand for it."""
+"""Largest distance (m) between an arc and its chords."""
 
 QUARTER_SEGMENTS = 16
 """Chords of a quarter of a round end: 0.05 um at a radius of 50 um."""
@@ -79,10 +79,24 @@ class PlottedHole:
 
 @record
 class Artwork:
-    """A board as its files draw it. ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's
-    openings by side (``Top``, ``Bot``), where a file says what they are; ``sources`` the copper files, in the order of
-    ``copper``; ``extents`` the area that layers have which are not all over the board, with the first and the last of
-    them; ``covers`` the coverlays that a layer has where the layers below it end.
+    """Board as drawn by its files.
+
+    Attributes
+    ----------
+    copper
+        Area of each copper layer, top first.
+    flashes
+        Flashed pads.
+    holes
+        Drilled holes.
+    openings
+        Openings of the coverlay by side (``Top``, ``Bot``), for the sides that have a file.
+    sources
+        Copper files, in the order of ``copper``.
+    extents
+        First layer, last layer and area, for layers that do not cover the whole board.
+    covers
+        Layer and area of the coverlays on layers that extend beyond the layers below.
     """
 
     copper: tuple[BaseGeometry, ...]
@@ -95,8 +109,9 @@ class Artwork:
 
 
 def read_artwork(directory: Path) -> Artwork:
-    """Every copper layer, drilled hole and coverlay opening of the files in a directory (not in its folders). Raises
-    ExtractionError when a file cannot be read or the copper layers are not complete.
+    """Return the copper layers, drilled holes and coverlay openings of the files in a directory.
+
+    Subdirectories are not searched. Raises ExtractionError if a file cannot be read or a copper layer is missing.
     """
     functions = dict(sorted(file_functions(directory)))
     layers: dict[int, Path] = {}
@@ -120,8 +135,10 @@ def read_artwork(directory: Path) -> Artwork:
 
 
 def artwork_of(files: Iterable[tuple[str, Sequence[str], list[Any]]], sources: tuple[Path, ...]) -> Artwork:
-    """Return the artwork of one board. ``files`` are names, fields of the file functions and plotted objects;
-    ``sources`` are the copper files, top first. Raises ExtractionError for layers that the board does not have.
+    """Return the artwork of one board.
+
+    ``files`` are names, fields of the file functions and plotted objects. ``sources`` are the copper files, top first.
+    Raises ExtractionError for layers that the board does not have.
     """
     copper: dict[int, BaseGeometry] = {}
     flashes: list[Flash] = []
@@ -158,7 +175,7 @@ def _layer(number: str, sources: Sequence[Path]) -> int:
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
-    """The Gerber and drill files of a directory, and the fields of what each says that it is."""
+    """Yield the Gerber and drill files of a directory, with the fields of each file's declared function."""
     if not directory.is_dir():
         raise ExtractionError(f"{directory} is not a directory")
     for path in directory.iterdir():
@@ -166,7 +183,7 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
             continue
         with path.open("rb") as stream:
             head = stream.read(_HEAD)
-        if b"\0" in head:  # no text: an archive, in which the words below may stand all the same
+        if b"\0" in head:  # not text: an archive may contain the text searched below
             continue
         content = content_of(path)
         if found := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
@@ -178,13 +195,16 @@ DRILLED = ("Plated", "NonPlated")
 
 
 def _is_artwork(fields: Sequence[str]) -> bool:
-    """Whether `Artwork` is made of a file: not of an outline, a picture, or drills of another program."""
+    """Return whether a file belongs to `Artwork`. Outlines, drawings and drills of other programs do not."""
     words = ",".join(fields)
     return fields[0] in ("Copper", "Soldermask", *DRILLED) or bool(_EXTENT.fullmatch(words) or _COVER.fullmatch(words))
 
 
 def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
-    """Return what a Gerber or drill file plots, as objects of gerbonara. Raises ExtractionError for an unsafe file."""
+    """Return the objects that a Gerber or drill file plots, as gerbonara's.
+
+    Raises ExtractionError for an unsafe file.
+    """
     with reading(path.name):
         if fields[0] in DRILLED:
             require_drill(path)
@@ -194,10 +214,13 @@ def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
 
 
 def _read(path: Path, opener: Any) -> Any:
-    """The file, with whatever the reader warns of taken as an error: a file for money has no doubtful commands."""
+    """Return a parsed file.
+
+    Raises ExtractionError for errors and for warnings of the reader, which show doubtful commands.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", message=".*header statement found after end of header")  # as KiCad writes it
+        warnings.filterwarnings("ignore", message=".*header statement found after end of header")  # as KiCad writes
         try:
             return opener(path)
         except (SyntaxError, Warning, ValueError, KeyError, IndexError, TypeError) as error:
@@ -205,7 +228,7 @@ def _read(path: Path, opener: Any) -> Any:
 
 
 def _holes(name: str, fields: Sequence[str], objects: list[Any], layer_count: int) -> Iterator[PlottedHole]:
-    """The holes of a drill file, with the layers that they go through."""
+    """Yield the holes of a drill file, with the layers that they go through."""
     try:
         first, last = int(fields[1]), int(fields[2])
     except (IndexError, ValueError) as error:
@@ -221,7 +244,7 @@ def _holes(name: str, fields: Sequence[str], objects: list[Any], layer_count: in
 
 
 def area_of(objects: list[Any]) -> BaseGeometry:
-    """What is left dark when the objects are drawn one over the other, clear ones taking away what lies below them."""
+    """Return the dark area of objects drawn in order. Clear objects remove what lies below them."""
     area: BaseGeometry = Polygon()
     require_objects(len(objects))
     points = 0
@@ -239,7 +262,7 @@ def area_of(objects: list[Any]) -> BaseGeometry:
 
 
 def _shape(thing: Any) -> BaseGeometry:
-    """The area of one object, whichever polarity it is drawn in; an aperture's hole stays out of it."""
+    """Return the area of one object, whatever its polarity. A hole in its aperture is no part of the area."""
     drawn = list(thing.to_primitives(unit=MM))
     dark = bool(getattr(thing, "polarity_dark", True))
     parts = [_primitive(p) for p in drawn if bool(p.polarity_dark) == dark]
@@ -249,7 +272,7 @@ def _shape(thing: Any) -> BaseGeometry:
 
 
 def _primitive(p: Any) -> BaseGeometry:
-    """A graphic as a shape in metres."""
+    """Return the shape (m) of a graphic primitive."""
     match p:
         case primitives.Circle():
             return Point(1e-3 * p.x, 1e-3 * p.y).buffer(1e-3 * p.r, quad_segs=QUARTER_SEGMENTS)
@@ -260,7 +283,7 @@ def _primitive(p: Any) -> BaseGeometry:
             cos, sin = math.cos(p.rotation), math.sin(p.rotation)
             return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
         case primitives.ArcPoly():
-            # a filled contour of lines and arcs
+            # A filled contour of lines and arcs
             points: list[np.ndarray] = []
             for start, end, (clockwise, centre) in p.segments:
                 if clockwise is None:
@@ -276,7 +299,7 @@ def _primitive(p: Any) -> BaseGeometry:
 
 
 def middle_line(objects: Iterable[Any]) -> BaseGeometry:
-    """Return the middles (m) of all lines and arcs among plotted objects."""
+    """Return the centre lines (m) of all lines and arcs among plotted objects."""
     objects = list(objects)
     require_objects(len(objects))
     drawn = (p for thing in objects for p in thing.to_primitives(unit=MM))
@@ -286,7 +309,7 @@ def middle_line(objects: Iterable[Any]) -> BaseGeometry:
 
 
 def _middle_points(p: Any) -> np.ndarray:
-    """Return the points (n, 2; m) along the middle of a drawn line or arc."""
+    """Return the points (n, 2; m) along the centre line of a drawn line or arc."""
     start, end = 1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2)])
     if isinstance(p, primitives.Line):
         return np.array([start, end])
@@ -302,7 +325,10 @@ def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
 
 
 def _arc_points(start: np.ndarray, end: np.ndarray, centre: np.ndarray, *, clockwise: bool) -> np.ndarray:
-    """Points [n, 2] on an arc with chords within `SAGITTA`; start = end is a full circle, as in the Gerber format."""
+    """Return points (n, 2; m) on an arc, with chords within `SAGITTA`.
+
+    If start and end are equal, the arc is a full circle, as in the Gerber format.
+    """
     require_near((*start, *end, *centre))
     from_centre, to_centre = start - centre, end - centre
     radii = np.hypot(*from_centre), np.hypot(*to_centre)

@@ -1,7 +1,7 @@
-"""From areas and holes to nets: which copper hangs together, which contacts it joins, whether it closes on itself.
+"""Extraction of nets from areas and holes, and comparison with the intent that the same files state.
 
-What the finished files make, held against what they say: shorts, opens, loops, holes that miss their pads; and the
-Gerber job file held against the files beside it: which file is which layer, and in which order they lie.
+The comparison finds shorts, opens, loops and holes off their pads. The Gerber job file is compared with the files:
+function and order of the layers.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from sitscad.files.extraction.intent import Mark, MarkSource, read_marks
 from sitscad.files.extraction.limits import ExtractionError, content_of
 
 REACH = 1e-6
-"""How far (m) from its copper a mark may stand: the resolution of an IPC-D-356 coordinate."""
+"""Largest distance (m) of a mark from its copper: the resolution of an IPC-D-356 coordinate."""
 
 SMALLEST_LOOP = 1e-12
-"""Holes in the copper of a smaller area (m2) are the reader's own chords, not a loop: 1 um x 1 um."""
+"""Smallest area (m2) of a hole in the copper that counts as a loop: 1 um x 1 um. Smaller holes arise from chords."""
 
 
 @record
@@ -42,7 +42,7 @@ class Piece:
 
 @record
 class BarePad:
-    """A pad that an outside conductor meets: pin, function and intended net as the files name them, and its area."""
+    """Pad for an external conductor: pin, function and intended net as the files name them, place (m) and area."""
 
     pin: str
     function: str | None
@@ -55,8 +55,10 @@ class BarePad:
 
 @record
 class Loop:
-    """A closed way round in the copper of one net. Either a hole in one layer's copper, ``layer`` and the ``area``
-    inside it (m2), or a way through several layers that the hole at (x, y) closes (``layer`` None, ``area`` nan).
+    """Closed path in the copper of one net.
+
+    Either a hole in one layer's copper, with its ``layer`` and the ``area`` (m2) inside, or a path through several
+    layers that the drilled hole at (x, y) closes (``layer`` None, ``area`` nan).
     """
 
     x: float
@@ -67,9 +69,10 @@ class Loop:
 
 @record
 class ExtractedNet:
-    """Copper that hangs together: its pieces and plated holes, the intended nets and contacts met on it, its loops. The
-    number of loops is the first Betti number of the net: holes in the pieces, and independent cycles of the graph whose
-    nodes are pieces and plated holes.
+    """Connected copper: its pieces and plated holes, the intended nets and contacts on this copper, and its loops.
+
+    The number of loops is the first Betti number of the net. It counts holes in the pieces, and independent cycles of
+    the graph whose nodes are pieces and plated holes.
     """
 
     pieces: tuple[Piece, ...]
@@ -81,7 +84,10 @@ class ExtractedNet:
 
 @record
 class ExtractedBoard:
-    """A board as its finished files make it, and what they say that it should be (``marks``)."""
+    """Board as drawn by its finished files, and the intent that the files state.
+
+    ``marks`` are all marks of nets, ``astray`` the marks without copper.
+    """
 
     artwork: Artwork
     marks: tuple[Mark, ...]
@@ -89,7 +95,7 @@ class ExtractedBoard:
     nets: tuple[ExtractedNet, ...]
 
     def net(self, name: str) -> ExtractedNet:
-        """The one extracted net on which an intended net was met. Raises KeyError when there is none or several."""
+        """Return the extracted net with a mark of an intended net. Raises KeyError if there are none or several."""
         found = [net for net in self.nets if name in net.names]
         if len(found) != 1:
             raise KeyError(f"{len(found)} extracted nets carry {name!r}")
@@ -97,9 +103,10 @@ class ExtractedBoard:
 
 
 def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
-    """The nets of the Gerber and drill files in a directory, or in its ``fpc`` folder if it has one. ``growth`` (m) is
-    added on every side of the copper before it is joined: with almost half the least spacing, copper that stands too
-    close counts as touching. Raises ExtractionError when the files do not make up a board.
+    """Return the nets of the Gerber and drill files in a directory, or in its ``fpc`` folder if there is one.
+
+    Copper is grown by ``growth`` (m) on every side before it is joined. With almost half the least spacing, copper that
+    is too close counts as touching. Raises ExtractionError if the files do not make up a board.
     """
     directory = Path(directory)
     directory = directory / "fpc" if (directory / "fpc").is_dir() else directory
@@ -108,7 +115,7 @@ def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
 
 
 def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> ExtractedBoard:
-    """The nets of some artwork, its copper grown by ``growth`` (m) on every side before it is joined."""
+    """Return the nets of some artwork. Copper is grown by ``growth`` (m) on every side before it is joined."""
     pieces = [
         Piece(layer, part) for layer, area in enumerate(artwork.copper, start=1)
         for part in shapely.get_parts(area.buffer(growth) if growth else area)
@@ -143,7 +150,7 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
         loops = [loop for piece in own for loop in _windows(piece)] + [loop for n in members for loop in closing[n]]
         own_holes = tuple(holes[n - len(pieces)] for n in members if n >= len(pieces))
         own_names = tuple(sorted(names[root]))
-        # Both sources name the same pad, and the Gerber file, which comes first, knows more of it
+        # Both sources name this pad. The Gerber file comes first, because it states the pin's function
         pads: dict[tuple[int, int, int], BarePad] = {}
         for contact in contacts[root]:
             pads.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
@@ -152,7 +159,7 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
 
 
 def _windows(piece: Piece) -> list[Loop]:
-    """The holes in one piece's area, as loops."""
+    """Return the holes in one piece's area, as loops."""
     inside = [Polygon(ring) for ring in piece.shape.interiors]
     points = [window.representative_point() for window in inside]
     return [
@@ -177,7 +184,7 @@ def _cell(x: float, y: float) -> tuple[int, int]:
 
 
 def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[BarePad]:
-    """The contact that a mark names, where a pad is flashed at just that place."""
+    """Return the contact that a mark names, if a pad is flashed exactly at the mark. Otherwise empty."""
     if mark.pin is None or mark.layer is None:
         return []
     flash = flashes.get((mark.layer, *_cell(mark.x, mark.y)))
@@ -187,7 +194,7 @@ def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[Ba
 
 
 class _LayerTree:
-    """The pieces of one layer, to be asked for by place."""
+    """Spatial index of the pieces of one layer."""
 
     def __init__(self, layer: int, pieces: list[Piece]) -> None:
         self._numbers = [number for number, piece in enumerate(pieces) if piece.layer == layer]
@@ -196,12 +203,13 @@ class _LayerTree:
         self._tree = STRtree(self._shapes)
 
     def near(self, shape: BaseGeometry, distance: float) -> list[int]:
-        """The numbers of the pieces within a distance (m) of a shape."""
+        """Return the numbers of the pieces within a distance (m) of a shape."""
         return sorted(self._numbers[i] for i in self._tree.query(shape, predicate="dwithin", distance=distance))
 
     def under(self, points: Array, distance: float) -> list[list[int]]:
-        """The numbers of the pieces within a distance (m) of each of many points (n, 2). A coil is one piece with
-        thousands of corners: its edges are indexed once, not walked for every point.
+        """Return, for each of many points (n, 2; m), the numbers of the pieces within a distance (m).
+
+        A coil is one piece with thousands of corners. Its edges are indexed once, not searched for every point.
         """
         found: list[list[int]] = [[] for _ in points]
         places = shapely.points(points)
@@ -215,7 +223,7 @@ class _LayerTree:
 
 
 class _DisjointSets:
-    """Sets of numbers that grow together (union-find)."""
+    """Disjoint sets of numbers (union-find)."""
 
     def __init__(self, count: int) -> None:
         self._parent = list(range(count))
@@ -227,31 +235,33 @@ class _DisjointSets:
         return number
 
     def join(self, a: int, b: int) -> bool:
-        """Join the sets of two numbers; False when they were one already."""
+        """Join the sets of two numbers. Return False if they were one set already."""
         a, b = self.root(a), self.root(b)
         self._parent[max(a, b)] = min(a, b)
         return a != b
 
 
 PAD_EDGE = 1e-6
-"""How far (m) round a flashed pad copper counts as the pad's own."""
+"""Distance (m) from a flashed pad up to which copper counts as a part of the pad."""
 
 OPEN_RIM = 0.3e-3
-"""How far (m) round a contact the coverlay's opening may bare copper: openings are larger than what they open by the
-registration of the coverlay, which is 0.05 to 0.2 mm."""
+"""Distance (m) from a contact up to which an opening of the coverlay may expose copper.
+
+Openings are larger than contacts by the registration of the coverlay, 0.05 to 0.2 mm.
+"""
 
 HELD = 0.5
-"""The share of a contact that may be under the coverlay: rims of solder pads and the ends of fingers are held so."""
+"""Largest fraction of a contact under the coverlay, which holds the rims of solder pads and the ends of fingers."""
 
 ROUNDED = 2.6e-6
-"""Netlists round a hole's diameter (m) by so much: to a ten-thousandth of an inch."""
+"""Allowance (m) for hole diameters in netlists, which are rounded to a ten-thousandth of an inch."""
 
 SMALLEST_TRACK = 1e-9
-"""Copper beyond the pads that is no more than this (m2) is no track: a square of 30 um."""
+"""Largest area (m2) of copper beyond the pads that does not count as a track: a square of 30 um."""
 
 
 class DifferenceKind(StrEnum):
-    """What is wrong."""
+    """Kind of a difference."""
 
     SHORT = "short"
     OPEN = "open"
@@ -272,7 +282,7 @@ class DifferenceKind(StrEnum):
 
 @record
 class Difference:
-    """One difference between the files' copper and the files' intent, and where it stands (m, layer from 1)."""
+    """Difference between the files' copper and the files' intent, with its place (m; layer from 1)."""
 
     kind: DifferenceKind
     message: str
@@ -283,9 +293,10 @@ class Difference:
 
 
 def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
-    """Every difference between the extracted nets and the intended ones; nothing when the files keep their word. A coil
-    is copper from one contact to the other, so both contacts belong to one net; turns that touch do not change that,
-    but they close a loop, which no net of a coil may have.
+    """Return all differences between extracted and intended nets. Empty if there are none.
+
+    A coil is copper from one contact to the other, so both contacts belong to one net. Touching turns do not change
+    this net, but they close a loop, which is a difference in any net.
     """
     looks = (_nets, _holes, _netlists, _openings, _dead_ends, _beyond_their_layers, _bare)
     return tuple(difference for look in looks for difference in look(board))
@@ -297,7 +308,7 @@ def _place(x: float, y: float, layer: int | None) -> str:
 
 
 def _nets(board: ExtractedBoard) -> Iterator[Difference]:
-    """Nets that are joined or fall into parts, copper without a net, nets without copper, closed loops."""
+    """Yield joined nets, divided nets, copper without a net, nets without copper, and closed loops."""
     if not board.marks:
         yield Difference(DifferenceKind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
     for net in board.nets:
@@ -325,9 +336,7 @@ def _nets(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
-    """Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
-    netlist has at their place.
-    """
+    """Yield holes off their pads, undrilled vias, and plated holes of another size than in the netlist."""
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
     for hole in board.artwork.holes:
         for layer in hole.layers:
@@ -340,7 +349,7 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
             if complaint:
                 message = f"the {hole.diameter * 1e6:.0f} um hole at {_place(hole.x, hole.y, layer)} {complaint}"
                 yield Difference(DifferenceKind.HOLE_OFF_PAD, message, (), hole.x, hole.y, layer)
-    # every layer and the netlist mark the same via, this one to a micrometre
+    # Every layer and the netlist mark a via; the netlist rounds its place to a micrometre
     vias = {(mark.net, round(mark.x, 6), round(mark.y, 6)): (mark.x, mark.y) for mark in board.marks if mark.is_via}
     for (net, *_), (x, y) in vias.items():
         point = shapely.Point(x, y)
@@ -357,7 +366,7 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
-    """Nets that only one of the netlists names."""
+    """Yield nets that only one of the netlists names."""
     by_source: dict[MarkSource, set[str]] = {}
     for mark in board.marks:
         by_source.setdefault(mark.source, set()).add(mark.net)
@@ -369,8 +378,9 @@ def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _openings(board: ExtractedBoard) -> Iterator[Difference]:
-    """Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where
-    an opening is not where it belongs. Outer layers are looked at whose coverlay has a file.
+    """Yield contacts that the coverlay covers too far, then exposed copper that is no contact.
+
+    Only outer layers whose coverlay has a file are examined.
     """
     exposed: list[Difference] = []
     for side, layer in (("Top", 1), ("Bot", len(board.artwork.copper))):
@@ -392,7 +402,10 @@ def _openings(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
-    """Copper that meets the rest of its net in one place only, so that no current comes through; only of whole nets."""
+    """Yield copper that meets the rest of its net in at most one place, so that it carries no current.
+
+    Only nets in one part are examined.
+    """
     parts = Counter(name for net in board.nets for name in net.names)
     for net in (net for net in board.nets if net.names and all(parts[name] == 1 for name in net.names)):
         for piece in net.pieces:
@@ -412,14 +425,14 @@ def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _drawn(kind: DifferenceKind, copper: BaseGeometry, layer: int, says: str) -> Iterator[Difference]:
-    """What is wrong with an area of copper, and a place in it; nothing where the area is empty."""
+    """Yield a difference at a point of an area of copper. Yields nothing if the area is empty."""
     if not copper.is_empty:
         x, y = copper.representative_point().coords[0]
         yield Difference(kind, f"copper at {_place(x, y, layer)} {says}", (), x, y, layer)
 
 
 def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
-    """Copper and holes where their layer is not: the lower layers of a board whose tail has fewer."""
+    """Yield copper and holes beyond the extent of their layer (lower layers of a board with a thinner tail)."""
     for first, last, extent in board.artwork.extents:
         grown = extent.buffer(PAD_EDGE)
         for layer in range(first, min(last, len(board.artwork.copper)) + 1):
@@ -432,7 +445,7 @@ def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _bare(board: ExtractedBoard) -> Iterator[Difference]:
-    """Copper of a tail's last layer that lies beyond the layers below it, and not under the tail's own coverlay."""
+    """Yield bare copper of a tail's last layer: beyond the layers below, and not under the tail's own coverlay."""
     for layer, cover in board.artwork.covers:
         below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
         covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
@@ -448,9 +461,10 @@ def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
 
 
 def compare_job(directory: Path) -> Iterator[str]:
-    """Every difference between what the one job file of a directory says of its files, what these say of themselves,
-    and the order in which the stack-up names them, in words; nothing where there is no job file. Raises ExtractionError
-    where the job file cannot be read.
+    """Yield the differences between a directory's job files and its other files, as texts.
+
+    The listed file functions are compared with the functions that the files declare, and the order of the copper layers
+    with the stack-up. Yields nothing if there is no job file. Raises ExtractionError if a job file cannot be read.
     """
     functions = {path.name: ",".join(fields) for path, fields in sorted(file_functions(directory))}
     for path in sorted(directory.glob("*.gbrjob")):

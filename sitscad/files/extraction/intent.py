@@ -1,6 +1,6 @@
-"""The intended nets, as the finished files state them: X2 net and pin attributes, and the IPC-D-356 test netlist.
+"""Intended nets that finished files state: X2 net and pin attributes, and the IPC-D-356 test netlist.
 
-Both are parsed here from the text, by code that shares nothing with the writers nor with the reader of the artwork.
+Both are parsed here as text. The code is independent of the writers and of the reader of the artwork.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from sitscad.files.extraction.limits import content_of, require_objects
 
 
 class MarkSource(StrEnum):
-    """Where a mark was read."""
+    """Kind of file that states a mark."""
 
     X2 = "Gerber X2 attributes"
     IPC_D_356 = "IPC-D-356 netlist"
@@ -24,10 +24,24 @@ class MarkSource(StrEnum):
 
 @record
 class Mark:
-    """A place where a file says which net its copper belongs to. ``layer`` counts from 1 at the top, None for a hole's
-    pads on every layer; ``x``, ``y`` in metres; ``pin`` is the contact's reference and number (``J1-1``) and
-    ``function`` what it is for (``C1.A``), where the file says so; ``is_via`` marks a via's pad; ``drill`` is the
-    diameter (m) of its hole, where the file says so.
+    """Place at which a file states the net of its copper.
+
+    Attributes
+    ----------
+    net
+        Name of the net.
+    layer
+        Copper layer, from 1 at the top. None for the pads of a hole on every layer.
+    x, y
+        Place (m).
+    pin
+        Reference and number of the contact (``J1-1``), if stated.
+    function
+        Function of the contact (``C1.A``), if stated.
+    is_via
+        Whether the mark is the pad of a via.
+    drill
+        Diameter (m) of the hole, if stated.
     """
 
     net: str
@@ -47,12 +61,12 @@ _FORMAT = re.compile(r"FSLAX\d(\d)Y\d\d")
 _ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 _NO_NET = ("", "N/C")
 UNUSED = "N/C "
-"""How the net of a contact is called here that is on none, before the contact's pin: each has to stand alone."""
+"""Prefix, before the contact's pin, of the net name of a contact without a net. Each such contact must be isolated."""
 
 
 @dataclass
 class _GerberState:
-    """The little of a Gerber reader's state that attributes depend on."""
+    """State of a Gerber reader, as far as attributes need it."""
 
     unit: float = 1e-3
     decimals: int = 6
@@ -64,7 +78,7 @@ class _GerberState:
 
 
 def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
-    """The marks of one copper layer: every flash, and both ends of every draw, that carries a ``.N`` attribute."""
+    """Return the marks of a copper layer: each flash and both ends of each draw that have a ``.N`` attribute."""
     state = _GerberState()
     marks: list[Mark] = []
     for extended, word in _STATEMENT.findall(text):
@@ -93,7 +107,7 @@ def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
 
 
 def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
-    """The marks that one word of the Gerber file makes, and how it moves on."""
+    """Yield the marks of one statement of the Gerber file, and update the state."""
     if word.startswith("G04"):
         return
     if re.fullmatch(r"D[1-9]\d+", word):
@@ -114,7 +128,7 @@ def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
 
 
 def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) -> Iterator[Mark]:
-    """The mark of the net in force at a place; none where no net is named."""
+    """Yield the mark of the current net at a place. Yields nothing if there is no current net."""
     net = state.attributes.get("TO.N", [""])[0]
     reference, number, function = ([*state.attributes.get("TO.P", []), "", "", ""])[:3]
     pin = f"{reference}-{number}" if reference else None
@@ -124,7 +138,7 @@ def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) 
 
 
 IPC_UNITS = {"CUST 0": 2.54e-6, "CUST 1": 1e-6, "CUST 2": 2.54e-6}
-"""What one count of a coordinate is (m): 0.0001 inch or 0.001 mm (IPC-D-356A, parameter record UNITS)."""
+"""Unit of a coordinate (m): 0.0001 inch or 0.001 mm (IPC-D-356A, parameter record UNITS)."""
 
 _IPC_RECORD = re.compile(
     r"3([12])7(?P<net>.{14}) {3}(?P<reference>.{6})(?P<dash>[- ])(?P<pin>.{4})(?P<middle>[M ])"
@@ -134,19 +148,22 @@ _IPC_ALIAS = re.compile(r"P {2}(NNAME\d+) +(\S+)")
 
 
 BINARY = (b"PK\x03\x04", b"%PDF")
-"""How files begin that are no text: archives and PDFs."""
+"""First bytes of files that are not text: archives and PDFs."""
 
 
 def is_ipc_d_356(text: str) -> bool:
-    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line, or its units. Not
-    just a record's number: a fingerprint in a readme and the count of bytes in a PDF may begin like one.
+    """Return whether a text looks like an IPC-D-356 netlist: some line begins like a test record, or states units.
+
+    A record's number alone is not enough: a fingerprint in a readme or a byte count in a PDF may begin with this
+    number.
     """
     return bool(re.search(r"^(?:3[12]7\S.{13} {3}|P  UNITS )", text, re.MULTILINE))
 
 
 def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
-    """The marks of an IPC-D-356A netlist, one for each test record (317 for holes, 327 for surface pads). Raises
-    ValueError with the line's number for a test record that does not keep to the columns.
+    """Return the marks of an IPC-D-356A netlist, one per test record (317 for holes, 327 for surface pads).
+
+    Raises ValueError with the line's number for a test record outside the fixed columns.
     """
     unit = 2.54e-6
     aliases: dict[str, str] = {}
@@ -176,7 +193,7 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
 
 
 def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, ...]:
-    """All marks of a board's files: the copper files' attributes, then the netlists found in the directory."""
+    """Return all marks of a board's files: attributes of the copper files, then netlists found in the directory."""
     marks = [
         mark
         for layer, path in enumerate(copper_files, start=1)
@@ -186,7 +203,7 @@ def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, .
         if path.is_file() and path not in copper_files:
             with path.open("rb") as stream:
                 is_binary = stream.read(4).startswith(BINARY)
-            if is_binary:  # an archive for the order holds the netlist too, and a PDF, as bytes
+            if is_binary:  # an archive for the order, or a PDF, may contain the netlist's bytes
                 continue
             text = content_of(path).decode("utf-8", errors="replace")
             if is_ipc_d_356(text):

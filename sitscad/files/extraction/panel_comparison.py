@@ -1,7 +1,8 @@
-"""Compare a panel's files with those of the single board and with the panel's list of places.
+"""Comparison of a panel's files with the files of the single board and with the panel's list of places.
 
-What a panel plots, without the board's objects at every place, must be coupons and the frame. Boards are compared
-object by object, which takes seconds for hundreds of boards; cuts, coupon and frame are compared as shapes.
+The objects of the single board must be at every listed place. All other objects must belong to coupons or to the frame.
+Boards are compared object by object, which takes seconds for hundreds of boards. Cuts, coupon and frame are compared as
+shapes.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ MAX_SIZE = 1e4
 """Largest coordinate (mm) in a panel's list."""
 
 Key = tuple[int, int, Any]
-"""An object's first point (nm), and all else of the object: equal for equal objects in different places."""
+"""First point of an object (nm), and its remaining properties, which do not depend on its place."""
 
 Places = NDArray[np.int64]
 
@@ -56,8 +57,10 @@ _LIST_SHAPES = {
 
 @record(eq=False)
 class PanelList:
-    """Where everything on a panel has to be (nm), from its lower left corner. ``parts`` and ``coupons`` are the shifts
-    of each copy's origin; ``bridges`` and ``coupon_bridges`` are both ends of each gap in the cut, from that origin.
+    """Intended places on a panel (nm), from its lower left corner.
+
+    ``parts`` and ``coupons`` are the shifts of each copy's origin. ``bridges`` and ``coupon_bridges`` are both ends of
+    each gap in the cut, relative to the copy's origin.
     """
 
     size: Places
@@ -72,12 +75,12 @@ class PanelList:
     fiducial_opening: Places
 
     def inside_rails(self) -> BaseGeometry:
-        """The area (m) that the rails enclose: the tooling holes stand in the middle of the rails."""
+        """Return the area (m) inside the rails. Tooling holes are in the middle of the rails."""
         rail = 2.0 * self.tooling_holes[:, 0].min() if len(self.tooling_holes) else 0.0
         return shapely.box(*(NM * np.array([rail, rail, *(self.size - rail)])))
 
     def frame(self, fields: Sequence[str]) -> BaseGeometry:
-        """The area (m) that a file has to show beside boards and coupons."""
+        """Return the area (m) that a file must show beside boards and coupons."""
         if fields[0] == "Other" and fields[1].startswith("Extent_of"):
             return shapely.box(0.0, 0.0, *(NM * self.size)).difference(self.inside_rails())
         places, diameter = self.fiducials[:0], self.fiducial_diameter
@@ -90,7 +93,10 @@ class PanelList:
 
 
 def read_panel_list(panel: Path) -> PanelList:
-    """Read the one list in a panel's folder. Raises ExtractionError if there is none, several, or it is malformed."""
+    """Read the list of places in a panel's folder.
+
+    Raises ExtractionError if there is no list, several lists, or a malformed list.
+    """
     lists = sorted(panel.glob("*.json"))
     if len(lists) != 1:
         raise ExtractionError(f"the panel has {len(lists)} lists of places, where one is expected")
@@ -117,7 +123,7 @@ def _lengths(values: Any, shape: tuple[int, ...]) -> Places:
 
 
 class Plotted:
-    """The objects that a file plots, and those that no copy has taken yet."""
+    """Objects of a file. Copies take their objects away; the others remain."""
 
     def __init__(self, name: str, fields: list[str], objects: list[Any]) -> None:
         self.name, self.fields, self.objects = name, fields, objects
@@ -127,11 +133,11 @@ class Plotted:
             self.by_key[key].append(number)
 
     def left(self) -> list[int]:
-        """The numbers of all objects that were not taken."""
+        """Return the numbers of all objects that were not taken."""
         return sorted(number for numbers in self.by_key.values() for number in numbers)
 
     def take(self, keys: Sequence[Key], move: Places) -> str:
-        """Take a copy that is moved (nm). Return the difference as text, empty if there is none."""
+        """Take the objects of a copy shifted by `move` (nm). Return the difference as text, empty if there is none."""
         dx, dy = move.tolist()
         taken, missing = [], []
         for x, y, form in keys:
@@ -147,7 +153,10 @@ class Plotted:
         return "" if is_ordered else "objects in another order"
 
     def copy_in(self, room: BaseGeometry, move: Places) -> list[Key]:
-        """The keys, moved back (nm), of objects not taken that begin in a room (m) which is moved."""
+        """Return the keys of untaken objects that begin in an area (m) shifted by `move` (nm).
+
+        The keys are shifted back.
+        """
         x0, y0, x1, y1 = np.array(room.bounds) + NM * np.tile(move, 2)
         dx, dy = move.tolist()
         keys = (self.keys[number] for number in self.left())
@@ -157,7 +166,7 @@ class Plotted:
         ]
 
     def objects_at(self, keys: Sequence[Key], move: Places) -> list[Any]:
-        """The objects with these keys in a copy that is moved (nm), in the order of plotting."""
+        """Return the objects with these keys in a copy shifted by `move` (nm), in the order of plotting."""
         dx, dy = move.tolist()
         wanted = {(x + dx, y + dy, form) for x, y, form in keys}
         return [thing for thing, key in zip(self.objects, self.keys, strict=True) if key in wanted]
@@ -184,7 +193,7 @@ def key_of(thing: Any) -> Key:
 
 
 def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
-    """Return the number of boards on a panel, and all differences from the single board and from the list as texts.
+    """Return the number of boards on a panel, and its differences from single board and list as texts.
 
     Raises ExtractionError if a file cannot be read or a needed file is missing.
     """
@@ -202,7 +211,7 @@ OUTLINE, CUTS = "Profile,NP", "Other,Part_Cuts"
 
 
 def _read(folder: Path) -> dict[str, Plotted]:
-    """Read a folder's files by their functions. Raises ExtractionError if two have the same function."""
+    """Read a folder's files by their functions. Raises ExtractionError if two files have the same function."""
     found: dict[str, Plotted] = {}
     for path, fields in sorted(file_functions(folder)):
         function = ",".join(fields)
@@ -216,8 +225,9 @@ def _read(folder: Path) -> dict[str, Plotted]:
 def _differences(
     single: dict[str, Plotted], whole: dict[str, Plotted], listed: PanelList, edge: BaseGeometry, border: BaseGeometry
 ) -> Iterator[str]:
-    """Yield what differs between the panel and copies of the board in a frame, as texts. ``edge`` is the area
-    of the line that draws the board's outline, ``border`` the panel's outline.
+    """Yield the differences between the panel and copies of the board in a frame, as texts.
+
+    ``edge`` is the area of the line that draws the board's outline, ``border`` the panel's outline.
     """
     wanted = shapely.box(0.0, 0.0, *(NM * listed.size)).exterior
     if not shapely.line_merge(border).is_ring or shapely.hausdorff_distance(border, wanted) > NEAR:
@@ -243,7 +253,7 @@ def _differences(
 
 
 def _coupons(whole: dict[str, Plotted], listed: PanelList) -> Iterator[str]:
-    """Take the coupons, and yield what is wrong with the first coupon or differs between coupons."""
+    """Take the coupons. Yield flaws of the first coupon and differences between coupons."""
     left = whole[CUTS].left()
     if not left:
         raise ExtractionError("the panel's coupon is not cut out")
@@ -267,8 +277,9 @@ NET, PADS = "coupon", 2
 
 
 def compare_coupon(files: list[tuple[str, list[str], list[Any]]]) -> tuple[Difference, ...]:
-    """Return what is wrong with a coupon, given names, fields of the file functions and objects. Rectangular flashes
-    are solder pads and round flashes pads of vias, as in the board's own files.
+    """Return the flaws of a coupon. `files` are names, fields of the file functions and objects.
+
+    Rectangular flashes are solder pads and round flashes pads of vias, as in the board's own files.
     """
     copper = sorted(int(fields[1][1:]) for _, fields, _ in files if fields[0] == "Copper")
     art = artwork_of(files, tuple(Path(f"L{layer}") for layer in copper))
@@ -287,8 +298,10 @@ def compare_coupon(files: list[tuple[str, list[str], list[Any]]]) -> tuple[Diffe
 def cut_differences(
     cuts: list[Any], bridges: Places, move: Places, where: str, edge: BaseGeometry | None = None
 ) -> Iterator[str]:
-    """Yield whether the cut round a copy that is moved (nm) and its bridges fail to close an outline, whether the cut
-    goes into a bridge, or leaves the area ``edge`` of the board's drawn outline.
+    """Yield the flaws of the cut around a copy shifted by `move` (nm).
+
+    Cut and bridges must close an outline. The cut must not enter a bridge, and must stay in the area ``edge`` of the
+    board's drawn outline.
     """
     if not cuts:
         yield f"{where} is not cut out"
@@ -309,8 +322,9 @@ def cut_differences(
 
 
 def frame_differences(file: Plotted, listed: PanelList) -> Iterator[str]:
-    """Yield how the objects that no copy has taken differ from the frame. The sensor's name is written on the rails in
-    copper; all else must be listed marks.
+    """Yield the differences between the untaken objects and the frame.
+
+    On copper layers the sensor's name is written on the rails. All other objects must be listed marks.
     """
     left = file.left()
     rest = [file.objects[number] for number in left]
@@ -331,6 +345,6 @@ def frame_differences(file: Plotted, listed: PanelList) -> Iterator[str]:
 
 
 def _place(shape: BaseGeometry, move: NDArray[Any]) -> str:
-    """Describe the first point of a shape (m), moved back (nm)."""
+    """Return the first point of a shape (m) as text, shifted back by `move` (nm)."""
     x, y = 1e3 * shapely.get_coordinates(shape)[0] - 1e-6 * move
     return f"x {x:.4g} mm, y {y:.4g} mm"

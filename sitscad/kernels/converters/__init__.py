@@ -1,1 +1,1 @@
-"""Converters: what they can drive, how they time and count, what to write into their registers."""
+"""Converters: channels and limits, conversion settings and times, register values."""

@@ -1,7 +1,8 @@
-"""The interface of converters: one that is set turns the frequencies of its coils into readings.
+"""Interface of converters: a converter with settings converts the frequencies of its coils to readings.
 
-The rest of sitscad asks in these words alone: resolution, noise, times, the highest frequency. How a family converts is
-its own module, which the row ``conversion`` of its figures names: `ConversionLaw` says what that has to have.
+All other parts of sitscad use this interface alone: resolution, noise, times, highest frequency. Each family has a
+module for its conversion, named in the row ``conversion`` of its figures. `ConversionLaw` lists the names that it must
+define.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ConverterPart(Protocol):
-    """A converter as its conversion sees it (`converter.Converter`)."""
+    """Properties of a converter that its conversion uses (`converter.Converter`)."""
 
     @property
     def name(self) -> str:
@@ -30,11 +31,11 @@ class ConverterPart(Protocol):
 
     @property
     def family(self) -> str:
-        """Name of its figures."""
+        """Name of the family, and of its file of figures."""
 
     @property
     def part(self) -> str:
-        """The name as it is printed on the part."""
+        """Name as printed on the part."""
 
     @property
     def bits(self) -> int:
@@ -46,26 +47,26 @@ class ConverterPart(Protocol):
 
     @property
     def register_map(self) -> RegisterMap:
-        """The module of its registers."""
+        """Module of the registers."""
 
     @property
     def law(self) -> ConversionLaw:
-        """The module of its conversion."""
+        """Module of the conversion."""
 
     def limit(self, name: str) -> float:
-        """One of its figures, in SI units."""
+        """Return a figure by name, in SI units."""
 
     def source_of(self, name: str) -> str:
-        """The source of a figure, or the words of a row."""
+        """Return the source of a figure, or the text of a row of text."""
 
 
 @record
 class Demand:
-    """Needs of a sensor that its converters are set for.
+    """Requirements of a sensor on the settings of its converters.
 
-    `clock` (Hz) is the reference clock, `scan_rate` (Hz) the wanted number of complete scans a second. Converters read
-    `most` coils each or `fewest`, at the same time. `tanks` are the frequency (Hz) and quality factor of every tank in
-    every state.
+    `clock` (Hz) is the reference clock, `scan_rate` (Hz) the wanted number of complete scans per second. Converters
+    work at the same time and read between `fewest` and `most` coils each. `tanks` are the frequency (Hz) and quality
+    factor of every tank in every state.
     """
 
     clock: float
@@ -77,9 +78,9 @@ class Demand:
 
 @record
 class Conversion(ABC):
-    """A converter that is set, with `channels` coils that it reads in turn.
+    """Converter with its settings, which reads `channels` coils in turn.
 
-    Readings are counts, in proportion to the frequency. Times are in seconds, frequencies in hertz.
+    Readings are counts, proportional to frequency. Times are in seconds, frequencies in hertz.
     """
 
     device: ConverterPart
@@ -94,11 +95,11 @@ class Conversion(ABC):
 
     @abstractmethod
     def counting_step(self, frequency: float) -> float:
-        """Smallest difference (Hz) between two frequencies that counting resolves, before results are rounded."""
+        """Return the frequency step (Hz) that counting resolves, before results are rounded."""
 
     @abstractmethod
     def counting_noise(self, frequency: float) -> float:
-        """Standard deviation (Hz) of one conversion, before its result is rounded."""
+        """Return the standard deviation (Hz) of one conversion, before its result is rounded."""
 
     @property
     @abstractmethod
@@ -128,19 +129,22 @@ class Conversion(ABC):
     @property
     @abstractmethod
     def highest_frequency(self) -> float:
-        """Frequency (Hz) that all tanks have to stay below to be counted rightly with these settings."""
+        """Frequency (Hz) that all tanks must stay below to be counted correctly with these settings."""
 
     @abstractmethod
     def slowest_clock(self, frequency: float) -> float | None:
-        """Slowest reference clock (Hz) at which some setting counts a frequency (Hz). None if no clock limits it."""
+        """Return the slowest reference clock (Hz) at which some setting counts a frequency (Hz).
+
+        Returns None if no clock limits it.
+        """
 
     @abstractmethod
     def supply_current(self, drive: float) -> float:
-        """Supply current (A) of one converter that converts without pause, with a drive current (A)."""
+        """Return the supply current (A) of a converter that converts without pause, at a drive current (A)."""
 
     @abstractmethod
     def covering(self, bands: Sequence[tuple[float, float]]) -> Conversion:
-        """Settings for all frequencies to be expected: `bands` are lowest and highest (Hz) of each coil."""
+        """Return settings for all expected frequencies. `bands` are the lowest and highest (Hz) of each coil."""
 
     # -------------------------------------------------------------------- results that show a part of a conversion
 
@@ -151,46 +155,59 @@ class Conversion(ABC):
 
     @property
     def counts_per_step(self) -> int:
-        """Counts between two results that follow each other."""
+        """Counts between two successive results."""
         return 1
 
     @property
     def offsets(self) -> tuple[int, ...]:
-        """Counts taken from each coil's conversions before the result. Empty if a result shows all of a conversion."""
+        """Counts subtracted from each coil's conversions before the result. Empty if results show whole conversions."""
         return ()
 
     @property
     def is_partial(self) -> bool:
-        """Whether a result can show a part of a conversion only."""
+        """Whether a result can show only a part of a conversion."""
         return False
 
     @property
     def result_settings(self) -> Mapping[str, Any]:
-        """Settings that choose the part of a conversion, by their JSON keys. Empty if results show all."""
+        """Settings that choose the part of a conversion, by JSON key. Empty if results show whole conversions."""
         return {}
 
     @property
     def result_text(self) -> str:
-        """Which part of a conversion results show. Empty if they show all."""
+        """Text on the part of a conversion that results show. Empty if they show whole conversions."""
         return ""
 
     def part(self, coils: slice) -> Conversion:
-        """The settings as some of the sensor's coils have them."""
+        """Return the settings for some of the sensor's coils."""
         return self
 
     # ------------------------------------------------------------------------------------------------------ firmware
 
     def firmware_text(self, clock: float) -> FirmwareText | None:
-        """Wording of this conversion for the firmware's header. None for a family without firmware."""
+        """Return the text on this conversion for the firmware's header. None for a family without firmware."""
         return None
 
     def registers(
         self, coils: slice, codes: Sequence[int], highest_frequency: float, high_current: bool
     ) -> tuple[Register, ...]:
-        """Registers of the converter that reads `coils` of the sensor, in the order of writing.
+        """Return the registers of the converter that reads `coils` of the sensor, in the order of writing.
 
-        `codes` are their drive codes, `highest_frequency` (Hz) is that of their tanks in all states. Raises ValueError
-        if a setting does not fit its field, or if sitscad knows no registers of the family.
+        Parameters
+        ----------
+        coils
+            Coils of the sensor that this converter reads.
+        codes
+            Drive codes of these coils.
+        highest_frequency
+            Highest frequency (Hz) of their tanks in all states.
+        high_current
+            Whether to use the high-current drive.
+
+        Raises
+        ------
+        ValueError
+            if a setting does not fit its field, or if sitscad has no registers of the family.
         """
         raise ValueError(f"sitscad knows no registers of {self.device.part}, and writes no firmware for it")
 
@@ -203,44 +220,47 @@ class Conversion(ABC):
 
     @property
     def result_step(self) -> float:
-        """Step (Hz) of a result."""
+        """Frequency step (Hz) of a result."""
         return self.hertz_per_count * self.counts_per_step
 
     def resolution(self, frequency: float) -> float:
-        """Step (Hz) of a reading: the coarser of its result and of counting."""
+        """Return the frequency step (Hz) of a reading: the coarser of its result's step and the counting step."""
         return max(self.result_step, self.counting_step(frequency))
 
     def rounding(self, frequency: float) -> float:
-        """Standard deviation (Hz) by the rounding of results, which means of readings keep. Zero if results are finer
-        than counting: its noise contains that already.
+        """Return the standard deviation (Hz) by the rounding of results, which averaging readings does not reduce.
+
+        Zero if results are finer than counting, because the counting noise then includes the rounding.
         """
         is_coarse = self.result_step > self.counting_step(frequency)
         return self.result_step / math.sqrt(12.0) if is_coarse else 0.0
 
     def noise(self, frequency: float) -> float:
-        """Standard deviation (Hz) of a reading."""
+        """Return the standard deviation (Hz) of a reading."""
         return math.hypot(self.counting_noise(frequency), self.rounding(frequency))
 
     def steps(self, frequency: float, other: float) -> float:
-        """Number of steps by which readings of two frequencies (Hz) differ."""
+        """Return the number of steps by which readings of two frequencies (Hz) differ."""
         return abs(other - frequency) / self.resolution(frequency)
 
     def inductance_step(self, inductance: float, frequency: float) -> float:
-        """Step (H) of an inductance (H) computed from a frequency (Hz) at a fixed capacitor: 2 L / f of its step.
-        It matters which inductance that is: the converter's formula makes more of a frequency than the contacts have.
+        """Return the step (H) of an inductance (H) computed from a frequency (Hz) at a fixed capacitor.
+
+        It is 2 L / f times the frequency step, for the given inductance. The converter's formula gives a larger
+        inductance for a frequency than there is between the contacts.
         """
         return 2.0 * inductance * self.resolution(frequency) / frequency
 
     def counts(self, frequency: Array) -> Array:
-        """Counts of frequencies (Hz), not rounded."""
+        """Return the counts of frequencies (Hz), not rounded."""
         return frequency / self.hertz_per_count
 
     def frequencies(self, counts: Array) -> Array:
-        """Frequencies (Hz) of counts."""
+        """Return the frequencies (Hz) of counts."""
         return counts * self.hertz_per_count
 
     def read(self, frequency: Array) -> Array:
-        """Counts (n, coils) of frequencies (Hz) as results give them. NaN if a frequency is beyond the result."""
+        """Return the counts (n, coils) of frequencies (Hz) as results give them. NaN outside the range of results."""
         import numpy as np  # reading a spec loads no numpy
 
         step = float(self.counts_per_step)
@@ -250,35 +270,35 @@ class Conversion(ABC):
         return np.where(reached, result * step + offsets, np.nan)
 
     def ends(self, coil: int) -> tuple[int, int]:
-        """Counts of a coil's smallest and largest result, which both mean that there is no reading."""
+        """Return the counts of a coil's smallest and largest result. Both mean that there is no reading."""
         offset = self.offsets[coil] if self.offsets else 0
         return offset, offset + (2**self.device.bits - 1) * self.counts_per_step
 
 
 class ConversionLaw(Protocol):
-    """Names that a family's module of conversion must have.
+    """Names that a family's conversion module must define.
 
-    ``ASKED`` are the rows that it asks of the family's figures beside those of every family, ``SETTINGS`` the
-    quantities of its `Conversion` that are printed and stand in JSON.
+    ``ASKED`` are the rows that it needs in the family's figures, in addition to the rows of every family. ``SETTINGS``
+    are the quantities of its `Conversion` that are printed and written to JSON.
     """
 
     ASKED: Mapping[str, RowForm]
     SETTINGS: tuple[Quantity, ...]
 
     def amplitude(self, parallel_resistance: float, current: float) -> float:
-        """Peak voltage (V) across a tank of R_P (ohm) by a drive current (A)."""
+        """Return the peak voltage (V) across a tank of R_P (ohm) at a drive current (A)."""
 
     def read_back_time(self, device: ConverterPart, channels: int) -> float:
-        """Time (s) to read the results of some channels over the bus at its fastest clock."""
+        """Return the time (s) to read the results of some channels over the bus at its fastest clock."""
 
     def read_back_time_optimistic(self, device: ConverterPart, channels: int) -> float:
-        """The same time (s) by the maker's most hopeful figure."""
+        """Return that time (s) by the manufacturer's most optimistic figure."""
 
     def set_up(self, device: ConverterPart, demand: Demand) -> Conversion:
-        """The settings that resolve most at the wanted scan rate, or come nearest to that rate."""
+        """Return the settings with the finest resolution at the wanted scan rate, or nearest to that rate."""
 
 
 @cache
 def conversion_law(name: str) -> ConversionLaw:
-    """Return a family's module of conversion. Raises `DataError` if there is none, or if it lacks a name."""
+    """Return a family's conversion module. Raises `DataError` if there is none, or if it lacks a name."""
     return cast(ConversionLaw, family_module("conversion", name, names_of(ConversionLaw)))

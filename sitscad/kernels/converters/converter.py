@@ -1,6 +1,6 @@
-"""A converter as a value: what can be bought, its channels, its limits and what it can drive. SI units throughout.
+"""Converters as values: channels, addresses, limits and drive. SI units throughout.
 
-How it times its conversions and counts is a module of its family (`conversion.ConversionLaw`).
+Timing and counting are in a separate module for each family (`conversion.ConversionLaw`).
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from sitscad.kernels.converters.figures import Limit, cited_alone, figure_source
 from sitscad.kernels.converters.registers import RegisterMap, register_map
 
 DRIVEN_FAMILY = "ldc161x"
-"""The family that the driver in ``data/firmware`` is written for."""
+"""Family that the driver in ``data/firmware`` supports."""
 
 CIRCUIT_PINS = frozenset(("SCL", "SDA", "CLKIN", "ADDR", "INTB", "SD", "VDD", "GND"))
-"""Pins of the circuit that sitscad draws around a converter, with its clock, pull-ups and capacitors."""
+"""Pins of the circuit that sitscad draws around a converter, with clock, pull-ups and capacitors."""
 
 @record
 class Converter:
-    """A converter that can be bought: its channels, the 7-bit addresses that one bus has for it, and its package.
+    """Commercial converter: its channels, its possible 7-bit addresses on one bus, and its package.
 
-    ``family`` names the file of figures that it shares with the other parts of its data sheet.
+    ``family`` names the file of figures that all parts of one data sheet share.
     """
 
     name: str
@@ -38,57 +38,62 @@ class Converter:
 
     @property
     def part(self) -> str:
-        """The name as it is printed on the part."""
+        """Name as printed on the part."""
         return self.name.upper()
 
     @property
     def pins(self) -> tuple[tuple[str, str], ...]:
-        """Pins from 1 before those of the coils: names and KiCad's electrical types."""
+        """Names and KiCad's electrical types of the pins, from pin 1, before the pins of the coils."""
         return tuple((name, kind) for name, _, kind in (pin.partition(":") for pin in self.source_of("pins").split()))
 
     @property
     def has_circuit(self) -> bool:
-        """Whether sitscad draws its circuit: its pins are those of `CIRCUIT_PINS`."""
+        """Whether sitscad draws a circuit for it, which requires the pins `CIRCUIT_PINS`."""
         return {name for name, _ in self.pins} == CIRCUIT_PINS
 
     def coil_pins(self, channel: int | str = "x") -> tuple[str, str]:
-        """Pins of the two ends of a channel's coil. Without a number, the names that the data sheet gives all."""
+        """Return the pins of the two ends of a channel's coil.
+
+        Without a number, these are the data sheet's names for any channel, with an x.
+        """
         first, second = self.source_of("coil_pins").replace("x", str(channel)).split()
         return first, second
 
     @property
     def address_nets(self) -> tuple[str, ...]:
-        """What its pin ADDR is tied to for each of its addresses, in their order."""
+        """Nets to connect to pin ADDR, for each address, in the order of the addresses."""
         return tuple(self.source_of("address_nets").split())
 
     def address_net(self, address: int) -> str:
-        """What its pin ADDR is tied to for an address."""
+        """Return the net to connect to pin ADDR for an address."""
         return self.address_nets[self.addresses.index(address)]
 
     @property
     def has_driver(self) -> bool:
-        """Whether driver and bench are written for it: results of one word each are another driver."""
+        """Whether driver and bench support it. Families with other result registers need another driver."""
         return self.family == DRIVEN_FAMILY
 
     @property
     def most_coils(self) -> int:
-        """How many coils can be read over one bus."""
+        """Largest number of coils on one bus."""
         return self.channels * len(self.addresses)
 
     def needed(self, coils: int) -> int:
-        """How many converters so many coils take."""
+        """Return the number of converters for `coils` coils."""
         return math.ceil(coils / self.channels)
 
     def shares(self, coils: int) -> tuple[int, ...]:
-        """Channels in use on each converter, all alike or the first ones one more: they run at the same time, and the
-        one with the most coils has the least time for each.
+        """Return the number of channels in use on each converter, as equal as possible.
+
+        The first converters may have one channel more. Converters run at the same time, and the converter with the most
+        coils has the least time for each.
         """
         number = self.needed(coils)
         each, more = divmod(coils, number)
         return (each + 1,) * more + (each,) * (number - more)
 
     def places(self, coils: int) -> tuple[Channel, ...]:
-        """The channel of every coil, in the array's order; a bus that is full is followed by the next."""
+        """Return the channel of every coil, in the array's order. After a full bus, the next bus is used."""
         return tuple(
             Channel(number, channel, number // len(self.addresses), self.addresses[number % len(self.addresses)],
                     self.coil_pins(channel))
@@ -100,19 +105,19 @@ class Converter:
 
     @property
     def limits(self) -> Mapping[str, Limit]:
-        """The family's figures by name."""
+        """Figures of the family by name."""
         return limits_of(self.family)
 
     def limit(self, name: str) -> float:
-        """The value of one figure, in SI units; KeyError for an unknown name."""
+        """Return the value of a figure, in SI units. Raises KeyError for an unknown name."""
         return limits_of(self.family)[name].value
 
     def source_of(self, name: str) -> str:
-        """The source of a figure or an equation; of a row of words these. KeyError for an unknown name."""
+        """Return the source of a figure, or the text of a row of text. Raises KeyError for an unknown name."""
         return figure_source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
-        """A text that cites all families (`source_in_all`), with what it says of this one alone."""
+        """Return a text that cites all families (`source_in_all`), reduced to this family's sources."""
         return cited_alone(self.family, text)
 
     # ------------------------------------------------------------------------------------------- drive and amplitude
@@ -123,16 +128,16 @@ class Converter:
         return numbers(self.family, "drive_currents")
 
     def drive_current(self, code: int, high_current: bool = False) -> float:
-        """Sensor drive current (A) of a code, or of the stronger drive of a single channel (`has_high_current`).
+        """Return the sensor drive current (A) of a code, or of the high-current drive of a single channel.
 
-        TI gives 6 mA, more than 3.5 mA and 3 mA (SNOA950) for the high-current mode: the largest is taken here,
-        because too large an amplitude is the worse fault; see `high_current_range`.
+        For the high-current mode, TI gives 6 mA, more than 3.5 mA, and 3 mA (SNOA950). The largest is used here,
+        because too large an amplitude is the worse fault. See `high_current_range`.
         """
         return self.limit("high_current_max") if high_current else self.drive_currents[code]
 
     @property
     def has_high_current(self) -> bool:
-        """Whether there is a stronger drive for a single channel."""
+        """Whether there is a high-current drive for a single channel."""
         return "high_current_max" in self.limits
 
     @property
@@ -141,19 +146,19 @@ class Converter:
         return self.limit("high_current_typical"), self.limit("high_current_max")
 
     def amplitude(self, parallel_resistance: float, code: int, high_current: bool = False) -> float:
-        """Peak voltage across the tank of R_P (ohm), driven with a code."""
+        """Return the peak voltage (V) across a tank of R_P (ohm), driven with a code."""
         return self.amplitude_at(parallel_resistance, self.drive_current(code, high_current))
 
     def amplitude_at(self, parallel_resistance: float, current: float) -> float:
-        """Peak voltage across the tank of R_P (ohm), driven with a current (A)."""
+        """Return the peak voltage (V) across a tank of R_P (ohm), driven with a current (A)."""
         return self.law.amplitude(parallel_resistance, current)
 
     def drive_code(self, parallel_resistance: float) -> int:
-        """The highest code that keeps the amplitude below the largest (1.8 V of TI's) at `parallel_resistance` (ohm).
+        """Return the highest code whose amplitude at `parallel_resistance` (ohm) is below the maximum (TI: 1.8 V).
 
-        Give the largest R_P of the working range, which is the target at its greatest distance (8.1.5; SNOA950), with
-        one sigma of manufacture added where sensors are still to be made. Code 0
-        when even that one drives harder; the last when none reaches it: check the amplitude.
+        Give the largest R_P of the working range, with the target at its greatest distance (8.1.5; SNOA950). For
+        sensors that are not yet made, add one standard deviation of manufacture. Returns 0 if even this code drives
+        harder, and the last code if none reaches the maximum: check the amplitude.
         """
         most, law = self.limit("amplitude_max"), self.law
         allowed = [
@@ -167,24 +172,24 @@ class Converter:
 
     @property
     def serial_clock_in_words(self) -> str:
-        """Its fastest I2C clock, at which results are taken to be read."""
+        """Fastest I2C clock as text. Results are assumed to be read at this clock."""
         return show(self.limit("serial_clock_max"), "Hz")
 
     @property
     def law(self) -> ConversionLaw:
-        """The module that has the family's conversion: its settings, times, resolution and noise."""
+        """Module with the family's conversion: settings, times, resolution and noise."""
         return conversion_law(self.source_of("conversion"))
 
     def set_up(self, demand: Demand) -> Conversion:
-        """The settings that suit a sensor's needs."""
+        """Return the settings for a sensor's requirements."""
         return self.law.set_up(self, demand)
 
     def read_back_time(self, channels: int) -> float:
-        """Time (s) to read the results of some channels over the bus at its fastest clock."""
+        """Return the time (s) to read the results of some channels over the bus at its fastest clock."""
         return self.law.read_back_time(self, channels)
 
     def read_back_time_optimistic(self, channels: int) -> float:
-        """Time (s) to read some channels at that clock by the maker's most hopeful figure."""
+        """Return that time (s) by the manufacturer's most optimistic figure."""
         return self.law.read_back_time_optimistic(self, channels)
 
     @property
@@ -194,20 +199,21 @@ class Converter:
 
     @staticmethod
     def inductance(frequency: float, capacitance: float) -> float:
-        """Inductance (H) of a tank from its frequency (Hz) and whole capacitance (F): 1 / (C (2 pi f)^2)."""
+        """Return the inductance (H) of a tank from its frequency (Hz) and total capacitance (F): 1 / (C (2 pi f)^2)."""
         return 1.0 / (capacitance * (2.0 * math.pi * frequency) ** 2)
 
     # ----------------------------------------------------------------------------------------------------- registers
 
     @property
     def has_registers(self) -> bool:
-        """Whether the family states the registers that sitscad writes."""
+        """Whether the family's figures name a register map."""
         return "register_map" in rows_of(self.family)
 
     @property
     def register_map(self) -> RegisterMap:
-        """The module that has addresses, masks and flags, and packs the registers. Raises ValueError if the family has
-        none, or if it lacks a name that such a module must have.
+        """Module with the family's addresses, masks, flags and register values.
+
+        Raises ValueError if the family has none, and `DataError` if the module is missing or lacks a name.
         """
         if not self.has_registers:
             raise ValueError(f"sitscad knows no registers of {self.part}, and writes no firmware for it")
@@ -215,27 +221,27 @@ class Converter:
 
     @property
     def device_id(self) -> int:
-        """What the part's register for it holds."""
+        """Content of the part's DEVICE_ID register."""
         return int(self.limit("device_id"))
 
     @property
     def result_words(self) -> tuple[str, ...]:
-        """What distinguishes the registers of one result, the upper one first."""
+        """Names that distinguish the registers of one result, the upper register first."""
         return tuple(self.source_of("result_registers").split())
 
     @property
     def result_mask(self) -> int:
-        """The result's bits in its upper or only register; the flags stand above them."""
+        """Mask of the result's bits in its upper or only register. The flags are above these bits."""
         return (1 << self.bits - 16 * (len(self.result_words) - 1)) - 1
 
     @property
     def covered_flags(self) -> tuple[str, ...]:
-        """Error flags whose bits the results take: none, or the register map is not that of the family."""
+        """Error flags that overlap the result's bits. Empty unless the register map belongs to another family."""
         flags = self.register_map.DATA_FLAGS.items()
         return tuple(name for name, (flag, _) in flags if flag & self.result_mask)
 
     def data_addresses(self, channel: int) -> tuple[int, ...]:
-        """Addresses of a channel's result, upper register first and to be read in this order."""
+        """Return the addresses of a channel's result, upper register first, in the order of reading."""
         if not 0 <= channel < self.channels:
             raise ValueError(f"channel is {channel}; it must lie in 0 to {self.channels - 1}")
         return self.register_map.data_addresses(channel, len(self.result_words))
@@ -243,8 +249,10 @@ class Converter:
 
 @record
 class Channel:
-    """The place where a coil is wired: the converter and its channel, the controller's I2C bus, all from 0, the
-    converter's 7-bit address on it, and the pins of the coil's ends.
+    """Wiring of a coil.
+
+    `converter`, `number` (the converter's channel) and `bus` (the controller's I2C bus) count from 0. `address` is the
+    converter's 7-bit address on the bus. `pins` are the pins of the coil's two ends.
     """
 
     converter: int
@@ -255,10 +263,10 @@ class Channel:
 
     @property
     def converter_in_words(self) -> str:
-        """The converter, counted from 1, with its address, and its bus where that is not the first."""
+        """Converter, counted from 1, with its address. The bus is stated unless it is the first."""
         bus = f"bus {self.bus + 1}, " if self.bus else ""
         return f"{self.converter + 1} ({bus}0x{self.address:02X})"
 
     def pin(self, end: str) -> str:
-        """The converter's pin for a coil's end, ``A`` or ``B``."""
+        """Return the converter's pin for a coil's end, ``A`` or ``B``."""
         return self.pins["AB".index(end)]

@@ -1,7 +1,7 @@
-"""The figures of converters, read from ``data/converters``: a file a family, and ``bench.csv`` for what is none's own.
+"""Figures of converters from ``data/converters``: one file per family, and ``bench.csv`` for common figures.
 
-`ASKED` has the rows of every family with unit and range. The module of its conversion asks further rows, registers
-those of `ASKED_WITH_REGISTERS`. A family may state more.
+`ASKED` has the rows that every family needs, with unit and range. The module of a family's conversion lists further
+rows. A family with registers also needs `ASKED_WITH_REGISTERS`. A family may state more rows.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from sitscad.basics.record import record
 from sitscad.data import DataError, Row, rows
 
 WORDS = "words"
-"""What stands in the place of a unit in a row that says or cites something."""
+"""Unit of rows with text or citations instead of numbers."""
 
 
 @record
 class Limit:
-    """One figure of the family: value in SI units, where it comes from, and whether that source was seen."""
+    """Figure of the family: value in SI units, its source, and whether this source was seen."""
 
     value: float
     unit: str
@@ -32,8 +32,9 @@ class Limit:
 
 @record
 class RowForm:
-    """What a row has to be: its unit, the least and the most that can be meant, whether it is a whole number, and
-    whether it is several.
+    """Required form of a row: its unit and the range of plausible values.
+
+    `whole` requires a whole number, `several` allows several numbers.
     """
 
     unit: str
@@ -78,7 +79,7 @@ ASKED: dict[str, RowForm] = {
     "clock_tolerance": RowForm("1", 0.0, 0.1),
     "capacitor_temperature": RowForm("1/K", 0.0, 1e-2),
 }
-"""Rows that every family has, the bench's own among them."""
+"""Rows that every family must have, in its own file or in ``bench.csv``."""
 
 ASKED_WITH_REGISTERS: dict[str, RowForm] = {
     **dict.fromkeys(("register_map", "result_registers", "cite_address", "cite_frequency", "cite_inductance",
@@ -86,27 +87,28 @@ ASKED_WITH_REGISTERS: dict[str, RowForm] = {
     "device_id": RowForm("1", 0, 0xFFFF, whole=True),
     "wake_time": RowForm("s", 0.0, 1.0),
 }
-"""Rows of a family with registers that sitscad writes: it states all of them, or no ``register_map``."""
+"""Rows of a family whose registers sitscad writes. A family states all these rows, or no ``register_map``."""
 
 HIGH_CURRENT: dict[str, RowForm] = {
     "parallel_resistance_high_current": _RESISTANCE,
     "high_current_max": _CURRENT,
     "high_current_typical": _CURRENT,
 }
-"""Rows of a family with a stronger drive for a single channel: it states all of them or none."""
+"""Rows of a family with a high-current drive for a single channel. A family states all these rows, or no such row."""
 
 _RISING = (
     ("sensor_frequency_min", "sensor_frequency_max"), ("clock_min", "clock_max"), ("capacitor_min", "capacitor_max"),
     ("parallel_resistance_min", "parallel_resistance_max"), ("high_current_typical", "high_current_max"),
     ("amplitude_stable_min", "amplitude_optimum_min"), ("amplitude_optimum_min", "amplitude_max"),
 )
-"""Figures of which the first is at most the second."""
+"""Pairs of figures whose first figure must not exceed the second."""
 
 
 @cache
 def rows_of(family: str) -> dict[str, Row]:
-    """The rows of a family's figures by name, the bench's own among them. Raises `DataError`, which names file and row,
-    if one is missing or is not what it has to be.
+    """Return the rows of a family's figures by name, including ``bench.csv``.
+
+    Raises `DataError`, which names file and row, if a row is missing or malformed.
     """
     tables = {table: rows(f"converters/{table}") for table in ("bench", family)}
     named = {row["name"]: row for own in tables.values() for row in own}
@@ -130,7 +132,7 @@ def rows_of(family: str) -> dict[str, Row]:
 
 
 def _asked_of(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
-    """Rows that a family has to state. Raises `DataError` if it names no module of its conversion."""
+    """Return the rows that a family must state. Raises `DataError` if it names no conversion module."""
     if "conversion" not in named:
         raise _error(family, "conversion", "no such row, and it is asked of every family")
     law: dict[str, RowForm] = family_module("conversion", named["conversion"]["value"], ("ASKED",)).ASKED
@@ -140,7 +142,10 @@ def _asked_of(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
 
 
 def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
-    """A module of this folder that a row of a family names. Raises `DataError` if there is none, or it lacks a name."""
+    """Return a module of this folder that a row of a family names.
+
+    Raises `DataError` if there is none, or if it lacks a required name.
+    """
     place = f"sitscad.kernels.converters.{name}"
     try:
         module = import_module(place)
@@ -154,7 +159,7 @@ def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
 
 
 def names_of(protocol: type) -> tuple[str, ...]:
-    """The names that a protocol of modules declares."""
+    """Return the names that a module protocol declares."""
     return *protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))
 
 
@@ -163,7 +168,7 @@ def _error(table: str, name: str, flaw: str) -> DataError:
 
 
 def _flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
-    """What is wrong with a row, the first of it foremost."""
+    """Yield the flaws of a row, the most important first."""
     if None in row or None in row.values():
         yield "it has more or fewer columns than name, value, unit, status, source"
         return
@@ -199,13 +204,13 @@ def _flaws_of_number(text: str, asked: RowForm) -> Iterator[str]:
 
 @cache
 def numbers(family: str, name: str) -> tuple[float, ...]:
-    """The values of a row of several."""
+    """Return the values of a row with several numbers."""
     return tuple(map(float, rows_of(family)[name]["value"].split()))
 
 
 @cache
 def limits_of(family: str) -> Mapping[str, Limit]:
-    """A family's figures by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
+    """Return a family's figures by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
     return {
         name: Limit(float(row["value"]), row["unit"], row["source"], row["status"] == "verified")
         for name, row in rows_of(family).items()
@@ -214,14 +219,14 @@ def limits_of(family: str) -> Mapping[str, Limit]:
 
 
 def figure_source(family: str, name: str) -> str:
-    """The source of a figure; of a row of words these. KeyError for an unknown name."""
+    """Return the source of a figure, or the text of a row of text. Raises KeyError for an unknown name."""
     row = rows_of(family)[name]
     return row["value"] if row["unit"] == WORDS else row["source"]
 
 
 @cache
 def source_in_all(name: str) -> str:
-    """The sources of a figure of one name in all families that have it, as one text."""
+    """Return the sources of a figure in all families that have it, as one text."""
     return "; ".join(dict.fromkeys(figure_source(family, name) for family in _families() if name in rows_of(family)))
 
 
@@ -233,8 +238,9 @@ def _families() -> tuple[str, ...]:
 
 @cache
 def cited_alone(family: str, text: str) -> str:
-    """A text that cites all families (`source_in_all`), with the sources of one family alone. If that has none of the
-    cited figures, the source of its conversion.
+    """Return a text that cites all families (`source_in_all`), reduced to the sources of one family.
+
+    If the family has none of the cited figures, returns the source of its conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
     others = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))

@@ -5,14 +5,14 @@ from __future__ import annotations
 from sitscad.kernels.converters.registers import ChannelSettings, Register
 
 MOST_CHANNELS = 4
-"""Channels that the registers have addresses for."""
+"""Largest number of channels with registers."""
 
 RCOUNT, OFFSET, SETTLECOUNT, CLOCK_DIVIDERS, DRIVE_CURRENT = 0x08, 0x0C, 0x10, 0x14, 0x1E
 STATUS, ERROR_CONFIG, CONFIG, MUX_CONFIG, RESET_DEV = 0x18, 0x19, 0x1A, 0x1B, 0x1C
 MANUFACTURER_ID, DEVICE_ID = 0x7E, 0x7F
 
 MANUFACTURER = 0x5449
-"""What MANUFACTURER_ID holds: the letters TI."""
+"""Content of MANUFACTURER_ID: the letters TI."""
 
 DATA_FLAGS = {
     "ERR_UR": (0x8000, "conversion under-range"),
@@ -23,47 +23,56 @@ DATA_FLAGS = {
 """Error flags in the upper or only register of a result by name: mask and meaning (nominal amplitudes: STATUS)."""
 
 ORDER = "CONFIG comes last and wakes the device"
-"""What the header says of the order of writing (8.2.5)."""
+"""Text of the firmware's header on the order of writing (8.2.5)."""
 
 ERRORS_REPORTED = 0b11111 << 11 | 1
-"""ERROR_CONFIG: every error of a conversion to its result, and a finished scan to STATUS and INTB (7.6.27)."""
+"""ERROR_CONFIG: reports every error of a conversion in its result, and a finished scan in STATUS and INTB (7.6.27)."""
 
 _DEGLITCH = ((1.0e6, 0b001), (3.3e6, 0b100), (10.0e6, 0b101))
 _DEGLITCH_WIDEST = 0b111
 _MUX_RESERVED = 0b00_0100_0001 << 3
 _CONFIG_FIXED = 1 << 12 | 1 << 10 | 0b00_0001
-"""RP_OVERRIDE_EN and AUTO_AMP_DIS (the drive current is fixed), and what is reserved; SENSOR_ACTIVATE_SEL stays 0: full
-current while the sensor starts."""
+"""RP_OVERRIDE_EN and AUTO_AMP_DIS (the drive current is fixed), and reserved bits.
+
+SENSOR_ACTIVATE_SEL stays 0: full current while the sensor starts.
+"""
 
 
 AT_RESET = {
     **{RCOUNT + channel: 0x0080 for channel in range(MOST_CHANNELS)},
     CONFIG: 0x2801, MUX_CONFIG: 0x020F, MANUFACTURER_ID: MANUFACTURER,
 }
-"""What registers hold after a reset, where that is not 0 (7.6.1)."""
+"""Contents of registers after a reset, if not 0 (7.6.1)."""
 
 SLEEP, ACTIVE_CHANNEL, AUTOSCAN, SEQUENCE = 1 << 13, 14, 1 << 15, 13
-"""CONFIG: asleep, and where ACTIVE_CHAN begins; MUX_CONFIG: channels in turn, and where RR_SEQUENCE begins."""
+"""Bits of CONFIG: sleep, and the lowest bit of ACTIVE_CHAN.
+
+Bits of MUX_CONFIG: scan, and the lowest bit of RR_SEQUENCE.
+"""
 
 STATUS_ERRORS = {"ERR_UR": 1 << 13, "ERR_OR": 1 << 12, "ERR_WD": 1 << 11, "ERR_AHE": 1 << 10, "ERR_ALE": 1 << 9}
 """Errors in STATUS (7.6.26)."""
 
 ERRORS_TO_RESULTS = {"ERR_UR": 1 << 15, "ERR_OR": 1 << 14, "ERR_WD": 1 << 13, "ERR_AHE": 1 << 12, "ERR_ALE": 1 << 11}
-"""Bits of ERROR_CONFIG that let them into results; eight bits below each is the one that lets it into STATUS and INTB,
-where bit 0 lets the finished scan (7.6.27).
+"""Bits of ERROR_CONFIG that report errors in results.
+
+The bit eight places below each reports the error in STATUS and INTB. Bit 0 reports a finished scan there (7.6.27).
 """
 
 ERROR_CHANNEL, DATA_READY, UNREAD = 14, 1 << 6, 1 << 3
-"""STATUS: where ERR_CHAN begins; a finished scan; an unread result of channel 0, those of 1 to 3 one bit below each."""
+"""STATUS: lowest bit of ERR_CHAN, finished scan, and unread result of channel 0.
+
+The bits of channels 1 to 3 are one bit lower each.
+"""
 
 
 def data_addresses(channel: int, words: int) -> tuple[int, ...]:
-    """Addresses of a channel's result of one or two registers (7.6.2 and on)."""
+    """Return the addresses of a channel's result of one or two registers (7.6.2 and following)."""
     return tuple(2 * channel + word for word in range(words))
 
 
 def said_of_results(bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
-    """What the header says of results: 0 and all ones are their ends, and ERROR_CONFIG lets flags into them."""
+    """Return the header's text on results: their range, and the flags that ERROR_CONFIG enables."""
     digits = -(-bits // 4)
     under, over = f"0x{0:0{digits}X}", f"0x{2**bits - 1:0{digits}X}"
     if len(words) > 1:
@@ -78,7 +87,7 @@ def said_of_results(bits: int, words: tuple[str, ...], results_by: str, errors_b
 
 
 def deglitch(highest_sensor_frequency: float) -> int:
-    """DEGLITCH field: the narrowest input filter above the highest sensor frequency (Hz).
+    """Return the DEGLITCH field: the narrowest input filter above the highest sensor frequency (Hz).
 
     0b111 is 33 MHz by MUX_CONFIG's field and its reset value; 0b011 in the tables of 8.1.7 is a misprint.
     """
@@ -86,7 +95,7 @@ def deglitch(highest_sensor_frequency: float) -> int:
 
 
 def mux_config(channels: int, highest_sensor_frequency: float) -> int:
-    """MUX_CONFIG: one channel converts continuously; two, three or four are scanned in turn (channels 0 up)."""
+    """Return MUX_CONFIG: continuous conversion of one channel, or a scan of two, three or four channels from 0."""
     scan = 0 if channels == 1 else 1 << 15 | (channels - 2) << 13
     return scan | _MUX_RESERVED | deglitch(highest_sensor_frequency)
 
@@ -98,11 +107,25 @@ def registers(
     high_current: bool = False,
     output_gain: int | None = None,
 ) -> tuple[Register, ...]:
-    """Every register to write after reset, in order; CONFIG comes last, because it wakes the device (8.2.5).
+    """Return every register to write after reset, in order. CONFIG comes last, because it wakes the device (8.2.5).
 
-    `channels` are channels 0 up, one to four; `highest_sensor_frequency` is in Hz, over all channels and states;
-    `output_gain` is the code of OUTPUT_GAIN, None for a converter without. Raises ValueError where a setting does not
-    fit its field, or for the high-current drive with several channels.
+    Parameters
+    ----------
+    channels
+        Settings of one to four channels, from channel 0.
+    highest_sensor_frequency
+        Highest frequency (Hz) of all channels in all states.
+    external_clock
+        Whether the converter uses the clock at CLKIN.
+    high_current
+        Whether to use the high-current drive of a single channel.
+    output_gain
+        Code of OUTPUT_GAIN. None for a converter without this field.
+
+    Raises
+    ------
+    ValueError
+        if a setting does not fit its field, or for the high-current drive with several channels.
     """
     count = _within("channels", len(channels), 1, MOST_CHANNELS)
     if high_current and count > 1:
@@ -128,8 +151,9 @@ def registers(
 
 
 def _of_channel(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
-    """RCOUNT, OFFSET, SETTLECOUNT, CLOCK_DIVIDERS (FIN_DIVIDER in bits 15:12, FREF_DIVIDER in 9:0) and DRIVE_CURRENT
-    (the code in bits 15:11) of a channel.
+    """Return the registers of a channel: RCOUNT, OFFSET, SETTLECOUNT, CLOCK_DIVIDERS and DRIVE_CURRENT.
+
+    CLOCK_DIVIDERS has FIN_DIVIDER in bits 15:12 and FREF_DIVIDER in 9:0. DRIVE_CURRENT has the code in bits 15:11.
     """
     divider = _within("FIN_DIVIDER", channel.input_divider, 1, 15)
     reference = _within("FREF_DIVIDER", channel.reference_divider, 1, 1023)

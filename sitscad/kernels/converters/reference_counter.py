@@ -1,7 +1,7 @@
-"""Conversion of TI's multi-channel inductance converters (LDC1312 to LDC1614): a tank's frequency is compared with a
-reference clock over RCOUNT times 16 of its periods.
+"""Conversion of TI's multi-channel inductance converters (LDC1312 to LDC1614).
 
-Sections are those of the data sheet SNOSCY9A if no other is named. SI units throughout.
+The converter compares a tank's frequency with a reference clock over 16 RCOUNT periods of this clock. Section numbers
+refer to data sheet SNOSCY9A if no other is named. SI units throughout.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ASKED: Mapping[str, RowForm] = {
     "read_back_four_channels": RowForm("s", 1e-7, 1.0),
     "noise_steps": RowForm("1", 0.0, 1e3),
 }
-"""Rows that a family of such converters has in its figures."""
+"""Rows that a family of these converters must have in its figures."""
 
 SETTINGS = (
     Quantity("reference_frequency_Hz", "reference frequency f_REF"),
@@ -41,7 +41,7 @@ SETTINGS = (
     Quantity("rcount", "RCOUNT"),
     Quantity("settle_count", "SETTLECOUNT"),
 )
-"""Settings of such a converter, as results name them."""
+"""Settings of these converters, as named in results."""
 
 MAX_COUNT = 0xFFFF
 """Largest RCOUNT and SETTLECOUNT: the registers have 16 bits."""
@@ -50,13 +50,16 @@ MAX_INPUT_DIVIDER = 15
 """Largest FIN_DIVIDER: its field has 4 bits."""
 
 REGISTER_BITS = 49.0
-"""Bits that reading a register takes over I2C: five frames of nine bits each plus start, repeated start, stop and
-bus-free time, which is what the 4.08 kSPS at 400 kHz of a result in two registers come to (figure 12, 6.5).
+"""Bit times of reading a register over I2C.
+
+Five frames of nine bits each, plus start, repeated start, stop and bus-free time. This number reproduces the 4.08 kSPS
+at 400 kHz of a result in two registers (figure 12, 6.5).
 """
 
 FREE_PART = 0.5
-"""Part of a result's range that the expected frequencies may take, in its middle. The rest is for loads beside those
-of the states.
+"""Fraction of a result's range, in its middle, that the expected frequencies may use.
+
+The rest is for loads beyond the loads in the states.
 """
 
 
@@ -64,18 +67,20 @@ of the states.
 
 
 def reference_divider(device: ConverterPart, clock: float, channels: int, external: bool = True) -> int:
-    """FREF_DIVIDER for a clock (Hz): the smallest that brings f_REF within its limit for that many active channels.
+    """Return FREF_DIVIDER: the smallest that brings f_REF within its limit.
 
-    For several converters with one divider give the fewest channels of any: a single channel has the lowest limit.
+    `clock` is in Hz. The limit depends on the number of active `channels` and is lowest for a single channel. For
+    several converters with one divider, give the smallest number of channels.
     """
     source = "single" if channels == 1 else "multi_external" if external else "multi_internal"
     return max(1, math.ceil(clock / device.limit(f"reference_{source}_max") - 1e-9))
 
 
 def input_divider(device: ConverterPart, sensor_frequency: float, reference_frequency: float = 40e6) -> int:
-    """FIN_DIVIDER: the smallest with f_IN < f_REF/4, at least 2 from 8.75 MHz. Frequencies in Hz.
+    """Return FIN_DIVIDER: the smallest with f_IN < f_REF/4, and at least 2 from 8.75 MHz. Frequencies are in Hz.
 
-    May exceed `MAX_INPUT_DIVIDER`: then no setting counts the frequency (`ReferenceCounter.highest_frequency`).
+    The result may exceed `MAX_INPUT_DIVIDER`: then no setting counts the frequency
+    (`ReferenceCounter.highest_frequency`).
     """
     ceiling = device.limit("input_to_reference_max") * reference_frequency
     divider = math.floor(sensor_frequency / ceiling * (1.0 + 1e-12)) + 1
@@ -88,31 +93,31 @@ def input_divider(device: ConverterPart, sensor_frequency: float, reference_freq
 def settle_count(
     device: ConverterPart, quality_factor: float, reference_frequency: float, sensor_frequency: float
 ) -> int:
-    """Smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3."""
+    """Return the smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3."""
     needed = math.ceil(quality_factor * reference_frequency / (16.0 * sensor_frequency) - 1e-9)
     return min(MAX_COUNT, max(int(device.limit("settle_count_min")), needed))
 
 
 def settle_periods(count: int) -> float:
-    """Reference periods for the amplitude to settle: 16 SETTLECOUNT (8.1.4.1); 32 for 0 and 1."""
+    """Return the reference periods for the amplitude to settle: 16 SETTLECOUNT (8.1.4.1); 32 for 0 and 1."""
     return max(2, count) * 16.0
 
 
 def conversion_periods(rcount: int) -> float:
-    """Reference periods of one conversion: 16 RCOUNT + 4 (8.1.4)."""
+    """Return the reference periods of one conversion: 16 RCOUNT + 4 (8.1.4)."""
     return 16.0 * rcount + 4.0
 
 
 def switch_time(device: ConverterPart, reference_frequency: float) -> float:
-    """Typical time (s) from one channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4)."""
+    """Return the typical time (s) from a channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4)."""
     return device.limit("switch_delay") + 5.0 / reference_frequency
 
 
 def scan_time(device: ConverterPart, rcount: int, count: int, reference_frequency: float, channels: int) -> float:
-    """Time (s) of one scan of `channels` channels that are set the same, with a SETTLECOUNT of `count`.
+    """Return the time (s) of one scan of `channels` channels with equal settings and SETTLECOUNT `count`.
 
-    One channel alone converts without settling again (figure 54); the switch delay stands in for the pause between
-    two conversions, which TI does not state.
+    A single channel converts without settling again (figure 54). TI does not state the pause between two conversions,
+    and the switch delay is used for it.
     """
     conversion = conversion_periods(rcount) / reference_frequency
     if channels == 1:
@@ -124,10 +129,10 @@ def scan_time(device: ConverterPart, rcount: int, count: int, reference_frequenc
 def reference_count(
     device: ConverterPart, scan_rate: float, count: int, reference_frequency: float, channels: int
 ) -> int:
-    """Largest RCOUNT whose scans of `channels` channels come at least `scan_rate` (Hz) times a second.
+    """Return the largest RCOUNT with at least `scan_rate` (Hz) scans of `channels` channels per second.
 
-    Kept within its least and 0xFFFF: at the lower end the wanted rate is not reached, at the upper end it is
-    exceeded; `scan_time` tells.
+    RCOUNT is limited to its smallest value and 0xFFFF. At the lower limit the wanted rate is not reached, at the upper
+    limit it is exceeded: see `scan_time`.
     """
     overhead = scan_time(device, 0, count, reference_frequency, channels) / channels
     periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
@@ -135,12 +140,15 @@ def reference_count(
 
 
 def read_back_time(device: ConverterPart, channels: int) -> float:
-    """Time (s) to read the results of some channels over I2C at its fastest clock."""
+    """Return the time (s) to read the results of some channels over I2C at its fastest clock."""
     return channels * len(device.result_words) * REGISTER_BITS / device.limit("serial_clock_max")
 
 
 def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
-    """Time (s) to read some channels at that clock by the maker's more hopeful figure: fewer bits than it shows."""
+    """Return that time (s) by the manufacturer's more optimistic figure.
+
+    The figure implies fewer bits than the manufacturer shows.
+    """
     return channels * device.limit("read_back_four_channels") / 4.0
 
 
@@ -148,35 +156,43 @@ def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
 
 
 def amplitude(parallel_resistance: float, current: float) -> float:
-    """Peak voltage across the tank: V_P = 4 R_P I / pi (8.1.5), R_P in ohm, I the peak (A) of a square wave."""
+    """Return the peak voltage (V) across the tank: V_P = 4 R_P I / pi (8.1.5).
+
+    R_P is in ohm. I is the peak (A) of a square wave.
+    """
     return 4.0 * parallel_resistance * current / math.pi
 
 
 def counting_noise(noise_steps: float, frequency: float, rcount: int) -> float:
-    """Standard deviation (Hz) of a conversion of a frequency (Hz), as measured sensors have it: some steps of half a
-    reference period in 16 RCOUNT of them, so 3.3 ppm at RCOUNT 9471.
+    """Return the standard deviation (Hz) of a conversion of a frequency (Hz), as in measured sensors.
+
+    It is `noise_steps` steps. A step is half a reference period in the 16 RCOUNT periods of a conversion: 3.3 ppm at
+    RCOUNT 9471.
     """
     return noise_steps * frequency / (32.0 * rcount)
 
 
 def gains(device: ConverterPart) -> tuple[int, ...]:
-    """Bits by which a result is shifted to the left before its upper bits are dropped, by the code of OUTPUT_GAIN."""
+    """Return the left shifts (bits) of a result before its upper bits are dropped, by code of OUTPUT_GAIN."""
     return tuple(map(int, numbers(device.family, "output_gains")))
 
 
 def count_bits(device: ConverterPart) -> int:
-    """Bits of a conversion, of which the result shows all or some."""
+    """Return the number of bits of a conversion. The result shows all of these bits or some."""
     return device.bits + max(gains(device))
 
 
 def choose_gain(
     device: ConverterPart, full_scale: float, bands: Sequence[tuple[float, float]]
 ) -> tuple[int, tuple[int, ...]]:
-    """The code of OUTPUT_GAIN and the offset of each coil with the finest results whose range has the expected
-    frequencies, `bands` (Hz; lowest and highest of each coil). 0 and none for a converter without gains.
+    """Return the code of OUTPUT_GAIN and the offset of each coil with the finest results that cover all `bands`.
 
-    The upper bits of a conversion that a result does not show have to be the same for all (SNOSCZ0A 8.1.3.2): the
-    offset brings the middle of a band to the middle of the result. As f_IN stays below f_REF/4 all fits without gain.
+    `bands` (Hz) are the lowest and highest expected frequency of each coil. Returns 0 and no offsets for a converter
+    without gains.
+
+    The upper bits of a conversion that a result does not show have to be equal for all frequencies (SNOSCZ0A 8.1.3.2).
+    The offset therefore moves the middle of a band to the middle of the result's range. Without gain every frequency
+    fits, because f_IN stays below f_REF/4.
     """
     bits = gains(device)
     if len(bits) == 1:
@@ -198,10 +214,10 @@ def choose_gain(
 
 @record
 class ReferenceCounter(Conversion):
-    """Settings of such a converter. A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`.
+    """Settings of one of these converters. A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`.
 
-    A result of fewer bits shows a part of a conversion: `gain` is the code of OUTPUT_GAIN, `coil_offsets` are what is
-    taken off before, for each coil. Both are 0 or empty if a result shows all.
+    A result of fewer bits shows a part of a conversion: `gain` is the code of OUTPUT_GAIN, and `coil_offsets` are
+    subtracted before, for each coil. They are 0 and empty if a result shows whole conversions.
     """
 
     reference_frequency: float
@@ -223,11 +239,11 @@ class ReferenceCounter(Conversion):
         return float(self.full_scale / 2.0**self.count_bits)
 
     def counting_step(self, frequency: float) -> float:
-        """Step (Hz) of a counted frequency: one reference period in 16 RCOUNT of them. Derived here, not TI's."""
+        """Return the step (Hz) of a counted frequency: one reference period in 16 RCOUNT. Derived here, not TI's."""
         return frequency / (16.0 * self.rcount)
 
     def counting_noise(self, frequency: float) -> float:
-        """Standard deviation (Hz) of one conversion."""
+        """Return the standard deviation (Hz) of one conversion."""
         return counting_noise(self.device.limit("noise_steps"), frequency, self.rcount)
 
     @property
@@ -257,28 +273,28 @@ class ReferenceCounter(Conversion):
 
     @property
     def highest_frequency(self) -> float:
-        """Frequency (Hz) below which f_IN is below f_REF/4, and that needs no larger FIN_DIVIDER (table 43)."""
+        """Frequency (Hz) up to which f_IN is below f_REF/4 and no larger FIN_DIVIDER is needed (table 43)."""
         ceiling = self.device.limit("input_to_reference_max") * self.reference_frequency
         if self.input_divider < 2:
             return min(ceiling, self.device.limit("input_divider_2_from"))
         return ceiling * min(self.input_divider, MAX_INPUT_DIVIDER)
 
     def slowest_clock(self, frequency: float) -> float | None:
-        """Slowest reference clock (Hz) at which the largest FIN_DIVIDER is enough for a frequency (Hz)."""
+        """Return the slowest reference clock (Hz) at which the largest FIN_DIVIDER suffices for a frequency (Hz)."""
         return frequency / (self.device.limit("input_to_reference_max") * MAX_INPUT_DIVIDER)
 
     def supply_current(self, drive: float) -> float:
-        """Current (A) from VDD while converting without pause: I_DD and the drive current (A) for the time it flows.
+        """Return the current (A) from VDD without pause: I_DD, plus the drive current (A) for the time of drive.
 
-        I_DD does not include the sensor's (6.5); a sensor is driven while its channel settles and converts, and
-        grounded while the next is switched in (8.1.5.1). TI's typical curves lie about 0.5 mA below such a sum.
+        I_DD does not include the sensor's current (6.5). A sensor is driven while its channel settles and converts, and
+        grounded while the next channel is switched in (8.1.5.1). TI's typical curves lie about 0.5 mA below this sum.
         """
         driven = self.settle_time + self.conversion_time
         duty = 1.0 if self.channels == 1 else driven / (driven + self.switch_time)
         return self.device.limit("supply_current") + duty * drive
 
     def covering(self, bands: Sequence[tuple[float, float]]) -> ReferenceCounter:
-        """Settings with the input divider, the gain and the offsets that the expected frequencies need."""
+        """Return settings with the input divider, gain and offsets that the expected frequencies need."""
         highest = (input_divider(self.device, high, self.reference_frequency) for _, high in bands)
         divider = max(self.input_divider, *highest)
         gain, offsets = choose_gain(self.device, divider * self.reference_frequency, bands)
@@ -293,17 +309,17 @@ class ReferenceCounter(Conversion):
 
     @property
     def shift(self) -> int:
-        """Bits at a conversion's end that its result does not show."""
+        """Number of low bits of a conversion that its result does not show."""
         return self.count_bits - self.device.bits - gains(self.device)[self.gain]
 
     @property
     def counts_per_step(self) -> int:
-        """Counts between two results that follow each other."""
+        """Counts between two successive results."""
         return 1 << self.shift
 
     @property
     def offsets(self) -> tuple[int, ...]:
-        """Counts taken from each coil's conversions."""
+        """Counts subtracted from each coil's conversions."""
         return self.coil_offsets
 
     @property
@@ -313,25 +329,25 @@ class ReferenceCounter(Conversion):
 
     @property
     def result_settings(self) -> Mapping[str, Any]:
-        """Code of OUTPUT_GAIN and the offsets. Empty if results show all."""
+        """Code of OUTPUT_GAIN and the offsets. Empty if results show whole conversions."""
         return {"output_gain": self.gain, "offsets": list(self.offsets)} if self.is_partial else {}
 
     @property
     def result_text(self) -> str:
-        """Which part of a conversion results show. Empty if they show all."""
+        """Text on the part of a conversion that results show. Empty if they show whole conversions."""
         if not self.is_partial:
             return ""
         step, gain = show(self.result_step, "Hz", 3), 2 ** gains(self.device)[self.gain]
         return f"{self.device.bits} of {self.count_bits} bits, a step of {step} (gain {gain})"
 
     def part(self, coils: slice) -> ReferenceCounter:
-        """The settings as some of the sensor's coils have them."""
+        """Return the settings for some of the sensor's coils."""
         return replace(self, coil_offsets=self.coil_offsets[coils])
 
     # ------------------------------------------------------------------------------------------------------ firmware
 
     def firmware_text(self, clock: float) -> FirmwareText:
-        """Wording of this conversion for the firmware's header, with a clock (Hz)."""
+        """Return the text on this conversion for the firmware's header, with a clock (Hz)."""
         result = "COUNTS" if self.is_partial else "DATA"
         return FirmwareText(
             clock=f"Clock f_CLK {show(clock, 'Hz')} at CLKIN; FREF_DIVIDER {self.reference_divider} makes of it f_REF "
@@ -351,7 +367,7 @@ class ReferenceCounter(Conversion):
     def registers(
         self, coils: slice, codes: Sequence[int], highest_frequency: float, high_current: bool
     ) -> tuple[Register, ...]:
-        """Registers of the converter that reads `coils` of the sensor, in the order of writing."""
+        """Return the registers of the converter that reads `coils` of the sensor, in the order of writing."""
         channels = tuple(
             ChannelSettings(self.rcount, self.settle_count, self.input_divider, self.reference_divider, code, offset)
             for code, offset in zip(codes, self.offsets[coils] or (0,) * len(codes), strict=True)
@@ -362,7 +378,7 @@ class ReferenceCounter(Conversion):
 
 
 def set_up(device: ConverterPart, demand: Demand) -> ReferenceCounter:
-    """Dividers and counts for all tanks: the longest conversions that reach the wanted scan rate."""
+    """Return dividers and counts for all tanks: the longest conversions that reach the wanted scan rate."""
     divider = reference_divider(device, demand.clock, demand.fewest)
     reference = demand.clock / divider
     settling = max(settle_count(device, quality, reference, frequency) for frequency, quality in demand.tanks)

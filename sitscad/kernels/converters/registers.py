@@ -1,5 +1,6 @@
-"""What is written into a converter, and what a module of registers must have: it stands in this room, and the row
-``register_map`` of a family's figures names it.
+"""Register settings of converters, and the names that a register module must define.
+
+Register modules are in this folder. The row ``register_map`` of a family's figures names the module.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from sitscad.kernels.converters.figures import family_module, names_of
 
 @record
 class ChannelSettings:
-    """The settings of one channel; `offset` is taken from its conversions where results show a part of them."""
+    """Settings of one channel.
+
+    `offset` is subtracted from its conversions if results show only a part of a conversion.
+    """
 
     rcount: int
     settle_count: int
@@ -25,7 +29,7 @@ class ChannelSettings:
 
 @record
 class Register:
-    """One 16-bit write: address, name, value and what it sets."""
+    """Write of one 16-bit register: address, name, value and meaning."""
 
     address: int
     name: str
@@ -35,11 +39,22 @@ class Register:
 
 @record
 class FirmwareText:
-    """Wording of a conversion for the firmware's header.
+    """Text on a conversion for the firmware's header.
 
-    `clock` is a sentence about the clock; `frequency` the formula of the sensor's frequency; `constants` the numbers in
-    it by name; `keys` the settings that the JSON has. `part` has the sizes of results that show a part of a conversion,
-    by their JSON keys, and `part_by` the registers that choose it.
+    Attributes
+    ----------
+    clock
+        Sentence about the clock.
+    frequency
+        Formula of the sensor's frequency.
+    constants
+        Names and values of the numbers in the formula.
+    keys
+        JSON keys of the settings to state.
+    part
+        Sizes of results that show a part of a conversion, by JSON key.
+    part_by
+        Names of the registers that choose this part.
     """
 
     clock: str
@@ -51,11 +66,11 @@ class FirmwareText:
 
 
 class RegisterMap(Protocol):
-    """A module of registers: every name below is one of its own.
+    """Names that a register module must define.
 
-    ``MANUFACTURER_ID``, ``DEVICE_ID`` and ``STATUS`` are addresses, ``MANUFACTURER`` what the first of them holds.
-    ``DATA_FLAGS`` are the error flags in the upper or only register of a result by name: mask and meaning.
-    ``ORDER`` says in the header of the firmware what is to be known of the order of writing.
+    ``MANUFACTURER_ID``, ``DEVICE_ID`` and ``STATUS`` are addresses. ``MANUFACTURER`` is the content of register
+    MANUFACTURER_ID. ``DATA_FLAGS`` are the error flags in the upper or only register of a result, by name: mask and
+    meaning. ``ORDER`` is the firmware header's text on the order of writing.
     """
 
     MANUFACTURER_ID: int
@@ -66,7 +81,7 @@ class RegisterMap(Protocol):
     ORDER: str
 
     def data_addresses(self, channel: int, words: int) -> tuple[int, ...]:
-        """Addresses of a channel's result of so many registers, the upper one first."""
+        """Return the addresses of a channel's result of `words` registers, the upper register first."""
 
     def registers(
         self,
@@ -76,19 +91,24 @@ class RegisterMap(Protocol):
         high_current: bool = False,
         output_gain: int | None = None,
     ) -> tuple[Register, ...]:
-        """Every register to write after reset, in order; ValueError where a setting does not fit its field. The
-        frequency is in Hz; `output_gain` is None for a converter whose results show all of a conversion.
+        """Return every register to write after reset, in order.
+
+        The frequency is in Hz. `output_gain` is None for a converter whose results show whole conversions. Raises
+        ValueError if a setting does not fit its field.
         """
 
     def said_of_results(self, bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
-        """What the header says of results beside their bits, in lines: what their ends mean and when flags rise.
-        `words` name the registers of a result, and what comes by which part of the data sheet is given.
+        """Return the header's text on results, in lines: their range, and the conditions of the flags.
+
+        `bits` is the size of a result. `words` name the registers of a result. `results_by` and `errors_by` cite the
+        data sheet on results and on errors.
         """
 
 
 class DriverRegisters(RegisterMap, Protocol):
-    """What the driver's twin in Python (``apps/hardware/bench_board.py``) takes of a module beside: addresses, and the
-    bit of STATUS for an unread result of channel 0.
+    """Further names that the driver's Python counterpart (``apps/hardware/bench_board.py``) needs of a module.
+
+    They are addresses, and the bit of STATUS for an unread result of channel 0.
     """
 
     RESET_DEV: int
@@ -98,5 +118,5 @@ class DriverRegisters(RegisterMap, Protocol):
 
 
 def register_map(name: str) -> RegisterMap:
-    """A module of registers of this room. Raises `DataError` where there is none, or it lacks a name."""
+    """Return a register module of this folder. Raises `DataError` if there is none, or if it lacks a name."""
     return cast(RegisterMap, family_module("register_map", name, names_of(RegisterMap)))

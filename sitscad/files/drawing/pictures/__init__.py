@@ -1,1 +1,1 @@
-"""Pictures of board and assembly, drawn with the vocabulary of sheets."""
+"""Pictures of board and assembly, drawn on sheets."""
