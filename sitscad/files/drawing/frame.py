@@ -31,9 +31,9 @@ TEXT = 2.6
 SMALLEST = 1.5  # Letters that can still be read on paper (mm)
 INDENT = 3.0  # Indent of a paragraph's lines after the first (mm)
 SUBSTITUTE = 1.08
-"""Largest ratio of a text's width in a substitute font to its width in Helvetica.
+"""Allowance for texts in a substitute font, over their width in Helvetica.
 
-SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, 1.07 was measured.
+SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, a ratio of 1.07 was measured.
 """
 
 

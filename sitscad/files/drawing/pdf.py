@@ -75,7 +75,7 @@ def _items(items: Iterable[Item]) -> Iterator[bytes]:
 
 
 def _label(label: Label) -> Iterator[bytes]:
-    """Yield the PDF commands that write a text, after those of its halo."""
+    """Yield the PDF commands that write a text. Its halo is written first."""
     width = text_width(label.text, label.size)
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))

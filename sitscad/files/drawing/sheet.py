@@ -104,9 +104,9 @@ Item = Union[Shape, Label, Group]  # noqa: UP007  (the alias is used before it i
 class Sheet:
     """Items in the order of drawing.
 
-    Lengths are millimetres on paper. If ``unit`` is empty, they are pixels on a screen, those of pens, shapes and
-    labels included. ``decimals`` is the number of decimals of coordinates in files. If ``ground`` is None, the sheet
-    has no background of its own.
+    Lengths are millimetres on paper. If ``unit`` is empty, all lengths are pixels on a screen, also in pens, shapes and
+    labels. ``decimals`` is the number of decimals of coordinates in files. If ``ground`` is None, the sheet has no
+    background of its own.
     """
 
     title: str

@@ -54,7 +54,7 @@ def header(
 def program(cell: int | None = None) -> bytes:
     """Return the C source of a program that converts counts to newtons with a map's header.
 
-    With `cell`, names are those of the header of this cell.
+    With `cell`, it uses the names in the header of this cell.
     """
     return _of_cell(PROGRAM, cell).encode("ascii")
 

@@ -1,9 +1,14 @@
 """STEP files (AP214) of mount and jaw, and of the whole assembly with names and colours, as repeatable bytes.
 
-OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
-``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and line breaks, whose places depend
-on counter and numbers. Shapes and names are taken from OpenCASCADE (parts through build123d, the assembly through
-cadquery). Header, counter and colours are written here. Every entity is on one line, and zeros are written as ``0.``.
+OpenCASCADE writes four things that change from run to run:
+
+* the time in the header,
+* a process-wide counter in ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``,
+* the order of the colours (a hash of addresses),
+* line breaks, whose places depend on counter and numbers.
+
+Shapes and names are taken from OpenCASCADE (parts through build123d, the assembly through cadquery). Header, counter
+and colours are written here. Every entity is on one line, and zeros are written as ``0.``.
 """
 
 from __future__ import annotations

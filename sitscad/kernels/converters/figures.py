@@ -240,7 +240,7 @@ def _families() -> tuple[str, ...]:
 def cited_alone(family: str, text: str) -> str:
     """Return a text that cites all families (`source_in_all`), reduced to the sources of one family.
 
-    If the family has none of the cited figures, returns the source of its conversion.
+    If no cited figure belongs to the family, the text is the source of its conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
     others = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))

@@ -413,7 +413,7 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
 def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
     """Return the meshes moved apart along z, each clear of the mesh before it.
 
-    Consecutive meshes of equal role and height (pieces of cells) are moved together.
+    Consecutive meshes of equal role and base height (parts of cells) are moved together.
     """
     depth = max(float(m.vertices[:, 1].max() - m.vertices[:, 1].min()) for _, m in meshes)
     gap, top, found, lift, before = 0.3 * depth, None, [], 0.0, None

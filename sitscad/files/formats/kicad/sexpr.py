@@ -47,7 +47,7 @@ def quoted(text: str) -> str:
 
 
 def identity(*names: object) -> str:
-    """Return ``(uuid "...")`` from stable names. It is equal in every build."""
+    """Return ``(uuid "...")`` from stable names. Equal names give an equal UUID in every build."""
     return f'(uuid "{uuid_of(*names)}")'
 
 
@@ -190,7 +190,7 @@ def _copper(name: str, thickness: float) -> str:
 
 
 def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
-    """Return all layers outside the outermost copper as one mask layer. Its thickness is 0 if there are none."""
+    """Return a single mask layer for all layers outside the outermost copper. Its thickness is 0 if there are none."""
     thickness = sum(layer.thickness for layer in layers)
     children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})", f"(thickness {length(thickness)})"]
     if layers:
@@ -202,7 +202,7 @@ def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
 
 
 def _dielectric(number: int, layers: Sequence[StackLayer]) -> str:
-    """Return the layers between two copper layers as one node."""
+    """Return a single node for all layers between two copper layers."""
     kind = "prepreg" if any(layer.material == BOND for layer in layers) else "core"
     children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})"]
     if not layers:
