@@ -155,7 +155,7 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
 
 
 def explain(rule_id: str) -> str:
-    """Return the texts of a rule: what it checks, why, how to mend a violation, and the source of its limit.
+    """Return the texts of a rule: its summary, reason, remedy, and the source of its limit.
 
     Raises KeyError for an unknown rule.
     """

@@ -18,8 +18,8 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 def moments_told(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that the array cannot measure.
 
-    Coils on both sides of its axis are needed. A moment that gives the same reading as a required shear force cannot be
-    measured, too.
+    The array needs coils on both sides of the moment's axis. It cannot separate a moment from a shear force that
+    changes the readings in the same way, so a spec must not require both.
     """
     spec, asked = design.spec, design.spec.requirements
     if not any(asked.moments):

@@ -62,7 +62,7 @@ def judged(
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
     told = told or show(asked, unit, 3)
     if most.value > asked:
-        # metals and pads with more signal per newton; before them fewer scans if these help
+        # metals and pads with more signal per newton, after fewer scans if these help
         spec, hint = design.spec, RULE_TEXTS[rule]["mend"].rstrip(".")
         slower = (partial(slower_scans, spec, 1.1 * most.value / asked),) if slows else ()
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
@@ -148,7 +148,7 @@ def _unfelt(design: Design) -> Undecided:
 def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     """Turn a rule about estimated performance into a rule about a design.
 
-    The new rule is undecided if there is no performance, and at working points where the pad gives way.
+    The new rule is undecided if there is no performance, and at working points where the pad does not hold the target.
     """
 
     @wraps(rule)
@@ -406,9 +406,9 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
 
 
 def _against_tilt(asked: Requirements, axis: str) -> str:
-    """Return what helps against tilt that reads as force or moment along `axis`, without what the spec states.
+    """Return advice against tilt that reads as force or moment along `axis`, without remedies that the spec has.
 
-    A level target takes up moments, so a spec that asks for moments is not advised to keep it level.
+    A level target takes up moments, so the advice to keep it level is omitted if moments are required.
     """
     ways = [] if any(asked.moments) else ["a face that keeps the target level (rotation=held)"]
     ways.append("a calibration with the tilts of use")

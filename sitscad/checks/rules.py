@@ -28,7 +28,7 @@ ROUNDING = 1e-9
 class Violation:
     """A violation that a rule found, before the rule's texts are added.
 
-    ``severity`` and ``source`` override those of the rule. ``fixes`` are families of changes that may mend it, the best
+    ``severity`` and ``source`` override the rule's values. ``fixes`` are families of changes that may mend it, the best
     first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns it. ``keeps_limit``
     is set if ``measured`` is on the right side of the limit, but near to it.
     """

@@ -1,8 +1,8 @@
 """SIT314 to SIT316, SIT319, SIT329 to SIT331, SIT334, SIT335: mount, joint with the jaw, holes, tolerances and glue.
 
 The rules check that the mount's pieces, joint and holes can be made, that enough metal of the jaw remains, and that the
-board is supported. They also check glue on silicone, the distances of a bench plate's holes, tolerances against the
-sizes of parts, glue that sets too early, and glue on which a film does not cure.
+board is supported. They check the distances of a bench plate's holes, and tolerances against the sizes of parts. Three
+rules check glue: on silicone, glue that sets too early, and glue that keeps a film from curing.
 """
 
 from __future__ import annotations

@@ -296,7 +296,7 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger(
     spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[Family, ...]]:
-    """Return words and changes for a target as long as the distance of two coils, or as large as a coil."""
+    """Return text and changes for a target as long as the distance of two coils, or as large as a coil."""
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so", ()
@@ -473,7 +473,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
 def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, float] | None:
     """Return the change (H) of the coils' sum by half of the normal force, and of their difference by the shear force.
 
-    None if the pad gives way sideways under a force.
+    None if the pad yields sideways under a force.
     """
     import numpy as np
 

@@ -38,7 +38,7 @@ SLENDERNESS = 0.25
 """Ratio of thickness to width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level."""
 
 THICKNESS_GRAIN = 50e-6
-"""Step (m) of the thicknesses to try for a pad that gives way."""
+"""Step (m) of the thicknesses to try for a pad that yields sideways."""
 
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
@@ -85,9 +85,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
 
 
 def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
-    """Yield a note with the pad's compression at the temperature of use, if its modulus differs there.
+    """Yield a finding with the pad's compression at the temperature of use, if its modulus differs there.
 
-    All numbers are for a pad at 20 degrees Celsius.
+    All other numbers are for a pad at 20 degrees Celsius.
     """
     at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
@@ -109,7 +109,7 @@ def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> I
 def target_rotation(design: Design) -> Iterator[Verdict]:
     """Yield findings on the ratio of thickness to width of the pad under the target.
 
-    Slender pads let the target tilt, and give way under the force.
+    On a slender pad the target tilts easily, and the pad may yield sideways under the force.
     """
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
@@ -337,7 +337,7 @@ def target_gap(design: Design) -> Iterator[Verdict]:
 
 
 def target_bending(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the target bends too much where only a part of it is pressed.
+    """Yield a finding if the target bends too much under a contact smaller than the target.
 
     Bending is the additional travel of its middle against its edges.
     """
@@ -391,7 +391,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 
 
 def _part(pressed: elastomer.Compression) -> str:
-    """Return text that only a part of the pad is loaded. Empty if all of it is."""
+    """Return text that only a part of the pad is loaded. Empty if the whole pad is loaded."""
     if pressed.loaded_share >= LOADED:
         return ""
     cut = f", which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"

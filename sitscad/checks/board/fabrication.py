@@ -196,7 +196,7 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks narrower than the fabricator's smallest."""
     yield from _too_fine(design.spec, "trace_width", "tracks are {} wide", "wider")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
-    # Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason
+    # Tracks drawn narrower than the fabricator makes, if the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:

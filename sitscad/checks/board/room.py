@@ -110,7 +110,7 @@ FEWER = 2
 
 
 def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield coils farther apart (m) with other start angles."""
+    """Yield coils farther apart by `by` (m) with other start angles."""
     farther = moves.coils_apart(spec, by)
     yield from map(farther.with_also, moves.other_start_angles(farther.spec))
 

@@ -256,9 +256,9 @@ def _straight(design: Design) -> _Straight:
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """Yield a note on a special build: a tail of fewer layers than the body, or button plating.
+    """Yield a finding on a special build: a tail of fewer layers than the body, or button plating.
 
-    The note describes the plain build for comparison.
+    Its hint describes the plain build for comparison.
     """
     layout, spec = design.layout, design.spec
     last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
@@ -341,7 +341,9 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
 
 
 LONGEST_BAR = 1.5e-3
-"""Distance (m) from a contact's tip to the board's edge up to which a plating bar counts as drawn by default."""
+"""Largest distance (m) from a contact's tip to the board's edge at which a fabricator is assumed to add plating bars
+unasked.
+"""
 
 CLOSER_CUT = 2.0
 """Ratio of the usual cutting tolerance to the closer tolerance of the same fabricator.

@@ -155,7 +155,7 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
 
 
 def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
-    """Return line, columns and text of the value at which a finding points. None without a line."""
+    """Return line, columns and text of the value at which a finding points. None if the finding has no line."""
     if finding.line is None:
         return None
     column, text = finding.column or 1, spec.line(finding.line, finding.file)

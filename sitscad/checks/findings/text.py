@@ -2,8 +2,8 @@
 
 The short form prints findings that fail the command in full and warnings in one line. It counts the rest and names the
 option to see them. The full form has ``file:line:column rule severity message``, the line of the spec and the hint of
-every finding, every rule that was not checked with its reason, and every measured value. Rules are listed as text, as
-JSON and as a page.
+every finding. It also has every rule that was not checked with its reason, and every measured value. Rules are listed
+as text, as JSON and as a page.
 """
 
 from __future__ import annotations

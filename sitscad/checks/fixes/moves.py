@@ -139,7 +139,10 @@ def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield coils narrower by at least `by` (m), with the present turns or with as many as keep the inner width."""
+    """Yield coils narrower by at least `by` (m), with the present turns, then with fewer turns.
+
+    The fewer turns keep the present inner width.
+    """
     coil = spec.coil
     x, y = coil.size
     across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # rounded as written

@@ -17,7 +17,7 @@ from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4
-"""Number of sizes and pitches between the present one and the one with edges over the coils' middles."""
+"""Number of sizes and pitches to try, from the present value to the value with edges over the coils' middles."""
 
 
 def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
@@ -90,7 +90,7 @@ THICKNESSES = (1.25, 0.8, 1.5)
 
 
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield a scan rate lower by a factor, but not below what the bandwidth needs. Empty if this is no change."""
+    """Yield a scan rate lower by a factor, but high enough for the bandwidth. Empty if this is no change."""
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
     wanted = max(spec.readout.scan_rate / factor, least)
     digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)

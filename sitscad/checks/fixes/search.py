@@ -52,7 +52,7 @@ class Budget:
 
     @classmethod
     def of(cls, hints: str) -> Budget:
-        """Return the budget of a choice of HINTS. Raise ValueError for any other choice."""
+        """Return the budget for one of the choices `HINTS`. Raises ValueError for any other choice."""
         if hints not in LEVELS:
             raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
         return cls(*LEVELS[hints])
@@ -195,9 +195,8 @@ class Left:
     """Remaining problems of a changed design that was tried.
 
     ``broken`` are the finding's own rule if it still complains, and rules with new errors. ``brings`` are rules with
-    new warnings, which speaks against a change. ``worse`` are rules whose warnings get worse, which does not speak
-    against mending an error. ``gain`` is the factor by which the value of a remaining finding comes nearer to its
-    limit, 1 if unknown.
+    new warnings, a reason against the change. ``worse`` are rules whose warnings get worse, no reason against mending
+    an error. ``gain`` is the factor by which the value of a remaining finding comes nearer to its limit, 1 if unknown.
     """
 
     broken: tuple[str, ...] = ()

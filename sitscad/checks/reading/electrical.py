@@ -1,7 +1,7 @@
 """SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220: electrical values of the coils against limits.
 
-The values of every state are checked against what the converter can drive and measure. SIT216 checks the inductance of
-leads that run round their coil.
+The values of every state are checked against the limits of the converter. SIT216 checks the inductance of leads that
+run round their coil.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         yield from near_limit(worst, floor, "H", "inductance",
                               "a few more turns make it safe, where the coil has room for them", "coil.turns")
         return
-    growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
+    growth = floor / max(worst.value, 0.01 * floor)  # a coarse estimate can be near or below zero
     away = "" if is_short_alone(design, worst, "inductance", floor) else more_distance(design.spec)
     found = Violation(
         f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} the converter cannot "
@@ -72,7 +72,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         fixes=more_copper(design.spec, growth**0.5, growth),
         detail=_beside(design, worst, "inductance", floor, "H", 4),
     )
-    # a tank that is neither too fast nor too lossy for the converter shows that it sees such an inductance
+    # if the tank is neither too fast nor too lossy for the converter, the converter can measure this inductance
     state = next(coil.states[worst.state] for coil in design.estimates.coils if coil.name == worst.coil)
     is_slow = state.frequency <= limit("sensor_frequency_max")
     if worst.value > 0.0 and is_slow and state.parallel_resistance >= limit(_resistance_floor(design)):
@@ -100,7 +100,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     if worst is not None and worst.value > high:
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
-        # f = 1 / (2 pi sqrt(L C)), so the whole capacitance grows with the square of what the frequency is to fall by
+        # f = 1 / (2 pi sqrt(L C)), so the total capacitance grows with the square of the frequency ratio
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.spec.readout.device) if value >= wanted]
         yield Violation(
@@ -212,7 +212,10 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 
 
 def capacitor_sold(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the spec's tank capacitance is not sold as one part. Its hint names the nearest values."""
+    """Yield a finding if the spec's tank capacitance is not available as a single part.
+
+    Its hint names the nearest values.
+    """
     value = design.spec.readout.capacitance
     if value is None or (beside := neighbour_values(value))[0] == beside[1]:
         return
@@ -228,7 +231,10 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 
 
 def _distance_advice(design: Design, worst: Reading, attribute: str, limit: float) -> str:
-    """Advice for more distance from metal. If the coil misses the limit in free air, that distance does not mend it."""
+    """Return advice for more distance from metal.
+
+    If the coil misses the limit in free air, the text states that distance does not mend it.
+    """
     spec = design.spec
     if worst.state != FREE and is_short_alone(design, worst, attribute, limit):
         return "more distance from metal does not mend it: the coil misses the limit in free air, too"

@@ -169,7 +169,7 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
         return
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
-    # Q goes with the root of L/C: capacitors with which it would come to 10 or more, far from overdamped
+    # Q is proportional to sqrt(L/C): capacitors that raise Q to 10 or more, far from overdamped
     device = design.spec.readout.device
     below = [each for each in reversed(preferred_values(device)) if each <= now * (value / 10.0) ** 2]
     yield Violation(

@@ -46,8 +46,8 @@ Real noise is a few times larger. With 30 steps, a thirtieth of the required for
 LEAST_SHARE = 0.05
 """Least ratio of a coil's change to the largest change of all coils. Derived here.
 
-The error of the estimated target effect is 3 to 5 % of the change, so the sign of a smaller change is not certain. The
-coupling of neighbours and a shifted target add changes of this size, too.
+The error of the estimated target effect is 3 to 5 % of the change, so a smaller change may not exist. The coupling of
+neighbours and a shifted target add changes of this size, too.
 """
 
 
@@ -251,7 +251,7 @@ _MORE_CHANGE = (
 def _more_change(design: Design, steps: float) -> str:
     """Return advice for a larger change and for a finer step.
 
-    Longer conversions are advised only if the result's bits suffice for them.
+    Longer conversions are advised only if the result has enough bits for them.
     """
     conversion, device = design.estimates.readout.conversion, design.spec.readout.device
     states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
@@ -361,7 +361,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
     spec, force = design.spec, design.spec.requirements.shear_force
     assert force is not None
-    # only along axes (0: x, 1: y) on which the coils stand apart can the array tell shear
+    # the array can measure shear only along axes (0: x, 1: y) on which the coils have different positions
     centres = [placement.centre for placement in spec.array.placements]
     axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > ROUNDING]
     if not axes:

@@ -26,8 +26,8 @@ def _channel_sources(family: str | None = None) -> str:
 MOST_COUPLING = 2e-3
 """Coupling factor of coils of different converters from which on there is a warning.
 
-Tanks lock to each other if their frequencies differ by less than about half of it, which is about the difference by
-tolerances.
+Tanks pull each other's frequencies if these differ by less than half of the coupling factor. Tolerances separate them
+by about this much.
 """
 
 
