@@ -61,9 +61,9 @@ class Fitted:
 
 
 def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
-    """Return minimise the sum of squares of the residuals and of the values (Marquardt, SIAM J.
+    """Minimise the sum of squares of the residuals and of the values.
 
-    Appl. Math. 11, 1963).
+    The method is that of Marquardt (SIAM J. Appl. Math. 11, 1963).
 
     With whitened residuals, and values in prior standard deviations, these are the most likely values.
 

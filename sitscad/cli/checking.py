@@ -217,7 +217,7 @@ SUMMARY_LIMIT = 1_000_000
 
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
-    """Return append the page of a job, without pictures if it would be too long."""
+    """Append the page of a job, without pictures if it would be too long."""
     from sitscad.checks.findings.ci import job_summary
 
     checked = [each.checked for each in inspected]

@@ -64,7 +64,7 @@ def taken_points(
 
 
 def _asked(words: str) -> str:
-    """Return prompt the user and return the typed line."""
+    """Prompt the user and return the typed line."""
     click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
     # A blocking read loses a Ctrl-C just before it. On a terminal, wait with select first, then read
     is_typed = not (sys.stdin and sys.stdin.isatty() and os.name == "posix")

@@ -149,7 +149,7 @@ INTERVAL = 1.0 / 30.0
 
 @contextmanager
 def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) -> Iterator[Callable[[Scan], None]]:
-    """Return serve the live page until the context ends. Yield a function that shows a scan on the page.
+    """Serve the live page until the context ends. Yield a function that shows a scan on the page.
 
     The page computes newtons from the calibrations (paths of calibration.json). Raises ClickException if the server
     cannot listen.

@@ -68,7 +68,7 @@ DAY = 86_400.0  # Longest waiting or reading time of a command (s)
 
 
 def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
-    """Return activate the installed plugins, and the plugins in the named files."""
+    """Activate the installed plugins, and the plugins in the named files."""
     sitscad.use_installed_plugins()
     for file in files:
         sitscad.use_plugin(file)

@@ -76,7 +76,7 @@ _RENAME_EXCHANGE = 2
 
 @contextlib.contextmanager
 def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
-    """Return hold the package `parent/name` for one build and yield an empty staging folder beside it.
+    """Hold the package `parent/name` for one build and yield an empty staging folder beside it.
 
     Leftovers of killed builds are removed first. The staging folder is always removed afterwards.
 
@@ -124,7 +124,7 @@ _PARTIAL_MANIFEST = f"{MANIFEST}.new"
 
 
 def put_in_place(staged: Path, target: Path) -> Path | None:
-    """Return exchange the staged package for the target in one step, and remove the old package.
+    """Exchange the staged package for the target in one step, and remove the old package.
 
     Return the folder that now holds the old package's files that no build wrote (``NAME.kept-1``, 2, 3 ...). None if
     there are no such files. Files that KiCad left beside its project stay in place.
@@ -245,7 +245,7 @@ def _leftovers_of(name: str) -> re.Pattern[str]:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Return swap two folders in one step of the file system (Linux renameat2). False if that is not possible."""
+    """Swap two folders in one step of the file system (Linux renameat2). False if that is not possible."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError, TypeError):

@@ -298,7 +298,7 @@ def _render_aside(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
 ) -> None:
-    """Return render parts in the second process and send them.
+    """Render parts in the second process and send them.
 
     `forced` is passed so that the checks do not run again.
     """

@@ -80,7 +80,7 @@ class Board:
         return [(chip.read(self.at.MANUFACTURER_ID), chip.read(self.at.DEVICE_ID)) for chip in self.chips]
 
     def set_up(self) -> list[str]:
-        """Return reset, write and read back every register, CONFIG last.
+        """Reset, write and read back every register, CONFIG last.
 
         Return the names of registers with another value.
         """
@@ -156,7 +156,7 @@ class Board:
         return status
 
     def skip(self) -> None:
-        """Return discard results that arrived unread.
+        """Discard results that arrived unread.
 
         A converter holds only its newest result, so nothing is done here.
         """
@@ -234,7 +234,7 @@ class LineBoard(Board):
         }
 
     def skip(self) -> None:
-        """Return discard unread lines. Lines that did not fit into the port's buffer do not count as lost."""
+        """Discard unread lines. Lines that did not fit into the port's buffer do not count as lost."""
         for _ in range(DRAINED):
             if not self.port.in_waiting:
                 break
@@ -243,7 +243,7 @@ class LineBoard(Board):
         self.rest, self.is_first, self.sequence = b"", True, None
 
     def take(self, received: bytes) -> None:
-        """Return process bytes from the port."""
+        """Process bytes from the port."""
         *lines, self.rest = (self.rest + received).split(b"\n")
         for line in lines:
             self._take(line.strip())

@@ -73,7 +73,7 @@ class Registers:
         self.reset()
 
     def reset(self) -> None:
-        """Return reset the converter as after power-up: registers at their defaults, asleep."""
+        """Reset the converter as after power-up: registers at their defaults, asleep."""
         self.words = dict.fromkeys(range(128), 0) | at.AT_RESET | {at.DEVICE_ID: self.device.device_id}
         for channel in range(self.device.channels, at.MOST_CHANNELS):
             self.words[at.RCOUNT + channel] = 0
@@ -172,7 +172,7 @@ class Registers:
         self._begin(following, pause, self.is_scanning)
 
     def advance(self, nanoseconds: int) -> None:
-        """Return advance the time."""
+        """Advance the time."""
         end = self.time + nanoseconds
         while self.due <= end:
             self.time = self.due
@@ -182,7 +182,7 @@ class Registers:
     # --------------------------------------------------------------------------------------------------------- access
 
     def _hold(self) -> None:
-        """Return hold the value of STATUS until it is read (8.1.8)."""
+        """Hold the value of STATUS until it is read (8.1.8)."""
         if self.held is None:
             self.held = self.errors | (at.DATA_READY if self.ready else 0) | self.unread
 
@@ -345,7 +345,7 @@ class SimulatedConverter(Registers):
         super().__init__(device, design.spec.readout.clock, self._tank, steps, seed)
 
     def advance(self, nanoseconds: int) -> None:
-        """Return advance the time, with the faults that occur meanwhile."""
+        """Advance the time, with the faults that occur meanwhile."""
         end = self.time + nanoseconds
         self.silent = any(fault.name == "nack" and fault.at * 1e9 <= end for fault in self.faults)
         for fault in [each for each in self._resets if each.at * 1e9 <= end]:

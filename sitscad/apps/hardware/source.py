@@ -92,7 +92,7 @@ class Simulation(Source):
         return latest * 1e-9
 
     def wait(self, seconds: float) -> None:
-        """Return advance the simulated time, in real time if `paced`."""
+        """Advance the simulated time, in real time if `paced`."""
         for chip in self.chips:
             chip.advance(round(seconds * 1e9))
         if self.paced:

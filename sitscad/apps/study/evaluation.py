@@ -250,7 +250,7 @@ class Archive:
         self._starts[key.encode()] = self._write(_head(body) + body[1:] + b"\n")
 
     def _write(self, line: bytes) -> int:
-        """Return append a line and return its start, after any lines that another process has appended."""
+        """Append a line and return its start, after any lines that another process has appended."""
         self._stream.seek(0, io.SEEK_END)
         self._stream.write(line)
         self._stream.flush()

@@ -46,7 +46,7 @@ class Worker:
     told: Connection
 
     def end(self) -> None:
-        """Return end the process at once."""
+        """End the process at once."""
         self.process.kill()
         self.process.join()
         self.asked.close()
@@ -78,7 +78,7 @@ class Watch:
         self.stamps: dict[str, Stamp] = {path: None}
 
     def run(self, told: Told, until: Callable[[], bool] = lambda: False) -> None:
-        """Return watch until interrupted, or until `until` returns True.
+        """Watch until interrupted, or until `until` returns True.
 
         `told` is called with the revision, each event, and the last event of its stage.
         """

@@ -50,7 +50,7 @@ class _Later(ModuleType):
 
 
 def require(package: str) -> ModuleType:
-    """Return import a package of the extra.
+    """Import a package of the extra.
 
     Raises `MissingExtra` in one sentence if it is missing or cannot be loaded.
     """

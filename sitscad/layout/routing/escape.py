@@ -67,7 +67,7 @@ class SearchLimit:
         self._missing, self._since = coils, self.left
 
     def led_out(self, coils: int, of: int) -> None:
-        """Return record that a try has led out `coils` of `of` coils."""
+        """Record that a try has led out `coils` of `of` coils."""
         if of - coils < self._missing:
             self._missing, self._since = of - coils, self.left
 

@@ -25,7 +25,7 @@ GROUP = "sitscad.plugins"
 
 @checked_arguments
 def use_plugin(path: str | Path) -> Plugin:
-    """Return activate the plugin of a Python file. An unchanged plugin that is active already stays as it is.
+    """Activate the plugin of a Python file. An unchanged plugin that is active already stays as it is.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _digest(content: bytes) -> str:
 
 
 def use_installed_plugins() -> tuple[Plugin, ...]:
-    """Return activate all plugins that are installed with entry points in ``sitscad.plugins``, in order of their names.
+    """Activate all plugins that are installed with entry points in ``sitscad.plugins``, in order of their names.
 
     Raises PluginError if a plugin cannot be loaded.
     """
