@@ -45,7 +45,7 @@ DRAWN: tuple[type, ...] = (Coil, Winding, CoilPlacement, Trace, Via, Pad, Capaci
 
 
 def tables() -> str:
-    """The tables of attributes of `SensorSpec` and `Layout`, and of keys that are read elsewhere."""
+    """Return the tables of attributes of `SensorSpec` and `Layout`, and of keys that are read elsewhere."""
     parts = (
         ("Attributes of a spec", "Every key of [the format](spec.md) is an attribute under its own name, in SI units, "
          "unless the next table names it. A section that is left out is None.", _of_spec()),
@@ -79,7 +79,7 @@ def _of_spec() -> Iterator[tuple[str, ...]]:
 
 
 def _unit(kind: Kind) -> str:
-    """The SI unit of a quantity in brackets. Empty if the value is none."""
+    """Return the SI unit of a quantity in brackets. Empty if the value is none."""
     inner = getattr(kind, "other", kind)
     inner = getattr(inner, "entry", None) or inner
     inner = inner.length if isinstance(inner, Pair) else inner
@@ -125,7 +125,7 @@ def _properties(owner: type) -> Iterator[tuple[str, str]]:
 
 
 def _type(hint: Any) -> str:
-    """A type in words: ``tuple[Coil, ...]`` is "`Coil`, several"."""
+    """Describe a type in words: ``tuple[Coil, ...]`` is "`Coil`, several"."""
     inner = [one for one in get_args(hint) if one not in (type(None), Ellipsis)]
     if hint == tuple[float, float, float, float]:
         return "x0, y0, x1, y1 (m)"

@@ -24,7 +24,10 @@ linkcheck_ignore = [r"https://example\.org/.*"]
 
 
 def bare_values(app: Any, what: str, name: str, value: Any, options: Any, signature: str, result: str) -> Any:
-    """The heading of a class of values: its fields follow below, and are no arguments that a caller would write."""
+    """Return the heading of a class of values.
+
+    Its fields follow below, and are no arguments that a caller would write.
+    """
     return ("", result) if what in ("class", "exception") and signature else None
 
 

@@ -101,7 +101,7 @@ def _house(rules: DesignRules) -> tuple[str, ...]:
 
 
 def _in_coils(rules: DesignRules) -> str:
-    """The least track and gap of coiled tracks by the copper they are stated for, and whether they bind."""
+    """Return the least track and gap of coiled tracks by the copper they are stated for, and whether they bind."""
     rows = [(line.width, line.spacing, f" at {line.copper * 1e6:g} um") for line in rules.coil_lines]
     if not rows and rules.coil_trace_width is not None and rules.coil_trace_spacing is not None:
         rows = [(rules.coil_trace_width, rules.coil_trace_spacing, "")]

@@ -94,8 +94,9 @@ class Courses:
         return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
 
     def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
-        """Return fraction (n, 1) of strains (n,) within their pieces, and the four coefficients (n, 5) of the
-        pieces.
+        """Return the fraction (n, 1) of strains (n,) within their pieces, and the pieces' four coefficients.
+
+        Each coefficient is an array (n, 5).
         """
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
