@@ -15,7 +15,7 @@ from sitscad.basics.finding import Edit
 from sitscad.estimates.states import plate
 from sitscad.estimates.windings import losses
 from sitscad.kernels import solve_cache as solutions
-from sitscad.kernels.electromagnetics.metal import finite_plate
+from sitscad.kernels.electromagnetics.metal import finite_plate, near_metal
 from sitscad.kernels.mechanics import pad
 from sitscad.kernels.solve_cache import Solutions, keeping, read, solved
 from sitscad.package import building
@@ -60,7 +60,7 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
     monkeypatch.setattr(pad.BondedPad, "_posed", None)
     monkeypatch.setattr(plate, "SolvedTarget", None)
     monkeypatch.setattr(finite_plate, "_solved_changes", None)
-    monkeypatch.setattr(losses, "crowding_near_metal", None)
+    monkeypatch.setattr(near_metal, "crowding_near_metal", None)
     known = built(OTHER, tmp_path / "two")
     assert cache.read_bytes() == first, "nothing new, nothing written"
     monkeypatch.undo()

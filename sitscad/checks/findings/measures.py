@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, Quantity, Table, by_quantity, by_result, plus_minus
 from sitscad.basics.units import in_mm, show
-from sitscad.estimates.coil_estimates import CoilEstimate
 
 if TYPE_CHECKING:
     from sitscad.basics.check_results import Closing, Measure, RequirementResult, Signal
+    from sitscad.estimates.coil_estimates import CoilEstimate  # an unchanged build loads no estimates
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
