@@ -33,7 +33,8 @@ def test_a_page_is_what_the_program_shows(name):
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.more) if name == "templates" else name for name in sorted(BUILT)]
+    "name", [pytest.param(name, marks=pytest.mark.more) if name in ("examples", "templates") else name
+             for name in sorted(BUILT)],
 )
 def test_a_page_of_packages_is_what_the_program_shows(name):
     assert differences(name) == [], f"run python docs/pages.py {name}"

@@ -340,6 +340,7 @@ def test_finer_fabricators_are_named_whose_profiles_fit():
     assert any("no installed profile is as fine" in f.hint for f in check(finest, hints="none").findings)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     """SIT312 asked for a larger target and pad, which hung over the board: SIT307 made them smaller again. Sizes are

@@ -81,7 +81,7 @@ def two_layers(sense=1, cut=None, more=""):
     "section",
     [
         SPIRAL, {**TWO, "shape": "octagon", "turns": 10},
-        *(pytest.param(each, marks=pytest.mark.slow) for each in (
+        *(pytest.param(each, marks=(pytest.mark.slow, pytest.mark.more)) for each in (
             TWO, {**TWO, "layers": 4, "turns": 9, "stackup": "flex-4l"}, {**TWO, "shape": "square"},
             {**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {**TWO, "shape": "hexagon", "turns": 6},
             {**TWO, "turns": 3, "trace_width": "300 um", "trace_spacing": "300 um"},
@@ -99,7 +99,8 @@ def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_pa
         assert ours.resistance == approx(theirs.resistance, rel=1.5e-2, abs=0)
 
 
-@pytest.mark.parametrize("corners", [36, *(pytest.param(each, marks=pytest.mark.slow) for each in (72, 180))])
+@pytest.mark.parametrize(
+    "corners", [36, *(pytest.param(each, marks=(pytest.mark.slow, pytest.mark.more)) for each in (72, 180))])
 def test_chords_of_a_curve_are_computed_as_the_curve(corners, tmp_path):
     points = spiral_points(RADIUS, PITCH, TURNS, corners=corners)
     file = tmp_path / "board.kicad_pcb"

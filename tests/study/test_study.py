@@ -263,6 +263,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     assert "too small a yield: 1" in answer_text(answer)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_goal_that_nothing_decides_is_said(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
