@@ -43,9 +43,10 @@ FUNCTIONS = {
 }
 
 RESULTS = {
-    "Area", "BenchError", "BuildResult", "Calibration", "CentreLine", "CheckResult", "CurrentPath", "Estimates",
-    "Finding", "InverseMap", "Layout", "MissingExtra", "NoResponse", "NotChecked", "PartsError", "Performance",
-    "PluginError", "Response", "Rule", "SensorSpec", "Severity", "Solid", "Study", "Undecided", "Violation", "Writer",
+    "Area", "BenchError", "BuildResult", "Calibration", "CentreLine", "CheckResult", "CurrentPath", "DrawnCoil",
+    "Estimates", "Finding", "InverseMap", "Layout", "MissingExtra", "NoResponse", "NotChecked", "PartsError",
+    "Performance", "PluginError", "Response", "Rule", "SensorSpec", "Severity", "Solid", "Spiral", "Study",
+    "Undecided", "Violation", "Writer",
 }
 """Classes that functions return, raise or look at: nobody makes one to begin with. A spec and a rule that somebody does
 make are looked at where they are used."""

@@ -171,8 +171,10 @@ def track_length(drawn: Coil) -> float:
 
 @checked_arguments
 def coil(
-    *, outer_diameter: Any, trace_width: Any = None, trace_spacing: Any = None, turns: Any = None,
-    inner_diameter: Any = None, shape: str = "circle", layers: Any = 1, stackup: Any = None,
+    *, outer_diameter: str | float | Sequence[str | float], trace_width: str | float | None = None,
+    trace_spacing: str | float | None = None, turns: float | Sequence[float] | None = None,
+    inner_diameter: str | float | Sequence[str | float] | None = None, shape: str = "circle",
+    layers: int | Sequence[int] = 1, stackup: str | Sequence[Mapping[str, Any]] | None = None,
     frequency: str | float | Sequence[str | float] = USUAL_FREQUENCY, temperature: float = 20.0, **others: Any,
 ) -> Spiral:
     """Estimate a planar spiral coil from its dimensions.
