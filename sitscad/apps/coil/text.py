@@ -71,7 +71,8 @@ def drawn_as_text(drawn: DrawnCoil, colour: bool = False) -> str:
     remarks = "\n".join(styled(f"note: {printable(note)}", "yellow", colour) for note in drawn.notes)
     tables = (
         Table(("layer", "turns"), runs, notes=["counter-clockwise positive, seen from the top, along the current"]),
-        by_result(drawn.at, DRAWN_COIL_AT_FREQUENCY),
+        by_result(drawn.at, DRAWN_COIL_AT_FREQUENCY)._replace(notes=[
+            "the coil's own capacitance is not computed: the figures hold far below its self-resonance"]),
         Table(("", ""), by_quantity([drawn], DRAWN_COIL), f"At {drawn.temperature:g} C"),
     )
     blocks = [styled(printable(first), "bold", colour), remarks, *(table_text(each, colour) for each in tables)]
