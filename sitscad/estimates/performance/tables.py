@@ -99,11 +99,9 @@ def axis_table(found: PerformanceReport) -> Table:
         row(f"{cause}, {point.at}", *(amount(point.axes[name].errors[cause], name) for name in names))
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
         row(_since(cause), *(amount(point.axes[name].errors[cause], name) for name in names))
-    row(
-        f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
+    row(f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
         *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
-          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)),
-    )
+          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)))
     row("nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
     row("crosstalk, best polynomial, design as drawn, worst load",
