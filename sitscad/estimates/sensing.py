@@ -15,7 +15,7 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.layout.board import Layout
 
 
-class Sensor(Protocol):
+class SensorModel(Protocol):
     """A sensor without cells. Its response raises `NoResponse` if nothing can respond."""
 
     @property
@@ -35,7 +35,7 @@ class Sensor(Protocol):
 class Sensing:
     """Sensing performance of a sensor without cells."""
 
-    sensor: Sensor
+    sensor: SensorModel
 
     @cached_property
     def solved(self) -> Felt:

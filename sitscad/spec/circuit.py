@@ -22,7 +22,7 @@ from sitscad.spec.format.kinds import (
     Offset,
     Pair,
     Preset,
-    Run,
+    RunLength,
     Special,
     UnitValue,
     described,
@@ -244,7 +244,8 @@ class BendDocument(Section):
 
     kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
     at: float | None = key(
-        Run, "from the sensor's body to the bend's middle line; default: the pivot of the jaw's hinge if the bend has "
+        RunLength,
+        "from the sensor's body to the bend's middle line; default: the pivot of the jaw's hinge if the bend has "
         "room there, else the middle of the section that may be bent", None,
     )
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
@@ -271,7 +272,7 @@ class Tail(Section):
     its adhesive) is None for the best stock stiffener.
     """
 
-    length: float = key(Run, "from the sensor's body to the end", 30)
+    length: float = key(RunLength, "from the sensor's body to the end", 30)
     connector: Connector = key(Preset("connector", up=True), "connector at the end of the tail", "zif-0.5mm")
     contacts: int | None = key(
         Number(2, 200, whole=True), "number of contacts of your connector; default the smallest number that is "

@@ -221,7 +221,7 @@ class ElastomerPad(Section):
 
 
 @record
-class Cells(Section):
+class CellsSpec(Section):
     """Groups of coils with their own target and pad; sizes and offsets in `target` and `elastomer` are for one cell.
 
     Coils that follow each other in the array form a cell. Offsets are from the mean of its coils' centres. Without

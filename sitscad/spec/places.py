@@ -11,7 +11,7 @@ from sitscad.basics.record import kept
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.materials import Cells, ElastomerPad, Target
+from sitscad.spec.materials import CellsSpec, ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -21,7 +21,7 @@ def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
     return (spec,) if cells is None else kept(spec, "_cells", lambda: _cell_specs(spec, cells))
 
 
-def _cell_specs(spec: SensorSpec, cells: Cells) -> tuple[SensorSpec, ...]:
+def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
     is_line, pad = spec.array.pattern == "line" and cells.coils > 1, spec.elastomer
     pattern, pitch = "single" if cells.coils == 1 else "explicit", None
     if is_line:

@@ -21,7 +21,7 @@ from sitscad.spec.format.kinds import (
     Pair,
     Preset,
     Rate,
-    Run,
+    RunLength,
     Size,
     Special,
     Text,
@@ -30,7 +30,7 @@ from sitscad.spec.format.kinds import (
     refuse,
 )
 from sitscad.spec.format.section import NameOr, Part, Readable, Section, key, schema_of
-from sitscad.spec.materials import Cells, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.materials import CellsSpec, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
 
@@ -42,7 +42,7 @@ class Cable(Section):
     Omitted figures are None only until the resolver computes them from the length.
     """
 
-    length: float = key(Run, "of the cable", 300)
+    length: float = key(RunLength, "of the cable", 300)
     inductance: float = key(
         UnitValue("inductance", "0 nH", "1 mH"),
         "of one pair, whole length, like 180 nH; default 600 nH a metre: measure yours", None,
@@ -346,7 +346,7 @@ class SensorSpec(Readable):
     assembly: Assembly = Assembly(None, 0.0, 0.0)
     cutting: Cutting = Cutting()
     loads: tuple[LoadCase, ...] = ()
-    cells: Cells | None = None
+    cells: CellsSpec | None = None
 
     def __repr__(self) -> str:
         """Return a single line. All fields would be tens of thousands of characters."""
@@ -509,7 +509,7 @@ class SpecDocument(Section):
     coil: CoilSpec = key(Part(CoilSpec), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
     fpc: FpcSpec = key(Part(FpcSpec), "the flexible printed circuit", {})
-    cells: Cells | None = key(Part(Cells), "each coil or group of coils with a target and pad of its own", None)
+    cells: CellsSpec | None = key(Part(CellsSpec), "each coil or group of coils with a target and pad of its own", None)
     target: Target | None = key(Part(Target), "the conducting plate over the coils", None)
     elastomer: ElastomerPad | None = key(Part(ElastomerPad), "the soft pad between board and target", None)
     encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)

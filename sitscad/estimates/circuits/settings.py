@@ -11,7 +11,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.kernels.converters.registers import Register
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.materials import Cells
+from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec
 
 
@@ -72,7 +72,7 @@ class SerialSettings:
     scans_per_line: int
 
 
-def serial_settings(placements: tuple[CoilPlacement, ...], cells: Cells | None, scan_rate: float) -> SerialSettings:
+def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | None, scan_rate: float) -> SerialSettings:
     """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
 
     If no rate does, return the highest rate and the number of scans between two lines. A line of

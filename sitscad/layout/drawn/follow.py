@@ -29,7 +29,7 @@ OVERLAP = 0.25
 
 
 @record
-class Run:
+class DrawnRun:
     """A stretch of the conductor on one layer, in the direction of the current. `widths` (m) belong to its segments."""
 
     layer: str
@@ -41,7 +41,7 @@ class Run:
 class DrawnConductor:
     """The conductor of a drawn coil: runs in series, the vias between them, and the dead ends that are left out."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[DrawnRun, ...]
     vias: tuple[DrawnPad, ...]
     stubs: tuple[str, ...]
     ends: tuple[str, str]
@@ -428,7 +428,7 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
             _link(runs[-1], track.line.start, track.width)
         runs[-1][1].append(track.line)
         runs[-1][2].append(track.width)
-    whole = tuple(Run(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines)
+    whole = tuple(DrawnRun(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines)
     return DrawnConductor(whole, tuple(vias), stubs, ends)
 
 
