@@ -1,4 +1,4 @@
-"""The electrical figures of a drawn coil: the net of a KiCad board, or a footprint."""
+"""The electrical figures of a drawn coil (the net of a KiCad board, or a footprint), and a picture of it."""
 
 from __future__ import annotations
 
@@ -9,24 +9,29 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.spiral import USUAL_FREQUENCY, hertz_of
+from sitscad.apps.coil.arcs import with_arcs
+from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.basics.version import __version__
-from sitscad.estimates.states.at_frequency import FrequencyError
+from sitscad.estimates.states.at_frequency import FrequencyError, SeriesImpedance
 from sitscad.estimates.windings.losses import bent_loss
 from sitscad.estimates.windings.methods import bent_path, mitred_path, track_of
+from sitscad.files.drawing.frame import View
+from sitscad.files.drawing.pictures.layout_picture import COLOURS, RING
+from sitscad.files.drawing.sheet import Pen, Sheet
+from sitscad.files.drawing.svg import svg
 from sitscad.kernels.electromagnetics.inductance.filaments import via_inductance
 from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.proximity import least_gap, resolution_for
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.threads import one_thread
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, circle
 from sitscad.layout.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
-from sitscad.layout.drawn.follow import GENTLE, DrawnConductor, follow
+from sitscad.layout.drawn.follow import DrawnConductor, follow
 from sitscad.layout.drawn.kicad import read_kicad
 from sitscad.spec import presets
 
@@ -44,7 +49,7 @@ CUTS = 8
 
 
 @record
-class DrawnAtFrequency:
+class DrawnAtFrequency(SeriesImpedance):
     """A drawn coil at a `frequency` (Hz): inductance (H) and resistance (ohm) in series, with relative error bounds."""
 
     frequency: float
@@ -53,19 +58,9 @@ class DrawnAtFrequency:
     inductance_error: float = INDUCTANCE_ERROR
     resistance_error: float = RESISTANCE_ERROR
 
-    @property
-    def quality_factor(self) -> float:
-        """Quality factor, 2 pi f L / R."""
-        return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
-
-    @property
-    def parallel_resistance(self) -> float:
-        """Parallel resistance (ohm) of a tank that resonates at the frequency."""
-        return self.resistance * (1.0 + self.quality_factor**2)
-
 
 @record
-class DrawnCoil:
+class DrawnCoil(CoilResult):
     """A coil read from a drawing, between two terminals and without metal near it.
 
     Attributes
@@ -96,16 +91,6 @@ class DrawnCoil:
     stackup: str = ""
 
     @property
-    def inductance(self) -> float:
-        """Inductance (H) at the first frequency."""
-        return self.at[0].inductance
-
-    @property
-    def resistance(self) -> float:
-        """Resistance (ohm) at the first frequency."""
-        return self.at[0].resistance
-
-    @property
     def track_length(self) -> float:
         """Length (m) of the conductor on all layers."""
         return self.conductor.length
@@ -117,9 +102,7 @@ class DrawnCoil:
 
     def picture(self) -> str:
         """Return a picture of the conductor as SVG text, seen from the top, each layer in its colour."""
-        from sitscad.apps.coil.picture import conductor_svg  # pictures are drawn on demand only
-
-        return conductor_svg(self.conductor)
+        return _picture(self.conductor)
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document of ``sitscad coil FILE``."""
@@ -165,32 +148,32 @@ def estimate_drawn_coil(
     resolved.
     """
     conductivity, width = conductivity_at(temperature), conductor.width
-    of_layer = {each.name: each for each in heights}
-    if missing := [run.layer for run in conductor.runs if run.layer not in of_layer]:
-        raise DrawnCoilError(f"the stack-up has no layer {missing[0]}: it has {', '.join(of_layer) or 'none'}")
+    layers = {layer.name: layer for layer in heights}
+    if missing := [run.layer for run in conductor.runs if run.layer not in layers]:
+        raise DrawnCoilError(f"the stack-up has no layer {missing[0]}: it has {', '.join(layers) or 'none'}")
     centre = conductor.centre
     paths = [with_arcs(run.path.shifted(-centre.x, -centre.y)) for run in conductor.runs]
-    sections = [of_layer[run.layer] for run in conductor.runs]
+    sections = [layers[run.layer] for run in conductor.runs]
     tracks = [track_of(mitred_path(path, width), width, layer.thickness, layer.z)
               for path, layer in zip(paths, sections, strict=True)]
     steps = zip(conductor.vias, pairwise(sections), strict=True)
     barrels = [via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in steps if a.z != b.z]
     inductance = winding_inductance(tracks) + math.fsum(barrels)
     reach = conductor.winding_circle[1]
-    wound = [(part, layer) for path, layer, (_, turns) in zip(paths, sections, conductor.turns(), strict=True)
-             if abs(turns) >= LEAST_TURNS for part in winding_parts(path, width, reach)]
-    if not wound:
+    winding = [(part, layer) for path, layer, (_, turns) in zip(paths, sections, conductor.turns(), strict=True)
+               if abs(turns) >= LEAST_TURNS for part in winding_parts(path, width, reach)]
+    if not winding:
         raise DrawnCoilError("the copper makes less than one turn about its centre: there is no coil")
-    bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in wound]
+    bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in winding]
     gap = least_gap(_spacing(conductor), width, sorted({layer.z for layer in sections}))
     resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
     loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
     # stubs, and pieces of another width, carry the same current through other cross-sections
     direct = loss.direct + math.fsum(
-        segment.length / (conductivity * layer.thickness * own)
+        segment.length / (conductivity * layer.thickness * segment_width)
         for run, layer in zip(conductor.runs, sections, strict=True)
-        for segment, own in zip(run.path, run.widths, strict=True)
-    ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in wound)
+        for segment, segment_width in zip(run.path, run.widths, strict=True)
+    ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in winding)
     return DrawnCoil(
         conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
         tuple(_at(loss, inductance, direct, frequency) for frequency in frequencies),
@@ -244,11 +227,12 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
         notes.append(f"layers have unequal turns: {each}")
     notes += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
     width = conductor.width
-    others = math.fsum(segment.length for run in conductor.runs
-                       for segment, own in zip(run.path, run.widths, strict=True) if own != width)
-    if others > OTHER_WIDTHS * conductor.length:
-        notes.append(f"{others / conductor.length:.0%} of the length is not {show(width, 'm')} wide; the inductance is "
-                     "computed with this width")
+    other_length = math.fsum(segment.length for run in conductor.runs
+                             for segment, segment_width in zip(run.path, run.widths, strict=True)
+                             if segment_width != width)
+    if other_length > OTHER_WIDTHS * conductor.length:
+        notes.append(f"{other_length / conductor.length:.0%} of the length is not {show(width, 'm')} wide; the "
+                     "inductance is computed with this width")
     return notes
 
 
@@ -287,103 +271,6 @@ MOST_POINTS = 6000
 
 FURTHER = 12.0
 """Distance along the conductor, in widths, from which on copper belongs to another turn."""
-
-def with_arcs(path: Path) -> Path:
-    """Return a path with arcs in place of chords that turn gently, three points each.
-
-    Generators write a curve as chords between points on it. The mean radius of the chords is smaller than the radius of
-    the points by a third of the sagitta. The points are therefore moved inwards by this distance.
-    """
-    segments = in_line(path)
-    segments_found: list[Segment] = []
-    k = 0
-    while k < len(segments):
-        last = k
-        while last + 1 < len(segments) and _is_curve(segments[last], segments[last + 1], segments[max(k, last - 1)]):
-            last += 1
-        if last - k < 2:
-            segments_found.append(segments[k])
-            k += 1
-            continue
-        segments_found += _arcs(segments[k : last + 1])
-        k = last + 1
-    return Path(tuple(segments_found))
-
-
-def in_line(path: Path) -> list[Segment]:
-    """Return the segments of a path, with straight segments in line merged."""
-    merged: list[Segment] = []
-    for segment in path:
-        before = merged[-1] if merged else None
-        if isinstance(segment, Line) and isinstance(before, Line) and abs(_turn(before, segment)) < STRAIGHT:
-            merged[-1] = Line(before.start, segment.end)
-        else:
-            merged.append(segment)
-    return merged
-
-
-STRAIGHT = 1e-4
-"""Angle (rad) between straight pieces below which they are one."""
-
-
-def _turn(one: Segment, other: Segment) -> float:
-    """Return the angle (rad) from one chord to the next, positive to the left."""
-    (ax, ay), (bx, by) = one.end - one.start, other.end - other.start
-    return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-
-
-def _is_curve(one: Segment, other: Segment, before: Segment) -> bool:
-    """Whether two chords, and the chord before them, turn gently and the same way, with similar lengths."""
-    if not (isinstance(one, Line) and isinstance(other, Line) and isinstance(before, Line)):
-        return False
-    turn = _turn(one, other)
-    if not STRAIGHT < abs(turn) <= GENTLE or not 0.5 < one.length / other.length < 2.0:
-        return False
-    earlier = _turn(before, one) if before is not one else turn
-    return earlier * turn > 0.0 and 0.5 < earlier / turn < 2.0
-
-
-def _arcs(chords: Sequence[Segment]) -> list[Segment]:
-    points = [chords[0].start, *(chord.end for chord in chords)]
-    moved = [points[0]]
-    for before, point, after in zip(points, points[1:], points[2:], strict=False):
-        (ax, ay), (bx, by) = point - before, after - point
-        length, turn = 0.5 * (math.hypot(ax, ay) + math.hypot(bx, by)), math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-        inwards = length * math.tan(turn / 4.0) / 2.0 / 3.0  # a third of the sagitta
-        along = math.hypot(ax + bx, ay + by)
-        moved.append(point.shifted(-(ay + by) / along * inwards, (ax + bx) / along * inwards))
-    moved.append(points[-1])
-    arcs: list[Segment] = []
-    turns = [abs(_turn(one, other)) for one, other in pairwise(chords)]
-    # Number of chords per arc. Arcs shorter than the track's width are less accurate
-    each = 2 * max(1, round(ARC / (2.0 * max(turns))))
-    first = 0
-    while first < len(moved) - 1:
-        last = len(moved) - 1 if len(moved) - 1 - first < 2 * each else first + each
-        if (last - first) % 2:
-            arcs.append(Line(moved[first], moved[first + 1]))
-            first += 1
-        if last > first:
-            arcs.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
-        first = last
-    return arcs
-
-
-ARC = math.radians(24.0)
-"""Approximate angle of an arc that replaces several chords.
-
-A spiral of usual pitch deviates from it by less than 0.1 um.
-"""
-
-
-def _arc(start: Point, middle: Point, end: Point) -> Segment:
-    (ax, ay), (bx, by) = middle - start, end - start
-    cross = 2.0 * (ax * by - ay * bx)
-    if abs(cross) < 1e-9 * start.distance(end) ** 2:
-        return Line(start, end)
-    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
-    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
-    return Arc(start, end, centre, ccw=cross > 0)
 
 
 @checked_arguments
@@ -441,9 +328,9 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
             fitting = ", ".join(_fitting(copper))
             raise DrawnCoilError(f"the file has no stack-up: name one with --stackup, like {fitting}")
         return tuple(copper.heights)
-    known = presets.names("stackup")
-    if stackup not in known:
-        raise DrawnCoilError(f"there is no stack-up {stackup!r}; known: {', '.join(known)}")
+    names = presets.names("stackup")
+    if stackup not in names:
+        raise DrawnCoilError(f"there is no stack-up {stackup!r}; known: {', '.join(names)}")
     preset = presets.stackup(stackup)
     layers = list(copper.layers)
     if len(preset.copper) != len(layers):
@@ -460,3 +347,39 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
 def _fitting(copper: DrawnCopper) -> list[str]:
     """Return the names of the preset stack-ups with as many copper layers as a file has."""
     return [name for name in presets.names("stackup") if len(presets.stackup(name).copper) == len(copper.layers)]
+
+
+SIDE, MARGIN, ROW_HEIGHT, LETTER_HEIGHT = 900.0, 40.0, 26.0, 16.0
+"""Width and margin of the picture, row height of its legend, and letter height (pixels)."""
+
+
+def _picture(conductor: DrawnConductor) -> str:
+    """Return a picture as SVG text, seen from the top, lower layers first."""
+    x0, y0, x1, y1 = bounding_box([run.path for run in conductor.runs])
+    scale = (SIDE - 2.0 * MARGIN) / max(x1 - x0, y1 - y0, 1e-6)
+    layers = list(dict.fromkeys(run.layer for run in conductor.runs))
+    low = ROW_HEIGHT * (len(layers) + 1) + MARGIN
+    view = View(scale / 1e3, (MARGIN - x0 * scale, low + MARGIN - y0 * scale))
+    sheet = Sheet("conductor of the coil, seen from the top", (SIDE, (y1 - y0) * scale + 2.0 * MARGIN + low), unit="",
+                  decimals=2)
+    colours = {layer: COLOURS[k % len(COLOURS)] for k, layer in enumerate(layers)}
+    for run in reversed(conductor.runs):
+        for segment, width in zip(run.path, run.widths, strict=True):
+            sheet.draw(view.path(Path((segment,))), Pen(view.length(width), colours[run.layer]))
+    for via in conductor.vias:
+        at = Point(view.x(via.centre.x), view.y(via.centre.y))
+        sheet.draw(circle(at, view.length(min(via.size)) / 2.0), None, RING)
+    ends = conductor.runs[0].path.start, conductor.runs[-1].path.end
+    for place, name in zip(ends, conductor.ends, strict=True):
+        at = Point(view.x(place.x), view.y(place.y))
+        sheet.draw(circle(at, 7.0), Pen(2.5, "#222222"))
+        sheet.text(at.x + 11.0, at.y + 5.0, name, LETTER_HEIGHT, halo=4.0)
+    turns = conductor.turns()
+    for k, layer in enumerate(layers):
+        y = low - ROW_HEIGHT * (k + 1)
+        sheet.line(MARGIN, y + 5.0, MARGIN + 30.0, y + 5.0, Pen(8.0, colours[layer]))
+        count = sum(number for name, number in turns if name == layer)
+        sheet.text(MARGIN + 42.0, y, f"{layer}: {count:+.2f} turns (counter-clockwise positive)", LETTER_HEIGHT)
+    size = f"{show(x1 - x0, 'm', 3)} x {show(y1 - y0, 'm', 3)}"
+    sheet.text(SIDE - MARGIN, low - ROW_HEIGHT, size, LETTER_HEIGHT, "end")
+    return svg(sheet)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.motions import MotionError, frequency_of
+from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import LONE_COIL, LONE_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
@@ -16,7 +16,7 @@ from sitscad.basics.version import __version__
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.coil_estimates import CrossCheck
-from sitscad.estimates.states.at_frequency import CoilAtFrequency, FrequencyError, coil_at
+from sitscad.estimates.states.at_frequency import CoilAtFrequency, coil_at
 from sitscad.estimates.states.steps import wind
 from sitscad.estimates.targets.finite_target import NO_SHARES
 from sitscad.estimates.windings.leads import NO_LEADS
@@ -27,6 +27,8 @@ from sitscad.estimates.windings.own_capacitance import (
     FEW_TURNS_CAPACITANCE_ERROR,
     USUAL_PERMITTIVITY,
 )
+from sitscad.files.drawing.pictures.layout_picture import coil_extent, picture
+from sitscad.files.formats.kicad.coil import coil_footprints
 from sitscad.kernels.electromagnetics.constants import SPEED_OF_LIGHT
 from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -38,12 +40,9 @@ from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError
 
-USUAL_FREQUENCY = 1e6
-"""Frequency (Hz) of the figures if no frequency is given."""
-
 
 @record
-class Spiral:
+class Spiral(CoilResult):
     """A planar spiral coil without leads and without metal near it.
 
     `Spiral` has figures that do not depend on the frequency. `at` has the other figures, one entry for each frequency
@@ -99,26 +98,6 @@ class Spiral:
         return track_length(self.layout.coils[0])
 
     @property
-    def inductance(self) -> float:
-        """Inductance (H) at the first frequency, without the coil's own capacitance."""
-        return self.at[0].inductance
-
-    @property
-    def resistance(self) -> float:
-        """Resistance (ohm) at the first frequency, in series with the inductance."""
-        return self.at[0].resistance
-
-    @property
-    def quality_factor(self) -> float:
-        """Quality factor at the first frequency."""
-        return self.at[0].quality_factor
-
-    @property
-    def parallel_resistance(self) -> float:
-        """Parallel resistance (ohm) of a tank that resonates at the first frequency."""
-        return self.at[0].parallel_resistance
-
-    @property
     def self_resonance_error(self) -> float | None:
         """Relative error of the self-resonance.
 
@@ -128,11 +107,6 @@ class Spiral:
 
     def picture(self) -> str:
         """Return a picture of the coil as SVG text."""
-        from sitscad.files.drawing.pictures.layout_picture import (  # files are written on demand only
-            coil_extent,
-            picture,
-        )
-
         return picture(self.layout, self.coil.layers, coil_extent(self.coil, self.layout.coils[0]), name="coil")
 
     def footprint(self) -> str:
@@ -140,8 +114,6 @@ class Spiral:
 
         Raises ValueError if the footprint has no room for the holes at the ends of the winding.
         """
-        from sitscad.files.formats.kicad.coil import coil_footprints
-
         footprints = coil_footprints(self.layout)
         if not footprints:
             raise ValueError("the board has no room for the leads of this coil, so it has no footprint")
@@ -150,7 +122,7 @@ class Spiral:
     def document(self) -> dict[str, Any]:
         """Return the JSON document of ``sitscad coil``."""
         coil = self.coil
-        drawn = {
+        dimensions = {
             "shape": coil.shape, "outer_size_m": list(coil.size), "inner_size_m": list(coil.inner_size),
             "turns": list(coil.layer_turns), "layers": list(coil.layers), "trace_width_m": coil.trace_width,
             "trace_spacing_m": coil.trace_spacing, "stackup": self.stackup,
@@ -158,15 +130,15 @@ class Spiral:
         formulas = [{"method": each.method, "inductance_H": each.inductance, "valid": each.is_valid}
                     for each in self.formulas]
         return {
-            "sitscad": __version__, "coil": drawn, "temperature_C": self.temperature, **document(self, LONE_COIL),
+            "sitscad": __version__, "coil": dimensions, "temperature_C": self.temperature, **document(self, LONE_COIL),
             "at_frequency": [document(each, LONE_COIL_AT_FREQUENCY) for each in self.at],
             "formulas": formulas, "no_formula": self.no_formula,
         }
 
 
-def track_length(drawn: Coil) -> float:
+def track_length(coil: Coil) -> float:
     """Return the length (m) of a coil's track on all layers."""
-    return math.fsum(winding.path.length for winding in drawn.windings)
+    return math.fsum(winding.path.length for winding in coil.windings)
 
 
 @checked_arguments
@@ -175,7 +147,7 @@ def coil(
     trace_spacing: str | float | None = None, turns: float | Sequence[float] | None = None,
     inner_diameter: str | float | Sequence[str | float] | None = None, shape: str = "circle",
     layers: int | Sequence[int] = 1, stackup: str | Sequence[Mapping[str, Any]] | None = None,
-    frequency: str | float | Sequence[str | float] = USUAL_FREQUENCY, temperature: float = 20.0, **others: Any,
+    frequency: str | float | Sequence[str | float] = USUAL_FREQUENCY, temperature: float = 20.0, **keys: Any,
 ) -> Spiral:
     """Estimate a planar spiral coil from its dimensions.
 
@@ -198,7 +170,7 @@ def coil(
         A frequency or a list: texts like ``"5 MHz"``, or numbers in hertz.
     temperature
         Temperature of the copper in degrees Celsius.
-    others
+    keys
         Any other key of section ``coil`` of a spec, like ``corner_radius``.
 
     Returns
@@ -220,10 +192,10 @@ def coil(
     >>> round(spiral.inductance * 1e6, 2), round(spiral.quality_factor, 1)
     (0.99, 4.8)
     """
-    given = {"outer_diameter": outer_diameter, "inner_diameter": inner_diameter, "trace_width": trace_width,
-             "trace_spacing": trace_spacing, "turns": turns, "shape": shape, "layers": layers, **others}
+    dimensions = {"outer_diameter": outer_diameter, "inner_diameter": inner_diameter, "trace_width": trace_width,
+                  "trace_spacing": trace_spacing, "turns": turns, "shape": shape, "layers": layers, **keys}
     try:
-        section = {name: written_value(f"coil.{name}", value) for name, value in given.items() if value is not None}
+        section = {key: written_value(f"coil.{key}", value) for key, value in dimensions.items() if value is not None}
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     return spiral(section, stackup, frequency, temperature)
@@ -240,39 +212,27 @@ def spiral(
     return estimate_spiral(lay_out(spec), frequencies)
 
 
-def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
-    """Return frequencies (Hz) from texts or numbers. Raises FrequencyError for other values."""
-    return tuple(map(_hertz, [frequency] if isinstance(frequency, (str, float, int)) else frequency))
-
-
-def _hertz(frequency: str | float) -> float:
-    try:
-        return frequency_of(frequency if isinstance(frequency, str) else f"{frequency!r} Hz")
-    except MotionError as error:
-        raise FrequencyError(str(error)) from None
-
-
 @one_thread
 def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
     """Estimate the first coil of a layout at each frequency (Hz), without its leads.
 
     Raises FrequencyError if the coil cannot be estimated at a frequency.
     """
-    wound = wind(layout)
-    winding, drawn = wound.winding, layout.coils[0]
-    circuit = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, NO_SHARES)[0]
+    windings = wind(layout)
+    winding, layout_coil = windings.winding, layout.coils[0]
+    circuit = coil_circuits(windings.layout, winding, windings.matrix, windings.assembly, NO_SHARES)[0]
     lone = replace(circuit, leads=NO_LEADS, self_capacitance=circuit.winding_capacitance)
-    formulas = cross_checks(drawn.name, winding.geometry, winding.inductance)
+    formulas = cross_checks(layout_coil.name, winding.geometry, winding.inductance)
     return Spiral(
-        layout, wound.temperature, winding.inductance, winding.inductance_error, lone.resistance,
+        layout, windings.temperature, winding.inductance, winding.inductance_error, lone.resistance,
         lone.self_capacitance,
         FEW_TURNS_CAPACITANCE_ERROR if winding.geometry.fewest_turns < FEW_TURNS else CAPACITANCE_ERROR,
-        _self_resonance(lone, drawn), tuple(coil_at(lone, wound, each) for each in frequencies),
+        _self_resonance(lone, layout_coil), tuple(coil_at(lone, windings, each) for each in frequencies),
         formulas, no_cross_check(layout.spec.coil, formulas),
     )
 
 
-def _self_resonance(lone: CoilCircuit, drawn: Coil) -> float | None:
+def _self_resonance(lone: CoilCircuit, coil: Coil) -> float | None:
     """Return the self-resonance (Hz), with the inductance at that frequency. None beyond `lumped_limit`."""
     frequency = self_resonance(lone)
     for _ in range(ROUNDS):
@@ -280,17 +240,17 @@ def _self_resonance(lone: CoilCircuit, drawn: Coil) -> float | None:
             break
         inductance = lone.inductance + float(lone.loss.inductance_changes(np.array([frequency]))[0])
         frequency = resonance_frequency(inductance, lone.self_capacitance)
-    return frequency if frequency < lumped_limit(drawn) else None
+    return frequency if frequency < lumped_limit(coil) else None
 
 
 ROUNDS = 3
 """Number of iterations of `_self_resonance`. The inductance changes by about 2 % per decade of frequency."""
 
-WAVE_SHARE = 0.1
+LUMPED_WAVELENGTHS = 0.1
 """Largest track length, in wavelengths, with nearly equal current along the track (textbook)."""
 
 
-def lumped_limit(drawn: Coil) -> float:
+def lumped_limit(coil: Coil) -> float:
     """Return the frequency (Hz) at which the track of a coil is a tenth of a wavelength in polyimide."""
     speed = SPEED_OF_LIGHT / math.sqrt(USUAL_PERMITTIVITY)
-    return WAVE_SHARE * speed / track_length(drawn)
+    return LUMPED_WAVELENGTHS * speed / track_length(coil)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.spiral import Spiral, lumped_limit
@@ -42,8 +42,7 @@ def as_text(spiral: Spiral, colour: bool = False) -> str:
         Table(("", ""), rows, "At every frequency"),
         formula_table(spiral),
     )
-    blocks = ["\n".join((styled(lines[0], "bold", colour), lines[1])), *(table_text(each, colour) for each in tables)]
-    return "\n\n".join(blocks) + "\n"
+    return _joined("\n".join((styled(lines[0], "bold", colour), lines[1])), "", tables, colour)
 
 
 def formula_table(spiral: Spiral) -> Table:
@@ -56,35 +55,35 @@ def formula_table(spiral: Spiral) -> Table:
     return Table(("formula", "inductance", "against ours", "in its range", "range"), rows, title)
 
 
-def as_json(spiral: Spiral, colour: bool = False) -> str:
-    """Return the JSON document of ``sitscad coil``."""
-    return to_json(spiral.document())
-
-
-def drawn_as_text(drawn: DrawnCoil, colour: bool = False) -> str:
+def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
     """Return the conductor that was followed, remarks on it, and its figures."""
-    conductor = drawn.conductor
+    conductor = coil.conductor
     vias = counted(len(conductor.vias), "via")
     runs = [[layer, f"{turns:+.2f}"] for layer, turns in conductor.turns()]
     first = f"from {conductor.ends[0]} to {conductor.ends[1]}: {vias}, tracks {show(conductor.width, 'm')}, "
-    first += f"stack-up {drawn.stackup or 'of the board'}"
-    remarks = "\n".join(styled(f"note: {printable(note)}", "yellow", colour) for note in drawn.notes)
+    first += f"stack-up {coil.stackup or 'of the board'}"
+    remarks = "\n".join(styled(f"note: {printable(note)}", "yellow", colour) for note in coil.notes)
     tables = (
         Table(("layer", "turns"), runs, notes=["counter-clockwise positive, seen from the top, along the current"]),
-        by_result(drawn.at, DRAWN_COIL_AT_FREQUENCY)._replace(notes=[
+        by_result(coil.at, DRAWN_COIL_AT_FREQUENCY)._replace(notes=[
             "the coil's own capacitance is not computed: the figures hold far below its self-resonance"]),
-        Table(("", ""), by_quantity([drawn], DRAWN_COIL), f"At {drawn.temperature:g} C"),
+        Table(("", ""), by_quantity([coil], DRAWN_COIL), f"At {coil.temperature:g} C"),
     )
-    blocks = [styled(printable(first), "bold", colour), remarks, *(table_text(each, colour) for each in tables)]
-    return "\n\n".join(block for block in blocks if block) + "\n"
+    return _joined(styled(printable(first), "bold", colour), remarks, tables, colour)
 
 
-def drawn_as_json(drawn: DrawnCoil, colour: bool = False) -> str:
-    """Return the JSON document of ``sitscad coil FILE``."""
-    return to_json(drawn.document())
+def _joined(title: str, remarks: str, tables: Sequence[Table], colour: bool) -> str:
+    """Return a title, remarks if there are any, and tables with empty lines between them."""
+    blocks = [title, *([remarks] if remarks else []), *(table_text(table, colour) for table in tables)]
+    return "\n\n".join(blocks) + "\n"
 
 
-DRAWN_COIL_FORMATS: Mapping[str, Callable[[DrawnCoil, bool], str]] = {"text": drawn_as_text, "json": drawn_as_json}
+def as_json(coil: Spiral | DrawnCoil, colour: bool = False) -> str:
+    """Return the JSON document of ``sitscad coil``."""
+    return to_json(coil.document())
+
+
+DRAWN_COIL_FORMATS: Mapping[str, Callable[[DrawnCoil, bool], str]] = {"text": drawn_as_text, "json": as_json}
 """Output formats of ``sitscad coil FILE``."""
 
 COIL_FORMATS: Mapping[str, Callable[[Spiral, bool], str]] = {"text": as_text, "json": as_json}

@@ -26,8 +26,26 @@ class FrequencyError(ValueError):
     """Error for a frequency at which the coils cannot be estimated. Its text gives the reason."""
 
 
+class SeriesImpedance:
+    """An inductance (H) and a resistance (ohm) in series at a frequency (Hz)."""
+
+    frequency: float
+    inductance: float
+    resistance: float
+
+    @property
+    def quality_factor(self) -> float:
+        """Quality factor, 2 pi f L / R."""
+        return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
+
+    @property
+    def parallel_resistance(self) -> float:
+        """Parallel resistance (ohm) of a tank with a lossless capacitor that resonates at the frequency."""
+        return self.resistance * (1.0 + self.quality_factor**2)
+
+
 @record
-class CoilAtFrequency:
+class CoilAtFrequency(SeriesImpedance):
     """Electrical values of one coil at a `frequency` (Hz), without target and tank, with its neighbours open.
 
     ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are for the winding without leads, each with its
@@ -53,16 +71,6 @@ class CoilAtFrequency:
     def winding_quality_factor(self) -> float:
         """Quality factor of the winding without leads."""
         return 2.0 * math.pi * self.frequency * self.winding_inductance / self.winding_resistance
-
-    @property
-    def parallel_resistance(self) -> float:
-        """Parallel resistance (ohm) of a tank of the coil and a lossless capacitor that resonates at the frequency."""
-        return self.resistance * (1.0 + self.quality_factor**2)
-
-    @property
-    def quality_factor(self) -> float:
-        """Quality factor between the contacts."""
-        return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
 
     def document(self) -> dict[str, Any]:
         """Return the values under their names in JSON."""

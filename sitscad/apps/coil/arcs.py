@@ -1,0 +1,110 @@
+"""Curves of a drawn coil: arcs in place of the chords that a generator wrote."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.layout.drawn.follow import GENTLE
+
+
+def with_arcs(path: Path) -> Path:
+    """Return a path with arcs in place of chords that turn gently, three points each.
+
+    Generators write a curve as chords between points on it. The mean radius of the chords is smaller than the radius of
+    the points by a third of the sagitta. The points are therefore moved inwards by this distance.
+    """
+    segments = in_line(path)
+    replaced: list[Segment] = []
+    k = 0
+    while k < len(segments):
+        last = k
+        while last + 1 < len(segments) and _is_curve(segments[last], segments[last + 1], segments[max(k, last - 1)]):
+            last += 1
+        if last - k < 2:
+            replaced.append(segments[k])
+            k += 1
+            continue
+        replaced += _arcs(segments[k : last + 1])
+        k = last + 1
+    return Path(tuple(replaced))
+
+
+def in_line(path: Path) -> list[Segment]:
+    """Return the segments of a path, with straight segments in line merged."""
+    merged: list[Segment] = []
+    for segment in path:
+        before = merged[-1] if merged else None
+        if isinstance(segment, Line) and isinstance(before, Line) and abs(_turn(before, segment)) < STRAIGHT:
+            merged[-1] = Line(before.start, segment.end)
+        else:
+            merged.append(segment)
+    return merged
+
+
+STRAIGHT = 1e-4
+"""Angle (rad) between straight pieces below which they are one piece."""
+
+
+def _turn(chord: Segment, following: Segment) -> float:
+    """Return the angle (rad) from one chord to the next, positive to the left."""
+    (ax, ay), (bx, by) = chord.end - chord.start, following.end - following.start
+    return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+def _is_curve(chord: Segment, following: Segment, before: Segment) -> bool:
+    """Whether two chords, and the chord before them, turn gently and in one sense, with similar lengths."""
+    if not (isinstance(chord, Line) and isinstance(following, Line) and isinstance(before, Line)):
+        return False
+    turn = _turn(chord, following)
+    if not STRAIGHT < abs(turn) <= GENTLE or not 0.5 < chord.length / following.length < 2.0:
+        return False
+    earlier = _turn(before, chord) if before is not chord else turn
+    return earlier * turn > 0.0 and 0.5 < earlier / turn < 2.0
+
+
+def _arcs(chords: Sequence[Segment]) -> list[Segment]:
+    """Return arcs of equal area in place of chords that turn in one sense. A piece left over stays straight."""
+    points = [chords[0].start, *(chord.end for chord in chords)]
+    moved = [points[0]]
+    for before, point, after in zip(points, points[1:], points[2:], strict=False):
+        (ax, ay), (bx, by) = point - before, after - point
+        length, turn = 0.5 * (math.hypot(ax, ay) + math.hypot(bx, by)), math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+        inwards = length * math.tan(turn / 4.0) / 2.0 / 3.0  # a third of the sagitta
+        span = math.hypot(ax + bx, ay + by)
+        moved.append(point.shifted(-(ay + by) / span * inwards, (ax + bx) / span * inwards))
+    moved.append(points[-1])
+    arcs: list[Segment] = []
+    turns = [abs(_turn(chord, following)) for chord, following in pairwise(chords)]
+    # Arcs shorter than the track's width are less accurate
+    chords_per_arc = 2 * max(1, round(ARC / (2.0 * max(turns))))
+    first = 0
+    while first < len(moved) - 1:
+        last = len(moved) - 1 if len(moved) - 1 - first < 2 * chords_per_arc else first + chords_per_arc
+        if (last - first) % 2:
+            arcs.append(Line(moved[first], moved[first + 1]))
+            first += 1
+        if last > first:
+            arcs.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
+        first = last
+    return arcs
+
+
+ARC = math.radians(24.0)
+"""Approximate angle of an arc that replaces several chords.
+
+A spiral of usual pitch deviates from it by less than 0.1 um.
+"""
+
+
+def _arc(start: Point, middle: Point, end: Point) -> Segment:
+    """Return the arc through three points, or a straight piece if they lie on a line."""
+    (ax, ay), (bx, by) = middle - start, end - start
+    cross = 2.0 * (ax * by - ay * bx)
+    if abs(cross) < 1e-9 * start.distance(end) ** 2:
+        return Line(start, end)
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
+    return Arc(start, end, centre, ccw=cross > 0)
