@@ -24,7 +24,6 @@ from sitscad.layout.routing.routes import (
     boards,
     body_frame,
     front_of,
-    in_line,
     reaching_ahead,
     route_freely,
     route_in_line,
@@ -109,7 +108,7 @@ PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart
 def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
     """Estimate, for each coil, the pairs of leads beside the coils and down the tail."""
     tail, lined = body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
-                             boards(spec, bus)[0][1]), in_line(spec)
+                             boards(spec, bus)[0][1]), spec.array.is_in_line
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
     down = LeadPair(length, width, bus.layers, width + bus.spacing)
     frontmost = max(p.centre[0] for p in spec.array.placements)
@@ -178,15 +177,15 @@ def _largest_body(spec: SensorSpec, wider: float) -> tuple[float, float]:
 def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
     """Route leads at the spacing of a bus, with tail, body and shortfalls."""
     shortfalls = list(wound[0].shortfalls)
-    if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
+    if not spec.array.is_in_line and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
     front = front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus)
     if (lacking := lack(spec, body_frame(spec, bus, front, bus.coils))) is not None:
         shortfalls.append(lacking)
     routing = None
     if not shortfalls:
-        routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)
-        if routing is None and spec.fpc.body is not None and in_line(spec) and bus.is_stacked:
+        routing = (route_in_line if spec.array.is_in_line else route_freely)(spec, bus, wound, front, searches)
+        if routing is None and spec.fpc.body is not None and spec.array.is_in_line and bus.is_stacked:
             # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
             routing = route_freely(spec, bus, wound, front, searches)
         if routing is None:  # only trials show the room for leads or outer vias beside or between the coils

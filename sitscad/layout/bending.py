@@ -49,7 +49,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
     larger numbers.
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
-    layers = layout.spec.fpc.stackup.layers if where is Where.COIL else tail_layers(layout)
+    layers = layout.spec.fpc.stackup.layers if where is Where.COIL else layout.spec.fpc.tail_layers
     if where is Where.CONTACT:
         layers = contact_layers(layout)
     nominal = sum(layer.thickness for layer in layers)
@@ -62,37 +62,6 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
         listed = max((count for count in by_layers if count <= copper), default=min(by_layers))
         field, tolerance = f"thickness_tolerance_{listed}", by_layers[listed]
     return FinishedThickness(max(0.0, nominal - tolerance), nominal, nominal + tolerance, rules.source_of(field))
-
-
-def tail_copper(layout: Layout) -> int:
-    """Return number of copper layers, counted from the top, that run down the tail. All layers if there is no tail."""
-    tail = layout.spec.fpc.tail
-    return min(tail.layers, layout.copper_layers) if tail is not None else layout.copper_layers
-
-
-def has_tail_coverlay(layout: Layout) -> bool:
-    """Whether the tail has its own bottom coverlay: the body's coverlay cannot cross a step to fewer layers."""
-    last = layout.spec.fpc.stackup.layers[-1]
-    return tail_copper(layout) < layout.copper_layers and last.kind is LayerKind.COVERLAY
-
-
-def lap_start(layout: Layout) -> float:
-    """Return the position x (m), inside the body, at which the tail's own bottom coverlay begins."""
-    return layout.body[2] - layout.spec.fpc.rules.coverlay_lap
-
-
-def step_height(layout: Layout) -> float:
-    """Return the thickness difference (m) between body and tail if lower layers end at the tail."""
-    return layout.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(layout))
-
-
-def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """Return the layer stack of the tail: the layers down to its last copper layer, and the bottom coverlay."""
-    layers = layout.spec.fpc.stackup.layers
-    copper = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
-    kept = copper[tail_copper(layout) - 1] + 1
-    below = layers[copper[-1] + 1 :]
-    return layers[:kept] + below
 
 
 def is_opened(
@@ -144,7 +113,7 @@ def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
     their stated thickness. Without copper their adhesive has no gaps to fill, and the film is no thicker.
     """
     found, number, copper = [], 0, contact_copper(layout)
-    for index, layer in enumerate(tail_layers(layout)):
+    for index, layer in enumerate(layout.spec.fpc.tail_layers):
         number += layer.kind is LayerKind.COPPER
         is_absent = layer.kind is LayerKind.COPPER and number not in copper
         if not is_absent and not is_opened(layout.bottom_openings, layout.top_openings, index, layer):

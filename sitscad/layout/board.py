@@ -21,6 +21,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.convex import within_box
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
 from sitscad.kernels.geometry.primitives import (
     Primitives,
@@ -265,6 +266,21 @@ class Layout:
         """Length along the jaw and width across the jaw (m) of the body, without the tail."""
         x0, y0, x1, y1 = self.body
         return x1 - x0, y1 - y0
+
+    @property
+    def body_outline(self) -> Path:
+        """Outline of the body with its corners, or the spec's outline: closed, convex and counter-clockwise."""
+        given = self.spec.body_outline
+        if given is not None:
+            return given
+        within = within_box(self.outline, self.body)
+        assert within is not None
+        return within
+
+    @property
+    def lap_start(self) -> float:
+        """Position x (m), inside the body, at which the tail's own bottom coverlay begins."""
+        return self.body[2] - self.spec.fpc.rules.coverlay_lap
 
     @property
     def nets(self) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 from sitscad.basics.units import show
-from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import Plating, StackLayer, Stackup
 from sitscad.spec.presets import is_rigid
@@ -40,7 +39,7 @@ def lamination_text(layout: Layout) -> str:
 
     Empty for other boards.
     """
-    last, count, stackup = tail_copper(layout), layout.copper_layers, layout.spec.fpc.stackup
+    last, count, stackup = layout.spec.fpc.tail_copper, layout.copper_layers, layout.spec.fpc.stackup
     if is_rigid(stackup) or (last == count and len(cores(stackup)) == 1):
         return ""
 
@@ -72,7 +71,7 @@ def lamination_text(layout: Layout) -> str:
     if tail_holes(layout):
         first.append(f"the tail's holes drilled there and plated ({thickened(last)})")
     first.append(f"copper {last} etched" if last > 1 else "nothing of it etched yet")
-    first += ["the tail's own coverlay laid"] * has_tail_coverlay(layout)
+    first += ["the tail's own coverlay laid"] * layout.spec.fpc.has_tail_coverlay
     lower, etched = f"copper {last + 1}", ""
     if last + 1 < count:
         numbers = ", ".join(map(str, range(last + 1, count)))

@@ -15,7 +15,7 @@ from sitscad.kernels.geometry.path import Path, Point, box_around, circle, enclo
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Cutting
-from sitscad.spec.places import cell_placements, cell_specs, footprint, place_in_words, webs
+from sitscad.spec.places import cell_specs, footprint, place_in_words, webs
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import Issue
 
@@ -205,7 +205,7 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     return tuple(
         CutPart(
             name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
-            place_in_words(plate), len(cell_placements(spec)),
+            place_in_words(plate), len(spec.cell_placements),
         )
         for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
         if plate is not None
@@ -356,7 +356,7 @@ def _order(is_engraved: bool) -> Iterator[str]:
 
 def _marks(layout: Layout, part: CutPart, centre: Point, width: float, height: float) -> Iterator[Contour]:
     """Yield crosses on REF: the part's centre, the coils under it, and two corners to register the sheet."""
-    over = layout.spec.array.placements if part.boxes else cell_placements(layout.spec)[0]
+    over = layout.spec.array.placements if part.boxes else layout.spec.cell_placements[0]
     beside = (part.place.place_of(Point(*p.centre)) for p in over)
     marks = (centre.shifted(x, y) for x, y in beside)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]

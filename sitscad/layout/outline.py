@@ -36,14 +36,9 @@ _NEAR = 1e-9
 CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points are held against it
 
 
-def edge_of_body(spec: SensorSpec) -> Path | None:
-    """Return the outline (closed, counter-clockwise) that the spec gives for the body. None if it gives no outline."""
-    return None if spec.fpc.body is None else spec.fpc.body.edge.shifted(*spec.array.middle)
-
-
 def given_box(spec: SensorSpec) -> tuple[float, float, float, float] | None:
     """Return the box (m) of the body's outline in the spec. None if coils and leads determine the size."""
-    edge = edge_of_body(spec)
+    edge = spec.body_outline
     return None if edge is None else bounding_box([edge])
 
 
@@ -162,7 +157,7 @@ def walls(spec: SensorSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
     Tracks that keep the track spacing from these walls keep the fabricator's distance from the edge. The walls' width
     is negative if the edge distance is smaller than the spacing.
     """
-    edge = edge_of_body(spec)
+    edge = spec.body_outline
     if edge is None:
         return ()
     rules = spec.fpc.rules
@@ -175,7 +170,7 @@ def lack(spec: SensorSpec, tail: TailFrame) -> Shortfall | None:
 
     Candidates are the tail's root and the outermost coil with the fabricator's distance from the edge.
     """
-    edge, asked = edge_of_body(spec), spec.fpc.rules.copper_to_edge
+    edge, asked = spec.body_outline, spec.fpc.rules.copper_to_edge
     if edge is None:
         return None
     (_, low, _, high), coil, kept = bounding_box([edge]), spec.coil.outline.boundary(spec.coil.size, 0.0), {}
@@ -284,7 +279,7 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     """
     across = body_breadth(spec, needed)
     low, high = across.low, across.high
-    if (edge := edge_of_body(spec)) is not None:
+    if (edge := spec.body_outline) is not None:
         return BodyExtent(*ends(spec, far, tail.body_end), low, high, edge)
     body = BodyExtent(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
     is_ahead = tail.ahead > tail.waiting and not tail.taper.narrows

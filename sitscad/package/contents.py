@@ -36,7 +36,6 @@ from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
 from sitscad.files.writer import is_felt
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
@@ -196,7 +195,7 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
     plate = layout.stiffener
     if plate is not None and bounding_box((plate.outline.outline,))[0] > far:
         plate = None
-    return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, tail_layers(layout))
+    return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, layout.spec.fpc.tail_layers)
 
 
 def calibration_files(found: Calibration) -> dict[str, bytes]:

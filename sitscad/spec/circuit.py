@@ -468,3 +468,26 @@ class FpcSpec(Section):
     def body_key(self) -> str:
         """Key of the spec that makes the body larger."""
         return "fpc.margin" if self.body is None else "fpc.body"
+
+    @property
+    def tail_copper(self) -> int:
+        """Number of copper layers, counted from the top, that run down the tail. All layers if there is no tail."""
+        count = len(self.stackup.copper)
+        return count if self.tail is None else min(self.tail.layers, count)
+
+    @property
+    def tail_layers(self) -> tuple[StackLayer, ...]:
+        """Layer stack of the tail: the layers down to its last copper layer, and the bottom coverlay."""
+        layers = self.stackup.layers
+        copper = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
+        return layers[: copper[self.tail_copper - 1] + 1] + layers[copper[-1] + 1 :]
+
+    @property
+    def tail_step(self) -> float:
+        """Thickness difference (m) between body and tail if lower layers end at the tail."""
+        return self.stackup.thickness - sum(layer.thickness for layer in self.tail_layers)
+
+    @property
+    def has_tail_coverlay(self) -> bool:
+        """Whether the tail has its own bottom coverlay: the body's coverlay cannot cross a step to fewer layers."""
+        return self.tail_copper < len(self.stackup.copper) and self.stackup.layers[-1].kind is LayerKind.COVERLAY

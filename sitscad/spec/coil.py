@@ -193,6 +193,11 @@ class ArraySpec(Readable):
         return x, y
 
     @property
+    def is_in_line(self) -> bool:
+        """Whether all coils stand on the jaw's axis, so that lanes along it suffice."""
+        return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in self.placements)
+
+    @property
     def distance_key(self) -> str:
         """Key of the spec for the distance between coils; for a coil alone, the key for its size."""
         keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}

@@ -10,7 +10,6 @@ from itertools import pairwise
 from sitscad.basics.record import kept
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
-from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import CellsSpec, ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
@@ -27,20 +26,13 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
     if is_line:
         pattern, pitch = "line", spec.array.pitch
     found = [replace(spec, cells=None, array=replace(spec.array, pattern=pattern, placements=one, pitch=pitch))
-             for one in cell_placements(spec)]
+             for one in spec.cell_placements]
     if pad is None or cells.web is None:
         return tuple(found)
     places = [footprint(cell, pad) for cell in found]
     strips = _strips(places, cells.web)
     return tuple(replace(cell, elastomer=_joined(pad, place.centre, strips))
                  for cell, place in zip(found, places, strict=True))
-
-
-def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
-    """Return the placements of the coils, cell by cell. If there are no cells, all coils form one group."""
-    placements = spec.array.placements
-    coils = len(placements) if spec.cells is None else spec.cells.coils
-    return [placements[k : k + coils] for k in range(0, len(placements), coils)]
 
 
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
@@ -52,7 +44,7 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
         return list(range(len(names))), ""
-    if list(coils) not in [[one.name for one in cell] for cell in cell_placements(spec)]:
+    if list(coils) not in [[one.name for one in cell] for cell in spec.cell_placements]:
         whose = "those of a cell" if spec.cells else f"this one's {', '.join(names)}"
         raise ValueError(f"the map is of another sensor: its coils {', '.join(coils)} are not {whose}")
     return [names.index(name) for name in coils], f"{'+'.join(coils)}."
@@ -103,7 +95,7 @@ def gathered(spec: SensorSpec) -> SensorSpec:
     """
     if spec.cells is None:
         return spec
-    first = cell_placements(spec)[0]
+    first = spec.cell_placements[0]
     alike = tuple(replace(first[k % len(first)], name=p.name) for k, p in enumerate(spec.array.placements))
     return replace(spec, cells=None, array=replace(spec.array, pattern="explicit", placements=alike, pitch=None))
 

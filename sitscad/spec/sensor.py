@@ -12,8 +12,9 @@ from typing import Any, ClassVar, cast, overload
 
 from sitscad.basics.record import record, replace, with_frozen_mappings
 from sitscad.kernels.converters.converter import Converter
+from sitscad.kernels.geometry.path import Path
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
-from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
+from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.format.kinds import (
     Choice,
     Either,
@@ -362,6 +363,18 @@ class SensorSpec(Readable):
     def jaw(self) -> Jaw | None:
         """The jaw of the mount. None if there is no jaw."""
         return None if self.mount is None else self.mount.jaw
+
+    @property
+    def body_outline(self) -> Path | None:
+        """Outline (closed, counter-clockwise) that the spec gives for the board's body. None if it gives no outline."""
+        return None if self.fpc.body is None else self.fpc.body.edge.shifted(*self.array.middle)
+
+    @property
+    def cell_placements(self) -> tuple[tuple[CoilPlacement, ...], ...]:
+        """Placements of the coils, cell by cell. If there are no cells, all coils form one group."""
+        placements = self.array.placements
+        count = len(placements) if self.cells is None else self.cells.coils
+        return tuple(placements[k : k + count] for k in range(0, len(placements), count))
 
     @property
     def web(self) -> float | None:

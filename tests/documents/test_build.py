@@ -8,7 +8,6 @@ from tolerance import approx
 import sitscad
 from sitscad.files.documents import order_notes
 from sitscad.files.order_facts.notes import step_text
-from sitscad.layout.bending import lap_start
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.spec import presets, templates
@@ -45,7 +44,7 @@ def test_build_of_several_cores_names_every_inner_etching_and_every_bond(stackup
 def test_holes_keep_the_coverlays_registration_from_the_tails_own_coverlay():
     layout = laid()
     rules = layout.spec.fpc.rules
-    gap = min(lap_start(layout) - via.centre.x - via.drill / 2 for via in layout.vias if via.lowest is None)
+    gap = min(layout.lap_start - via.centre.x - via.drill / 2 for via in layout.vias if via.lowest is None)
     assert gap >= rules.coverlay_registration
     assert f"{gap / UM:.3g} um or more from the walls of holes" in step_text(layout)
     wide = laid(("rules: generic-fine", "rules: {name: wide, based_on: generic-fine, coverlay_lap: 0.45}"))

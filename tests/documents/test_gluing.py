@@ -28,7 +28,6 @@ from sitscad.files.order_facts.notes import bend_place
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.spec import presets, templates
-from sitscad.spec.places import cell_placements
 
 HERE = Point(0.0, 0.0)
 
@@ -135,7 +134,7 @@ def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
     said = gluing.pressing(layout, "")
     assert "jig-board-press" in said and gluing.grams(mass) in said
-    assert ("holes in turn" in pushed_out(layout)) == (len(cell_placements(layout.spec)) > 1)
+    assert ("holes in turn" in pushed_out(layout)) == (len(layout.spec.cell_placements) > 1)
 
 
 def test_the_board_s_press_leaves_a_cast_skin_its_room():

@@ -19,7 +19,6 @@ from sitscad.files.extraction.differences import compare, extract
 from sitscad.files.formats import gerber, kicad
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.bending import tail_layers
 from sitscad.layout.panel import plan
 from sitscad.spec.load import load_text
 from sitscad.spec.yaml.rewriting import rewritten
@@ -147,7 +146,7 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
     for name in ("drawing.svg", "stackup.svg"):
         drawn = " ".join(re.sub(r"<[^>]*>", " ", files[f"fpc/thin-{name}"].decode()).split())
         assert "coverlay" in drawn and re.search(r"laps\s+300 um\s+into", drawn), name
-    step = thin.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(thin))
+    step = thin.spec.fpc.stackup.thickness - sum(layer.thickness for layer in thin.spec.fpc.tail_layers)
     assert f"the step of {step * 1e6:.4g} um" in words
 
 

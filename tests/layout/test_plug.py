@@ -13,7 +13,7 @@ from sitscad.basics.units import show
 from sitscad.files.documents.order_notes import readme
 from sitscad.files.formats import gerber
 from sitscad.kernels.geometry.path import Point, bounding_box, closed_polygon
-from sitscad.layout.bending import Where, finished_thickness, tail_layers
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Role, Trace
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind
@@ -113,7 +113,7 @@ def copper_at_contacts(layout):
 def assert_contacts_are_as_thick_as_their_layers(layout):
     stackup, copper = layout.spec.fpc.stackup, copper_at_contacts(layout)
     assert 1 in copper
-    films = [layer for layer in tail_layers(layout)[1:] if layer.kind is not LayerKind.COPPER]
+    films = [layer for layer in layout.spec.fpc.tail_layers[1:] if layer.kind is not LayerKind.COPPER]
     there = [*films, *(each for each in stackup.copper if each.number in copper)]
     made = finished_thickness(layout, Where.CONTACT).nominal
     assert made == approx(sum(each.thickness for each in there) + layout.stiffener.thickness, rel=1e-6)

@@ -11,7 +11,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.places.jaws import closed_span, made_to_measure
-from sitscad.assembly.places.stack import ground, support
+from sitscad.assembly.places.stack import support
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import check
 from sitscad.kernels.geometry.path import enclosed_area
@@ -64,7 +64,7 @@ def test_plate_and_cap_carry_all_of_the_board_and_a_finger_what_is_flat_of_it():
     def on(mount):
         layout = handmade.bench_sensor(mount=mount)
         found = support(layout)
-        assert found.body == enclosed_area(ground(layout))
+        assert found.body == enclosed_area(layout.body_outline)
         return found.body_carried / found.body, found.share
 
     assert on(handmade.Mount("bench-plate", None, 2e-3)) == approx((1.0, 1.0), rel=1e-6)
@@ -80,7 +80,7 @@ def test_a_mount_cut_back_to_a_lens_is_an_error_with_both_areas():
     result = check(load(LENS), hints="none")
     (lens,) = [finding for finding in result.findings if finding.rule == "SIT319"]
     assert lens.severity is Severity.ERROR and lens.key == "mount.standoff" and lens.unit == "m2"
-    body = enclosed_area(ground(lay_out(load(LENS))))
+    body = enclosed_area(lay_out(load(LENS)).body_outline)
     assert lens.limit == approx(0.5 * body, rel=1e-6) and 0.4 * body < lens.measured < lens.limit
     assert f"of its {body * 1e6:.3g} mm2" in lens.message
     over = [finding.message for finding in result.findings if finding.rule == "SIT301"]

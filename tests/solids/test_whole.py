@@ -15,7 +15,6 @@ from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.column import column, levels
 from sitscad.assembly.places.tail_path import BentStretch, Station, tail_path
-from sitscad.layout.bending import tail_layers
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 pytestmark = pytest.mark.cad
@@ -80,7 +79,7 @@ def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
 
 def test_bends_keep_their_radius_and_end_level(layout):
     path = tail_path(layout)
-    thickness = math.fsum(layer.thickness for layer in tail_layers(layout))
+    thickness = math.fsum(layer.thickness for layer in layout.spec.fpc.tail_layers)
     for stretch in path.stretches:
         if stretch.turn:
             assert stretch.length / abs(stretch.turn) == approx(path.radius + thickness / 2, rel=1e-6)

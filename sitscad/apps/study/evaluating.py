@@ -39,9 +39,8 @@ from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout import sketch
-from sitscad.layout.routing.routes import in_line
 from sitscad.package.inspection import as_configured
-from sitscad.spec.places import cell_placements, footprint
+from sitscad.spec.places import footprint
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 
@@ -167,7 +166,7 @@ def can_screen(spec: SensorSpec) -> bool:
 
 def _ends_over_coils(spec: SensorSpec) -> bool:
     """Whether the nearest edge of a target that several coils share lies in the screen's valid range."""
-    places = {place.centre for place in cell_placements(spec)[0]}
+    places = {place.centre for place in spec.cell_placements[0]}
     if spec.target is None or len(places) < 2:
         return True
     west, low, right, high = footprint(spec, spec.target).box
@@ -219,7 +218,7 @@ WIDER = 2  # Steps by which a board may be wider than its sketch. At most one wa
 
 def _is_sized(spec: SensorSpec) -> bool:
     """Whether the board is as large as its sketch: one coil, or two in line. Leads of six in line widened it by 4 %."""
-    return in_line(spec) and len(spec.array.placements) <= 2
+    return spec.array.is_in_line and len(spec.array.placements) <= 2
 
 
 def _decided(design: Design) -> tuple[list[Finding], set[str]]:

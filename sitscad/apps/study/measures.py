@@ -17,7 +17,6 @@ from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
-from sitscad.spec.places import cell_placements
 
 if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
@@ -276,7 +275,7 @@ FORCE = Need("requirements.normal_force", lambda spec: spec.requirements.normal_
              ("requirements.normal_force",))
 JAW = Need("mount.jaw", lambda spec: spec.jaw is not None, ("mount",))
 CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
-TWO_COILS = Need("two coils", lambda spec: len(cell_placements(spec)[0]) > 1, ("array", "cells"))
+TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("array", "cells"))
 
 
 def _told_apart(axis: str) -> Need:

@@ -33,10 +33,8 @@ from sitscad.assembly.places.jaws import (
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, within_box
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
-from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
-from sitscad.layout.outline import edge_of_body
 from sitscad.spec.circuit import BodySpec, Stackup
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
@@ -73,7 +71,7 @@ def stiffener(layout: Layout) -> Body | None:
 
 def tail_heights(layout: Layout) -> Heights:
     """Return the heights of the tail: from the bottom of its lowest layer up to the board's top face."""
-    return -math.fsum(layer.thickness for layer in tail_layers(layout)), 0.0
+    return -math.fsum(layer.thickness for layer in layout.spec.fpc.tail_layers), 0.0
 
 
 def shield(layout: Layout) -> Body | None:
@@ -87,7 +85,7 @@ def shield(layout: Layout) -> Body | None:
         return None
     (x0, _, x1, _), y, half = layout.body, axis(layout.body).y, half_width(layout, levels[0])
     is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
-    plan = Region(ground(layout) if is_disc else rectangle(x0, y - half, x1, y + half))
+    plan = Region(layout.body_outline if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
 
 
@@ -119,19 +117,7 @@ def encapsulation(layout: Layout) -> Body | None:
     film = layout.spec.encapsulation
     if film is None:
         return None
-    return Body(BodyRole.ENCAPSULATION, Region(ground(layout)), 0.0, top_height(layout.spec), film.material.name)
-
-
-def ground(layout: Layout) -> Path:
-    """Return the support area for plates: the board's body with its corners, or the spec's outline.
-
-    The path is convex and counter-clockwise.
-    """
-    if (edge := edge_of_body(layout.spec)) is not None:
-        return edge
-    found = within_box(layout.outline, layout.body)
-    assert found is not None
-    return found
+    return Body(BodyRole.ENCAPSULATION, Region(layout.body_outline), 0.0, top_height(layout.spec), film.material.name)
 
 
 def largest_outline(layout: Layout) -> Path | None:
@@ -142,7 +128,7 @@ def largest_outline(layout: Layout) -> Path | None:
     largest = layout.spec.fpc.largest
     if largest is None:
         return None
-    (x0, y0, x1, y1), middle = bounding_box([ground(layout)]), layout.spec.array.middle
+    (x0, y0, x1, y1), middle = bounding_box([layout.body_outline]), layout.spec.array.middle
     return largest.edge.shifted(*(middle if largest.shape == "dxf" else ((x0 + x1) / 2, (y0 + y1) / 2)))
 
 
@@ -200,7 +186,7 @@ def pressed_on(layout: Layout) -> tuple[str, Path]:
         above = within_box(body.outline(), layout.body)
         if above is not None:
             return body.name, above
-    return BODY, ground(layout)
+    return BODY, layout.body_outline
 
 
 def support(layout: Layout) -> Support | None:
@@ -211,7 +197,7 @@ def support(layout: Layout) -> Support | None:
     found = _carriers(layout)
     if found is None:
         return None
-    (name, path), body = pressed_on(layout), ground(layout)
+    (name, path), body = pressed_on(layout), layout.body_outline
     return Support(name, enclosed_area(path), _on(path, *found), enclosed_area(body), _on(body, *found))
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole, board_heights
 from sitscad.assembly.places.fit import PinGap, closed_section, hinge_pivot
 from sitscad.assembly.places.jaws import axis, jaw_range
-from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on, tail_heights
+from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on, tail_heights
 from sitscad.assembly.places.tail_path import ROD, bends
 from sitscad.assembly.solids.proof import (
     BEND,
@@ -252,7 +252,7 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     where = (middle.x, middle.y, under / MM)
     found = [_measured(name, path, faces, where, MOST_OF_IT)]
     if name != BODY:
-        found.append(_measured(BODY, ground(layout), faces, where, HALF_OF_IT))
+        found.append(_measured(BODY, layout.body_outline, faces, where, HALF_OF_IT))
     return tuple(found)
 
 

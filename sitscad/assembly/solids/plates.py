@@ -32,7 +32,7 @@ from sitscad.assembly.places.seating import (
     plate_holes,
     plate_plan,
 )
-from sitscad.assembly.places.stack import ground, has_round_body
+from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.places.tail_path import Lip, lip, round_edge
 from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, face, one_solid, prism, raised, require, without
 from sitscad.kernels.geometry.convex import Box
@@ -99,7 +99,7 @@ def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
         return ()
     x0, y0, x1, y1 = layout.body
     if has_round_body(layout.spec.fpc.body):
-        return (prism(ground(layout), shield[1], under),)
+        return (prism(layout.body_outline, shield[1], under),)
     return (box(x0, y0, shield[1], x1, y1, under),)
 
 
@@ -148,7 +148,7 @@ def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
 def over_body(layout: Layout, lower: float, upper: float) -> Any:
     """Return the solid over the board's body alone, between two heights (m)."""
     if layout.spec.fpc.body is not None:
-        return prism(ground(layout), lower, upper)
+        return prism(layout.body_outline, lower, upper)
     x0, y0, x1, y1 = layout.body
     return prism(layout.outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
 

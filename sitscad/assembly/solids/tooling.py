@@ -45,7 +45,7 @@ from sitscad.assembly.places.bodies import (
 )
 from sitscad.assembly.places.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
 from sitscad.assembly.places.seating import plate_plan, process_clearance
-from sitscad.assembly.places.stack import ground, has_round_body
+from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.solids.plates import grown, over_body
 from sitscad.assembly.solids.solid import MM, Solid, box, one_solid, prism, raised, require, tapered, without
 from sitscad.basics.record import record
@@ -362,7 +362,7 @@ def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
     size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
     places = [Point(x0 + (i + 0.5) * (x1 - x0) / along, y0 + (k + 0.5) * (y1 - y0) / across)
               for i in range(along) for k in range(across)]
-    inside = tuple(at for at in places if beyond(ground(layout), at) <= -size / 2)
+    inside = tuple(at for at in places if beyond(layout.body_outline, at) <= -size / 2)
     return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
 
 
@@ -443,7 +443,7 @@ def skin_mould(layout: Layout) -> Solid | None:
         cup = one_solid(cup - tapered(lower, upper, -1e-3, top), "mould")
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
     (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body
-    points, corners = ground(layout).flattened(1e-5), (x0 + width / 2, x1 - width / 2)
+    points, corners = layout.body_outline.flattened(1e-5), (x0 + width / 2, x1 - width / 2)
     given = layout.spec.fpc.body is not None  # it may have no corners: from where it reaches farthest across
     found = []
     for x in (min(points, key=lambda p: p.y).x,) if given else corners:
@@ -483,7 +483,7 @@ def skin_pour(layout: Layout) -> Pour | None:
     inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
     room = thick + math.tan(DRAFT) * top / 2
     blocks = max(math.fsum(_area(body, room) for body in plates(layout.spec, part)) for part in ("elastomer", "target"))
-    flange = max(0.0, Region(ground(layout)).area - blocks) * thick
+    flange = max(0.0, Region(layout.body_outline).area - blocks) * thick
     volume = flange + blocks * top - inside
     return Pour(1, volume, SPILL * volume)
 

@@ -42,7 +42,7 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
 from sitscad.data import cited, rows
 from sitscad.kernels.geometry.path import Path, Region, bounding_box, rectangle
-from sitscad.layout.bending import bend_stretch, tail_layers
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Coil, Layout, Role
 from sitscad.spec.circuit import LayerKind, StackLayer
 from sitscad.spec.coil import CoilSpec
@@ -67,7 +67,7 @@ def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
         return tuple(found)
     upper = 0.0
     flat = plan(layout, path, Region(layout.outline))
-    for index, layer in enumerate(tail_layers(layout)):
+    for index, layer in enumerate(layout.spec.fpc.tail_layers):
         shape = flat.laid(upper - layer.thickness, upper)
         kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
         found.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
@@ -136,7 +136,7 @@ def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
     """
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
-    tail = dict(_copper("tail", tail_layers(layout)))
+    tail = dict(_copper("tail", layout.spec.fpc.tail_layers))
     names = {coil.net: coil.name for coil in layout.coils}
     found: defaultdict[str, float] = defaultdict(float)
     for number, layer in enumerate(stack.copper, 1):

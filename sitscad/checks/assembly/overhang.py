@@ -10,7 +10,7 @@ from functools import partial
 
 from sitscad.assembly.places.bodies import Body, elastomer, film_thickness, target
 from sitscad.assembly.places.jaws import PartsError
-from sitscad.assembly.places.stack import ground, shield_part
+from sitscad.assembly.places.stack import shield_part
 from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN
@@ -32,7 +32,6 @@ from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import beyond
 from sitscad.kernels.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
-from sitscad.layout.outline import edge_of_body
 from sitscad.spec.materials import Cutting
 from sitscad.spec.mount import Jaw, Mount
 from sitscad.spec.sensor import SensorSpec
@@ -52,7 +51,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
     The lowest plate counts with its film.
     """
-    spec, body = design.spec, ground(design.layout)
+    spec, body = design.spec, design.layout.body_outline
     pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec.encapsulation)
 
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
@@ -113,7 +112,7 @@ def _onto_body(design: Design) -> tuple[Family, ...]:
 
     First a larger pad or a pad under the target, on the body as drawn; then a larger body, and smaller plates.
     """
-    spec, body = design.spec, ground(design.layout)
+    spec, body = design.spec, design.layout.body_outline
 
     def lying(fixes: Iterable[Fix]) -> Iterator[Fix]:
         return (fix for fix in fixes if lies(fix.spec, body))
@@ -128,9 +127,10 @@ def _widened(design: Design) -> Iterator[Fix]:
     changed, also = first.spec, first.edits
     layout, lows = design.layout, lowest(changed)
     if changed.fpc.body is not None and lows:
-        over = max(low.footprint.hangs_over(ground(layout)) for low in lows) + film_thickness(changed.encapsulation)
+        over = max(low.footprint.hangs_over(layout.body_outline) for low in lows)
+        over += film_thickness(changed.encapsulation)
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
-        edge = edge_of_body(fix.spec)
+        edge = fix.spec.body_outline
         if fix.edits and edge is not None and lies(fix.spec, edge):
             yield replace(fix, edits=(*fix.edits, *also))
         return

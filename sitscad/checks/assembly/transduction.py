@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
-from sitscad.assembly.places.stack import ground
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
@@ -320,7 +319,8 @@ def _larger_area(design: Design, area: float, wanted: float) -> str:
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
     body = f" on a larger body ({spec.fpc.body_key}), for this one is too small"
-    return f", or a target and pad of {then} instead of {now}{'' if lies(larger, ground(design.layout)) else body},"
+    has_room = lies(larger, design.layout.body_outline)
+    return f", or a target and pad of {then} instead of {now}{'' if has_room else body},"
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:

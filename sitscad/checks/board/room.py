@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
-from sitscad.assembly.places.stack import ground, largest_outline
+from sitscad.assembly.places.stack import largest_outline
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.basics.units import show
 from sitscad.checks.fixes import moves
@@ -123,7 +123,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
     spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
         return
-    over, (x0, y0, x1, y1) = _beyond_largest(design.layout), bounding_box([ground(design.layout)])
+    over, (x0, y0, x1, y1) = _beyond_largest(design.layout), bounding_box([design.layout.body_outline])
     if over > ROUNDING:
         nearer = ", or coils nearer to each other, make" if len(spec.array.placements) > 1 else " make"
         yield Violation(
@@ -198,7 +198,7 @@ def _beyond_largest(layout: Layout) -> float:
     """Return the distance (m) by which a body extends beyond `fpc.largest`. The spec must have that key."""
     edge = largest_outline(layout)
     assert edge is not None
-    return max(beyond(edge, point) for point in ground(layout).flattened(1e-6))
+    return max(beyond(edge, point) for point in layout.body_outline.flattened(1e-6))
 
 
 def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:

@@ -30,11 +30,8 @@ from sitscad.layout.bending import (
     bend_figure,
     bend_length,
     finished_thickness,
-    has_tail_coverlay,
     least_bend_radius,
     longest_straight,
-    step_height,
-    tail_copper,
     tail_thickness,
     unfit_for_bending,
 )
@@ -261,7 +258,7 @@ def special_build(design: Design) -> Iterator[Verdict]:
     Its hint describes the plain build for comparison.
     """
     layout, spec = design.layout, design.spec
-    last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
+    last, count, tail = layout.spec.fpc.tail_copper, layout.copper_layers, spec.fpc.tail
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
     if tail is None or last == count:
         if layout.vias and stackup.plating is Plating.BUTTONS:
@@ -298,26 +295,26 @@ def step(design: Design) -> Iterator[Verdict]:
     The tail's own coverlay may overlap there.
     """
     layout, rules, end = design.layout, design.spec.fpc.rules, design.layout.body[2]
-    if tail_copper(layout) == layout.copper_layers:
+    if layout.spec.fpc.tail_copper == layout.copper_layers:
         return
     through = [via for via in layout.vias if via.lowest is None]
     near = max(through, key=lambda via: via.centre.x + via.drill / 2.0, default=None)
     gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
     asked = rules.coverlay_lap + rules.coverlay_registration
     field, apart = "hole_to_step", rules.hole_to_step
-    if has_tail_coverlay(layout) and asked > apart:
+    if layout.spec.fpc.has_tail_coverlay and asked > apart:
         field, apart = "coverlay_lap", asked
     if near is not None and gap < apart - ROUNDING:
         message = (
-            f"a hole of {near.net} stands {show(gap, 'm')} from the body's end, where copper {tail_copper(layout) + 1} "
-            f"and what is below it end; {house(rules, field)} asks {show(apart, 'm')}"
+            f"a hole of {near.net} stands {show(gap, 'm')} from the body's end, where copper "
+            f"{layout.spec.fpc.tail_copper + 1} and what is below it end; {house(rules, field)} asks {show(apart, 'm')}"
         )
         place = Place(*near.centre, nets=(near.net,))
         yield _too_near(design, message, gap, apart, rules.source_of(field), place)
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
-    if has_tail_coverlay(layout) and gap < asked - ROUNDING:
+    if layout.spec.fpc.has_tail_coverlay and gap < asked - ROUNDING:
         message = (
             f"the turns of {coil.name} begin {show(gap, 'm')} from the body's end, into which the tail's own coverlay "
             f"laps {show(rules.coverlay_lap, 'm')}, laid within {show(rules.coverlay_registration, 'm')}: layers lie "
@@ -335,7 +332,7 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
     if design.spec.fpc.body is not None:
         fix = larger_body(design.spec, longer)
     hint = (f"{show(asked - gap, 'm')} are missing: a longer body ({design.spec.fpc.body_key}), or as many layers in "
-            f"the tail (the step is {show(step_height(design.layout), 'm')} high)")
+            f"the tail (the step is {show(design.layout.spec.fpc.tail_step, 'm')} high)")
     return Violation(message, hint, "fpc.tail.layers", gap, asked, "m", source=source, place=place,
                      fixes=(lambda: [fix],))
 

@@ -33,7 +33,7 @@ from sitscad.checks.rules import (
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
-from sitscad.spec.places import breadth_from, cell_placements, coils_from, shared_middles
+from sitscad.spec.places import breadth_from, coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 
 FEWEST_STEPS = 30.0
@@ -157,7 +157,7 @@ def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
     The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
     """
     lost, untold = {response.coil for response in found if response.is_lost}, set()
-    for cell in cell_placements(spec):
+    for cell in spec.cell_placements:
         for axis in (0, 1):
             places = [one.centre[axis] for one in cell]
             felt = [one.centre[axis] for one in cell if one.name not in lost]
@@ -301,7 +301,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     if not found:
         yield Undecided("no signal from rest to pressed was estimated")
         return
-    cells, strongest = cell_placements(design.spec), dict[int, Signal]()  # by cell
+    cells, strongest = design.spec.cell_placements, dict[int, Signal]()  # by cell
     numbers = {place.name: k for k, cell in enumerate(cells, 1) for place in cell}
     for one in sorted(found, key=lambda one: -abs(one.share)):
         strongest.setdefault(numbers[one.coil], one)

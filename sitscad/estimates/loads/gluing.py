@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from sitscad.assembly.places.bodies import elastomer, glued_pieces, plates
-from sitscad.assembly.places.stack import ground
 from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
 from sitscad.kernels.geometry.convex import Footprint
@@ -136,7 +135,7 @@ def board_plan(layout: Layout) -> tuple[Footprint, float]:
     body = layout.spec.fpc.body
     centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
     plan = Footprint(body is not None and body.shape == "circle", (x1 - x0, y1 - y0), centre)
-    return plan, enclosed_area(ground(layout))
+    return plan, enclosed_area(layout.body_outline)
 
 
 def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, handling: float) -> float:

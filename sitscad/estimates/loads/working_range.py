@@ -17,7 +17,6 @@ from sitscad.kernels.electromagnetics.polynomials import spread
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
@@ -295,7 +294,7 @@ def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
     A required moment replaces the shear with the same pattern of readings.
     """
     asked = {name for name in MOMENTS if getattr(spec.requirements, name) is not None}
-    told = axes_told_apart(cell_placements(spec)[0])
+    told = axes_told_apart(spec.cell_placements[0])
     found = {INSTEAD[name] if INSTEAD.get(name) in asked else name for name in told}
     return tuple(name for name in AXES if name in found)
 

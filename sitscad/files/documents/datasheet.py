@@ -50,7 +50,6 @@ from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Room for the drawing on the first page: left, low, width, height (mm)
@@ -180,7 +179,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     """Describe the sensor and its measured axes in a few sentences."""
-    placements = cell_placements(layout.spec)
+    placements = layout.spec.cell_placements
     cells, coils = len(placements), counted(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in felt[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""

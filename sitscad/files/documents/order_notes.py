@@ -27,7 +27,7 @@ from sitscad.files.order_facts.files import (
     tail_coverlay_files,
 )
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.panel import Panel, is_too_small
@@ -115,7 +115,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         f"{cover_name(fpc.stackup)} within {show(fpc.rules.coverlay_registration, 'm')} of the copper, "
         "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
     )
-    if tail_copper(layout) < len(copper):
+    if layout.spec.fpc.tail_copper < len(copper):
         yield "Tail", _thin_tail(layout)
     if build := lamination_text(layout):
         yield "Build", build
@@ -174,13 +174,13 @@ def _panel_name(name: str, ending: str) -> str:
 
 def _thin_tail(layout: Layout) -> str:
     """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
-    first, last = tail_copper(layout) + 1, layout.copper_layers
+    first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
     (extent,) = body_files(layout)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
         f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
-        f"tail is {show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
+        f"tail is {show(sum(layer.thickness for layer in layout.spec.fpc.tail_layers), 'm')} thick. "
         + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
         + "Holes in the tail go through its own layers only and have a drill file of their own."
     )

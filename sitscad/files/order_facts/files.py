@@ -19,7 +19,6 @@ from typing import NamedTuple
 from sitscad.basics.record import record
 from sitscad.basics.units import decimal, show
 from sitscad.basics.version import __version__
-from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.presets import cover_name
@@ -111,7 +110,7 @@ def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[Fabrication
 
 def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """Return the file that outlines the layers absent from the tail; empty if the tail has all copper layers."""
-    first, last = tail_copper(layout) + 1, layout.copper_layers
+    first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     if first > last:
         return ()
     names = f"L{first}" if first == last else f"L{first}_to_L{last}"
@@ -123,9 +122,9 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
 
 def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """Return the file of a thinner tail's own bottom coverlay; empty without this coverlay."""
-    if not has_tail_coverlay(layout):
+    if not layout.spec.fpc.has_tail_coverlay:
         return ()
-    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    last, lap = layout.spec.fpc.tail_copper, show(layout.spec.fpc.rules.coverlay_lap, "m")
     title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
     path = fabrication_path(layout.spec.name, "Tail_Coverlay.gbr")
     return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", title),)

@@ -17,10 +17,6 @@ from sitscad.layout.bending import (
     bend_stretch,
     contact_copper,
     finished_thickness,
-    has_tail_coverlay,
-    lap_start,
-    step_height,
-    tail_copper,
 )
 from sitscad.layout.board import Capacitor, Coil, Layout, Stiffener
 from sitscad.layout.copper import pair_in_words, smallest_gaps
@@ -82,7 +78,7 @@ def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
 
 def holes_text(layout: Layout) -> str:
     """Describe the layers that the plated holes go through, separately for the body and a thinner tail."""
-    count, through = len(layout.vias), tail_copper(layout)
+    count, through = len(layout.vias), layout.spec.fpc.tail_copper
     inside = tail_holes(layout)
     if not inside:
         return "through all layers"
@@ -92,15 +88,15 @@ def holes_text(layout: Layout) -> str:
 
 def step_text(layout: Layout) -> str:
     """Describe the bottom coverlay at the step from the body to a thinner tail; empty without this step."""
-    if not has_tail_coverlay(layout):
+    if not layout.spec.fpc.has_tail_coverlay:
         return ""
-    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    last, lap = layout.spec.fpc.tail_copper, show(layout.spec.fpc.rules.coverlay_lap, "m")
     film = layer_text(layout.spec.fpc.stackup.layers[-1])
     return (
-        f"The bottom coverlay cannot run over the step of {show(step_height(layout), 'm')} at the body's end and ends "
-        f"there. The tail has a coverlay of its own under copper {last}, of the same film ({film}), laid before the "
-        f"layers below are laminated on: it laps {lap} into the body, from x = {show(lap_start(layout), 'm')} on, "
-        f"where the bond takes up its thickness.{_beside_lap(layout)}"
+        f"The bottom coverlay cannot run over the step of {show(layout.spec.fpc.tail_step, 'm')} at the body's end "
+        f"and ends there. The tail has a coverlay of its own under copper {last}, of the same film ({film}), laid "
+        f"before the layers below are laminated on: it laps {lap} into the body, from x = "
+        f"{show(layout.lap_start, 'm')} on, where the bond takes up its thickness.{_beside_lap(layout)}"
     )
 
 
@@ -109,7 +105,7 @@ def _beside_lap(layout: Layout) -> str:
     through = [via.centre.x + via.drill / 2 for via in layout.vias if via.lowest is None]
     if not through:
         return ""
-    gap = show(lap_start(layout) - max(through), "m", 3)
+    gap = show(layout.lap_start - max(through), "m", 3)
     return f" Its edge is laid {gap} or more from the walls of holes."
 
 
@@ -246,7 +242,7 @@ def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
 def contact_sum_text(layout: Layout) -> str:
     """Describe the copper layers under the contacts and the total thickness with films and stiffener."""
     copper, made = sorted(contact_copper(layout)), show(finished_thickness(layout, Where.CONTACT).nominal, "m")
-    there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_copper(layout) else ''}"
+    there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < layout.spec.fpc.tail_copper else ''}"
     plate = "" if layout.stiffener is None else f" and a stiffener of {show(layout.stiffener.thickness, 'm')}"
     return f"there {there} counts, which with the films of the stack-up{plate} gives {made}"
 

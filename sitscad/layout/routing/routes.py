@@ -12,7 +12,7 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
+from sitscad.layout.outline import body_breadth, breadth_of, ends, far_end, given_box, roots, walls
 from sitscad.layout.routing.branches import BranchGround, OuterEnd, outermost_turns
 from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
@@ -55,11 +55,6 @@ class Stuck:
 
     coil: int
     walled: bool = False
-
-
-def in_line(spec: SensorSpec) -> bool:
-    """Whether all coils stand on the jaw's axis, so that lanes along it suffice."""
-    return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
 
 
 def front_of(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules, bus: Bus) -> float:
@@ -405,7 +400,7 @@ def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> Tai
     """Return the tail of the body for coils and leads that need the extent `needed`."""
     half_width = body_breadth(spec, needed).farthest
     contacts = spec.fpc.tail.connector if spec.fpc.tail else connector("solder-pads")
-    tail, edge, box = frame(spec, bus, contacts, front, half_width), edge_of_body(spec), given_box(spec)
+    tail, edge, box = frame(spec, bus, contacts, front, half_width), spec.body_outline, given_box(spec)
     if edge is None or box is None:
         return tail
     # its length counts from the body's end; what is straight begins beside the rounded root
@@ -426,7 +421,7 @@ def _leads_wait(spec: SensorSpec, tail: TailFrame) -> bool:
 
     Lanes beside coils in line may. Leads through a maze end where they part.
     """
-    return in_line(spec) and not tail.taper.narrows
+    return spec.array.is_in_line and not tail.taper.narrows
 
 
 FURTHER = 1_500  # Extra trials if leads run farther round their coils than necessary

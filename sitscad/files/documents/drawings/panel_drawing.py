@@ -41,7 +41,6 @@ from sitscad.files.order_facts.files import (
 )
 from sitscad.files.order_facts.notes import TEXT_WIDTH, outline_text, quantity_text, section
 from sitscad.kernels.geometry.path import bounding_box, circle, rectangle
-from sitscad.layout.bending import tail_copper
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.spec.presets import board_kind
 
@@ -147,7 +146,7 @@ def _notes(panel: Panel) -> Iterator[str]:
         yield "Coupons: one coil with solder pads, for measuring inductance."
     if body_files(panel.layout):
         where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
-        lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
+        lower = f"{panel.layout.spec.fpc.tail_copper + 1} to {panel.layout.copper_layers}"
         yield f"Copper {lower} and what lies between and below: {where} only, not the parts' tails."
 
 

@@ -13,7 +13,7 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts import notes
 from sitscad.files.order_facts.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.kernels.geometry.path import rectangle
-from sitscad.layout.bending import contact_copper, contact_layers, has_tail_coverlay, tail_copper, tail_layers
+from sitscad.layout.bending import contact_copper, contact_layers
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
@@ -44,16 +44,16 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """Return the sheet: the sections, a caption for each layer, finished thicknesses and the films' materials."""
     stackup = layout.spec.fpc.stackup
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
-    scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in tail_layers(layout)) + plate)
+    scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in layout.spec.fpc.tail_layers) + plate)
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
     _body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
         y, is_plugged = TOP, bool(layout.pads)
-        for i, layer in enumerate(tail_layers(layout)):
+        for i, layer in enumerate(layout.spec.fpc.tail_layers):
             height, start = layer.thickness * scale, TAIL + (OPEN if is_plugged else 0.0)
-            is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
+            is_own = layout.spec.fpc.has_tail_coverlay and i + 1 == len(layout.spec.fpc.tail_layers)
             _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
             if is_own:
                 lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
@@ -119,7 +119,7 @@ def _contact_section(sheet: Sheet, layout: Layout, bottom: float, scale: float) 
     y = bottom + math.fsum(layer.thickness for layer in there) * scale
     sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
     copper = contact_copper(layout)
-    if absent := [str(number) for number in range(1, tail_copper(layout) + 1) if number not in copper]:
+    if absent := [str(number) for number in range(1, layout.spec.fpc.tail_copper + 1) if number not in copper]:
         sheet.text(TAIL, y + 1.5, f"no copper {', '.join(absent)}", 2.3)
     for layer in there:
         height = layer.thickness * scale

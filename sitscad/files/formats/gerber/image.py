@@ -46,7 +46,6 @@ from sitscad.files.order_facts.files import (
 from sitscad.files.order_facts.notes import copper_text
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
-from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Pad, Trace, Via
 from sitscad.layout.copper import smallest_gaps
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
@@ -74,7 +73,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
         files[file.path] = document(layout.spec.issue, layout.spec.name, file,
                                     regions((Region(rectangle(*layout.body)),)))
     for file in tail_coverlay_files(layout):
-        covered = areas_beyond(layout.outline, lap_start(layout))
+        covered = areas_beyond(layout.outline, layout.lap_start)
         files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions(map(Region, covered)))
     outline = profile_file(layout.spec.name)
     files[outline.path] = document(layout.spec.issue, layout.spec.name, outline, profile(layout.outline))

@@ -36,7 +36,6 @@ from sitscad.files.order_facts.files import body_files, tail_coverlay_files
 from sitscad.files.order_facts.notes import bend_words
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline, rectangle
-from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.presets import is_rigid
@@ -154,7 +153,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     if body_files(layout):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if tail_coverlay_files(layout):
-        for i, covered in enumerate(areas_beyond(layout.outline, lap_start(layout))):
+        for i, covered in enumerate(areas_beyond(layout.outline, layout.lap_start)):
             yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay", i), sheet)
     for i, bend in enumerate(bends(layout)):
         y0, y1 = layout.reach_at(bend.line)
