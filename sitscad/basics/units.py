@@ -254,6 +254,58 @@ def show(value: float, unit: str, digits: int = 4) -> str:
     return f"{_plain(rounded / factor, digits)} {name}".strip()
 
 
+def quantity_as(value: object, form: str) -> str:
+    """Return a value as text in the form that a template asks for.
+
+    Parameters
+    ----------
+    value
+        Quantity in SI units (a fraction for ``%``), a text, a count, or a sequence of these.
+    form : str
+        A unit, optionally with significant digits. An SI unit (``m``, ``ohm``, ``N m 3``) gets a readable prefix, as in
+        `show`. Any other unit of `UNITS` (``um``, ``MHz``, ``deg``) is written as it is. Further forms are ``%``,
+        ``number``, ``count NOUN`` (``2 coils``), and for sequences a form with ``and``, ``or``, ``x`` or ``list`` at
+        its end. Texts and whole numbers need no form.
+
+    Raises
+    ------
+    ValueError
+        If the form is unknown, or missing for a number that is not whole.
+
+    Examples
+    --------
+    >>> quantity_as(1.5e-4, "m"), quantity_as(2, "count coil"), quantity_as(("a", "b"), "or")
+    ('0.15 mm', '2 coils', 'a or b')
+    """
+    words = form.split()
+    if words and words[-1] in _JOINING:
+        if not isinstance(value, Sequence):
+            raise ValueError(f"{value!r} is no sequence, but its form is {form!r}")
+        *texts, last = [quantity_as(each, " ".join(words[:-1])) for each in value] or ["none"]
+        before, joint = _JOINING[words[-1]]
+        return f"{before.join(texts)}{joint}{last}" if texts else last
+    if not words and isinstance(value, (str, int)):
+        return str(value)
+    if words[:1] == ["count"] and isinstance(value, (int, float)):
+        return counted(int(value), " ".join(words[1:]))
+    digits = int(words.pop()) if words and words[-1].isdigit() else 4
+    unit = " ".join(words)
+    if not unit or not isinstance(value, (int, float)):
+        raise ValueError(f"{value!r} cannot be written in the form {form!r}")
+    if unit in ("%", "number"):
+        return f"{_plain(100.0 * value, digits)} %" if unit == "%" else _plain(value, digits)
+    if unit in _SHOWN:
+        return show(value, unit, digits)
+    factor = next((float(units[unit]) for units in UNITS.values() if unit in units), None)
+    if factor is None:
+        raise ValueError(f"{unit!r} is no unit")
+    return f"{_plain(value / factor, digits)} {unit}"
+
+
+_JOINING = {"and": (", ", " and "), "or": (", ", " or "), "list": (", ", ", "), "x": (" x ", " x ")}
+"""Separators of a sequence's texts, and of its last text, by the last word of a form."""
+
+
 NONE = "-"
 """Text of a figure that is absent or not finite."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import field as field_of
 from functools import cache, partial
 from string import Formatter
 
@@ -10,6 +11,7 @@ from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.fixes.search import Family
+from sitscad.checks.messages import text_of
 from sitscad.data import rows
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.converter import Converter
@@ -30,10 +32,11 @@ class Violation:
 
     ``severity`` and ``source`` override the rule's values. ``fixes`` are families of changes that may mend it, the best
     first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns it. ``keeps_limit``
-    is set if ``measured`` is on the right side of the limit, but near to it.
+    is set if ``measured`` is on the right side of the limit, but near to it. If ``case`` is set, the texts are the
+    templates of this case with ``values`` (`violated`), and ``message``, ``hint`` and ``detail`` are empty.
     """
 
-    message: str
+    message: str = ""
     hint: str | Callable[[], str] = ""
     key: str | None = None
     measured: float | None = None
@@ -46,6 +49,39 @@ class Violation:
     fixes: tuple[Family, ...] = ()
     keeps_limit: bool = False
     detail: str = ""
+    case: str = ""
+    hint_case: str | Callable[[], str] = ""
+    details: tuple[str, ...] = ()
+    values: Mapping[str, object] = field_of(default_factory=dict)
+
+    def text(self, part: str) -> str:
+        """Return the ``message``, ``hint`` or ``detail`` of the case with its values.
+
+        The hint is the template of ``hint_case``, if set. The detail has the details of the cases in ``details`` added.
+        """
+        cases: tuple[str, ...] = (self.case, *self.details) if part == "detail" else (self.case,)
+        if part == "hint" and self.hint_case:
+            cases = (self.hint_case if isinstance(self.hint_case, str) else self.hint_case(),)
+        named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
+        return joined(*(text_of(case, part, named) for case in cases))
+
+
+def violated(
+    case: str, key: str | None = None, measured: float | None = None, limit: float | None = None,
+    unit: str | None = None, *, hint: str | Callable[[], str] = "", details: tuple[str, ...] = (),
+    severity: Severity | None = None, source: str | None = None, place: Place | None = None,
+    sigma: float | None = None, fixes: tuple[Family, ...] = (), keeps_limit: bool = False, **values: object,
+) -> Violation:
+    """Return a violation with the texts of a case in ``data/messages.csv``.
+
+    `hint` is another case whose hint is used, or a function that returns the case. `details` are cases whose details
+    are added. The templates name `values`, and also ``measured``, ``limit`` and ``key``. A value that is a function is
+    called only if its text is needed.
+    """
+    return Violation(
+        key=key, measured=measured, limit=limit, unit=unit, severity=severity, source=source, place=place, sigma=sigma,
+        fixes=fixes, keeps_limit=keeps_limit, case=case, hint_case=hint, details=details, values=values,
+    )
 
 
 @record
@@ -253,13 +289,16 @@ def finding_of(
     Converter-dependent parts of the rule's source are for this converter.
     """
     severity, hint = complaint.severity or rule.severity, complaint.hint
+    message, detail = complaint.message, complaint.detail
+    if complaint.case:
+        message, hint, detail = complaint.text("message"), partial(complaint.text, "hint"), complaint.text("detail")
     if not isinstance(hint, str):
         hint = hint() if least is not None and severity.weighs(least) else ""
     return Finding(
-        rule=rule.id, name=rule.name, severity=severity, message=complaint.message,
+        rule=rule.id, name=rule.name, severity=severity, message=message,
         hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
         unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
-        sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=complaint.detail,
+        sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=detail,
     )
 
 

@@ -1,68 +1,214 @@
-"""What the messages of rules hold, and what they leave to the detail."""
+"""Templates of messages (`data/messages.csv`): their length, their values, and the calls that use them."""
 
 from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
+from string import Formatter
+
+import pytest
 
 import sitscad.checks
+from sitscad.basics.units import quantity_as
+from sitscad.checks.judging import RULES
+from sitscad.checks.messages import templates, text_of
+from sitscad.checks.rules import violated
+
+MOST_WORDS = 30
+PARTS = ("message", "hint", "detail")
+FUNCTIONS = (ast.FunctionDef, ast.Lambda)
+FIELDS = {"key", "measured", "limit", "unit", "hint", "details", "severity", "source", "place", "sigma", "fixes",
+          "keeps_limit"}
+"""Keywords of `violated` that are no values."""
+
+ALWAYS = {"key", "measured", "limit"}
+"""Names that every template has."""
 
 
-def texts(field, place):
-    """The source of one argument of every `Violation` in the room."""
-    for path in Path(sitscad.checks.__file__).parent.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Violation":
-                yield from (ast.unparse(each) for each in node.args[place : place + 1])
-                yield from (ast.unparse(each.value) for each in node.keywords if each.arg == field)
+def names(case, parts=PARTS):
+    """The named values of a case with their forms."""
+    return [(name, form) for part in parts for _, name, form, _ in Formatter().parse(templates()[case][part]) if name]
 
 
-def test_where_figures_come_from_is_no_part_of_a_message():
-    """Every finding about a jaw had the same aside in its one line."""
-    assert any("unverified(" in text for text in texts("detail", 13))
-    assert not [text for text in texts("message", 0) if "unverified(" in text]
+@cache
+def modules():
+    return {path: ast.parse(path.read_text(encoding="utf-8"))
+            for path in sorted(Path(sitscad.checks.__file__).parent.rglob("*.py"))}
 
 
-KEY_AND_VALUE = re.compile(r"(?:^|[;,] (?:or )?|or |\()(?:\w+\.)+\w+: (?!a |an |that |less |plastic )")
+def keywords(call):
+    return {each.arg: each.value for each in call.keywords if each.arg}
+
+
+def called(node):
+    return node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
+
+
+@cache
+def makers():
+    """Functions that take a case and pass it to `violated`, with the values that they add and their own parameters."""
+    found = {"violated": (frozenset(), frozenset(FIELDS))}
+    for _ in range(3):  # makers that call makers
+        for tree in modules().values():
+            for function in ast.walk(tree):
+                if isinstance(function, ast.FunctionDef) and "case" in [each.arg for each in function.args.args]:
+                    inner = [node for node in ast.walk(function) if called(node) in found]
+                    added = {name for node in inner for name in {*keywords(node), *found[called(node)][0]}}
+                    own = {each.arg for each in (*function.args.args, *function.args.kwonlyargs)}
+                    if inner and function.name != "violated":
+                        found[function.name] = frozenset(added), frozenset(own)
+    return found
+
+
+def texts_in(node, function):
+    """The text constants of an expression, and those that the function assigns to its names."""
+    assigned = {}
+    for each in ast.walk(function):
+        targets = each.targets if isinstance(each, ast.Assign) else [each.target] if isinstance(
+            each, (ast.AugAssign, ast.For, ast.AnnAssign, ast.NamedExpr)) else []
+        value = each.iter if isinstance(each, ast.For) else getattr(each, "value", None)
+        for name in (part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)):
+            assigned.setdefault(name, []).append(value)
+    found, seen, open_ = set(), set(), [node]
+    while open_:
+        for part in ast.walk(open_.pop()):
+            if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                found.add(part.value)
+            if isinstance(part, ast.Name) and part.id not in seen:
+                seen.add(part.id)
+                open_ += filter(None, assigned.get(part.id, []))
+    return found
+
+
+def functions_of(tree):
+    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+@cache
+def calls():
+    """Every call that makes a finding of a case: module, function, call, its cases, and the values that it gives."""
+    found = []
+    for path, tree in modules().items():
+        module_texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
+                        and isinstance(node.value, str) and node.value in templates()}
+        for function in functions_of(tree):
+            for node in ast.walk(function):
+                if called(node) not in makers() or not node.args or any(
+                        node in ast.walk(inner) for inner in functions_of(function) if inner is not function):
+                    continue
+                if isinstance(node.args[0], ast.Name) and node.args[0].id == "case" and any(
+                        each.arg == "case" for each in function.args.args):
+                    continue  # a maker itself
+                given = keywords(node)
+                cases = texts_in(node.args[0], function) & set(templates())
+                is_open = not cases  # the case comes from another function of the module
+                cases = cases or module_texts
+                more = {text for name in ("hint", "details") if name in given
+                        for text in texts_in(given[name], function) & set(templates())}
+                found.append((path, function, node, frozenset(cases), frozenset(more), is_open))
+    return found
+
+
+def test_every_call_names_cases_with_messages():
+    unknown = [f"{path.name}:{node.lineno}" for path, _, node, cases, _, _ in calls()
+               if not any(templates()[case]["message"] for case in cases)]
+    assert calls() and not unknown
+
+
+def test_every_case_is_used():
+    used = {case for *_, cases, more, _ in calls() for case in cases | more}
+    used |= {text for tree in modules().values() for function in functions_of(tree) if any(
+        each.arg == "case" for each in function.args.args) for text in texts_in(function, function)}
+    assert sorted(set(templates()) - used) == []
+
+
+def test_every_named_value_is_supplied():
+    flaws = []
+    for path, function, node, cases, more, is_open in calls():
+        added, _ = makers()[called(node)]
+        given = {*keywords(node), *added} | ALWAYS
+        needed = {name for case in cases for name, _ in names(case, ("message", "detail"))}
+        needed |= {name for case in more for name, _ in names(case, ("hint", "detail"))}
+        if not more:
+            needed |= {name for case in cases for name, _ in names(case, ("hint",))}
+        if not is_open and needed - given:
+            flaws.append(f"{path.name}:{node.lineno} {function.name} lacks {sorted(needed - given)}")
+    assert not flaws
+
+
+def test_every_supplied_value_is_named():
+    flaws = []
+    for path, function, node, cases, more, is_open in calls():
+        _, own = makers()[called(node)]
+        supplied = set(keywords(node)) - own - FIELDS
+        named = {name for case in cases | more for name, _ in names(case)}
+        if not is_open and supplied - named:
+            flaws.append(f"{path.name}:{node.lineno} {function.name} gives {sorted(supplied - named)} to no template")
+    assert not flaws
+
+
+@pytest.mark.parametrize("case", templates())
+def test_template_is_short_and_its_forms_are_known(case):
+    row = templates()[case]
+    assert all(rule in {each.id for each in RULES} for rule in row["rule"].split())
+    for part in ("message", "hint"):
+        words = "".join(text + (" 0 m" if form else " x" if name else "")
+                        for text, name, form, _ in Formatter().parse(row[part])).split()
+        assert len(words) <= MOST_WORDS, (part, len(words))
+    for name, form in names(case):
+        joined = form.split()[-1:] in (["and"], ["or"], ["list"], ["x"])
+        value = "text" if not form or form in ("and", "or", "list", "x") else 1.0
+        assert quantity_as([value] if joined else value, form), name
+
+
+def test_missing_value_raises():
+    with pytest.raises(KeyError):
+        text_of("via-drill", "message", {})
+
+
+@pytest.mark.parametrize(("value", "form"), [(1.0, ""), (1.0, "parsec"), ("C1", "m"), (1.0, "m and"), (None, "m")])
+def test_value_without_a_known_form_raises(value, form):
+    with pytest.raises(ValueError, match=r"form|unit|sequence"):
+        quantity_as(value, form)
+
+
+@pytest.mark.parametrize(("value", "form", "text"), [
+    (2.34e-7, "m", "234 nm"), (2.34e-7, "um", "0.234 um"), (2.34e-7, "um 2", "0.23 um"), (0.125, "%", "12.5 %"),
+    (1, "count coil", "1 coil"), (3, "count coil", "3 coils"), (["a", "b", "c"], "and", "a, b and c"),
+    ([1e-3, 2e-3], "m x", "1 mm x 2 mm"), ([], "list", "none"), (["a"], "or", "a"), (2.0, "number", "2"),
+])
+def test_form_gives_text(value, form, text):
+    assert quantity_as(value, form) == text
+
+
+def test_hint_is_not_made_if_it_is_not_wanted():
+    asked = []
+    found = violated("trace-width", measured=1e-4, limit=2e-4, house="us",
+                     hint=lambda: asked.append(1) or "finer-rules", finer=lambda: asked.append(2) or ["a", "b"])
+    assert found.text("message") and not asked
+    assert found.text("hint") and asked == [1, 2]
+
+
+KEY_AND_VALUE = re.compile(r"(?:\w+\.)+\w+: (?!a |an |that |less |plastic )")
 """A key of the spec and the value that a hint writes for it."""
 
 BY_HAND = {
-    "_moved": "a bend that moves shows what such a tail needs, and clears nothing",
-    "counted_metal": "metal behind a mount of one's own is measured by whoever made it",
-    "laser_sheet": "the size of a sheet is a fact of a workshop",
-    "connector_positions": "which plug is bought is known to whoever buys it",
-    "other_jaw_metal": "a pad on the other jaw is a part of another instrument, and tares with it are a habit",
-    "_jaw_differs": "a build finds it on solids, and `check --fix` has none",
+    "part-size": "a note: the order asks for a panel of the fabricator's own",
+    "loop-width": "the fabricator confirms it first",
+    "loop-spacing": "the fabricator confirms it first",
+    **dict.fromkeys(("panel-size", "panel-size-parts", "panel-usual"), "who orders decides on a panel"),
 }
-"""Functions whose hints name a value that no program can vouch for, and why."""
-
-
-def hinted_without_fixes():
-    """Functions with a finding whose hint names key and value, and which give no fix with it."""
-    for path in sorted(Path(sitscad.checks.__file__).parent.rglob("*.py")):
-        functions = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-                     if isinstance(node, ast.FunctionDef)]
-        for function in functions:
-            assigned = {name.id: node.value for node in ast.walk(function) if isinstance(node, ast.Assign)
-                        for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name)}
-            for node in ast.walk(function):
-                if not (isinstance(node, ast.Call) and getattr(node.func, "id", "") in MAKES_FINDINGS):
-                    continue
-                known = [assigned.get(part.id, part) for part in ast.walk(node) if isinstance(part, ast.Name)]
-                called = {part.func.id for each in (node, *known) for part in ast.walk(each)
-                          if isinstance(part, ast.Call) and isinstance(part.func, ast.Name)}
-                own = [one for one in functions if one.name in called - MAKES_FINDINGS]
-                words = [part.value for each in (node, *known, *own) for part in ast.walk(each)
-                         if isinstance(part, ast.Constant) and isinstance(part.value, str)]
-                has_fix = any(each.arg == "fixes" for each in node.keywords)
-                if not has_fix and function.name not in BY_HAND and any(map(KEY_AND_VALUE.match, words)):
-                    yield f"{path.name}: {function.name}"
-
-
-MAKES_FINDINGS = {"Violation", "_too_little", "_complaint"}
+"""Cases whose hints name a value that no program can vouch for, and why."""
 
 
 def test_hint_that_names_a_key_and_its_value_comes_with_a_fix():
-    """A hint said "fpc.stackup: flex-2l-osh-park is offered", and --fix that no fix is known."""
-    assert list(hinted_without_fixes()) == []
+    without = []
+    for path, _, node, cases, more, is_open in calls():
+        added, _ = makers()[called(node)]
+        if "fixes" in {*keywords(node), *added} or is_open:
+            continue
+        without += [f"{path.name}:{node.lineno} {case}" for case in cases | more
+                    if KEY_AND_VALUE.search(templates()[case]["hint"]) and case not in BY_HAND]
+    assert not without

@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Missing, Place
-from sitscad.basics.units import show
-from sitscad.checks.board.fabrication import gap_asked_by, house, short_of
+from sitscad.checks.board.fabrication import gap_asked_by, short_of
 from sitscad.checks.fixes.moves import larger_connectors, wider
-from sitscad.checks.fixes.search import setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
+from sitscad.checks.fixes.search import Family, setting
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
@@ -35,14 +33,13 @@ from sitscad.layout.copper import (
     too_near,
 )
 from sitscad.layout.outline import rim_lap
-from sitscad.spec.circuit import FpcSpec, LayerKind, Tail
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 1e-6
 """Step (m) of the spacings that hints name."""
-
-WHY = "on a spiral of so wide a pitch turns lie nearer than they are spaced along the radius"
 
 ALLOWED_SHORTFALL = 1e-6
 """Length (m) by which a drawn gap may fall short of the rule.
@@ -68,48 +65,38 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
 
     A connector's contacts may extend to the end that is plugged in.
     """
-    asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
+    spec, rules, tail, copper = design.spec, design.spec.fpc.rules, design.spec.fpc.tail, copper_in(design)
     # A body too small for its coils is one finding (SIT135), not one for every layer of every coil
-    is_told = any(short.what is Missing.BODY_ROOM for short in design.layout.shortfalls)
-    for (what, layer), (gap, index, item) in _near_edge(design).items():
-        x, y = copper_in(design).pieces.start[index].tolist()
-        missing = f"{show(asked - gap, 'm')} are missing: "
-        found = short_of(
-            design.spec.fpc.rules, "copper_to_edge", gap,
-            f"{what} on layer {layer} comes within {show(max(0.0, gap), 'm')} of the board's edge",
-            f"{missing}a wider board, or a smaller coil, gives it room", "coil.outer_diameter",
-            Place(x, y, layer, (item.net,)),
-        )
-        at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
-        if is_told and not at_plug:
-            continue
-        yield found if not at_plug else replace(
-            found, hint=missing + _edge_margin(design.spec.fpc.tail), key="fpc.tail.connector",
-            fixes=(lambda: larger_connectors(design.spec, "edge_margin"),),
-        )
+    has_body_room = not any(short.what is Missing.BODY_ROOM for short in design.layout.shortfalls)
+    for (name, layer), (gap, index, item) in _near_edge(copper, design.layout.outline, rules, tail is not None).items():
+        x, y = copper.pieces.start[index].tolist()
+        place, missing = Place(x, y, layer, (item.net,)), rules.copper_to_edge - gap
+        if tail is not None and isinstance(item, Trace) and item.role is Role.TAIL:
+            yield short_of(
+                "edge", rules, "copper_to_edge", gap, "fpc.tail.connector", place, hint=(
+                    "edge-contacts-unverified" if is_unverified(tail.connector.source, "edge_margin")
+                    else "edge-contacts"),
+                fixes=(lambda: larger_connectors(spec, "edge_margin"),), item=name, layer=layer, missing=missing,
+                gap=max(0.0, gap), connector=tail.connector.name, margin=tail.connector.edge_margin,
+            )
+        elif has_body_room:
+            yield short_of("edge", rules, "copper_to_edge", gap, "coil.outer_diameter", place, item=name, layer=layer,
+                           missing=missing, gap=max(0.0, gap))
 
 
-def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]:
+def _near_edge(
+    copper: Copper, outline: Path, rules: DesignRules, has_tail: bool
+) -> dict[tuple[str, int], tuple[float, int, Item]]:
     """Return the copper that is too near the edge, by name and layer: smallest gap (m), piece number and item."""
-    layout, copper = design.layout, copper_in(design)
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
-    for index, gap in edge_gaps(copper, edge_of(layout.outline), design.spec.fpc.rules.copper_to_edge):
+    for index, gap in edge_gaps(copper, edge_of(outline), rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
-        if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
+        if isinstance(item, Pad) and has_tail:
             continue
-        what = name_of(item), layer
-        if what not in worst or gap < worst[what][0]:
-            worst[what] = gap, index, item
+        name = name_of(item), layer
+        if name not in worst or gap < worst[name][0]:
+            worst[name] = gap, index, item
     return worst
-
-
-def _edge_margin(tail: Tail | None) -> str:
-    """Return the hint on the board's edge beside a connector's contacts."""
-    assert tail is not None
-    unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
-    have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
-    return (f"beside its contacts {have} of board from their middle: a connector with more, or a fabricator who cuts "
-            "nearer to copper")
 
 
 def drill_to_copper(design: Design) -> Iterator[Verdict]:
@@ -117,13 +104,9 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
-        yield Violation(
-            f"a hole of {via.net} comes within {show(max(0.0, near.gap), 'm')} of {name_of(foreign)} on layer "
-            f"{near.layer}; {house(rules, 'drill_to_copper')} asks {show(rules.drill_to_copper, 'm')} from hole to "
-            "copper", f"{show(rules.drill_to_copper - near.gap, 'm')} are missing", "coil.turns", near.gap,
-            rules.drill_to_copper, "m", source=rules.source_of("drill_to_copper"),
-            place=Place(near.x, near.y, near.layer, near.nets),
-        )
+        yield short_of("drill-to-copper", rules, "drill_to_copper", near.gap, "coil.turns",
+                       Place(near.x, near.y, near.layer, near.nets), net=via.net, item=name_of(foreign),
+                       layer=near.layer, gap=max(0.0, near.gap), missing=rules.drill_to_copper - near.gap)
 
 
 def edge_of(outline: Path) -> Primitives:
@@ -157,39 +140,34 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     for near in cached_per_board(design, "near copper", lambda: tuple(
             too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
-            words = sorted((_kind(near.one), _kind(near.other)))
-            kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
+            pair = sorted((_kind(near.one), _kind(near.other)))
+            kinds.setdefault((*pair, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
-        yield _spacing_complaint(design, places[0], len(places), key)
+        yield _too_close(design.spec, design.layout.traces, places[0], len(places), key)
 
 
-def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
+def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
     """Return the violation for two pieces that are too near, with the number of such places."""
-    spec = design.spec
     asked = near.asked + ALLOWED_SHORTFALL
-    how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
-    more = f" (and in {places - 1} more)" if places > 1 else ""
-    who, source = gap_asked_by(spec.fpc.rules, asked)
-    missing = f"{show(asked - near.gap, 'm')} are missing: "
-    found = Violation(
-        f"{pair_in_words(near)} {how} on layer {near.layer}{more}; {who} asks {show(asked, 'm')}",
-        f"{missing}fewer turns, a narrower pitch or a larger coil give the room", key, near.gap, asked, "m",
-        source=source, place=Place(near.x, near.y, near.layer, near.nets),
-    )
+    holder, source = gap_asked_by(spec.fpc.rules, asked)
+    hint, fixes = "", tuple[Family, ...]()
     # a turn near another turn of its coil, or near the conductor that continues it
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
-    if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
-        return found
-    if (radius := _common_radius(design.layout.spec.coil, design.layout.traces)) is not None:
-        fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
-        hint = f"{missing}corners at the inner end have no room for a larger radius than {fix.words}"
-        return replace(found, key="coil.corner_radius", hint=hint, fixes=(lambda: [fix],))
-    if asked - near.gap > nearer_by(spec.coil):
-        return found
-    spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
-    # with fewer turns if the wider pitch needs their room
-    return replace(found, key="coil.trace_spacing", hint=f"{missing}a larger coil.trace_spacing: {WHY}",
-                   fixes=(lambda: wider(spec, 0.0, spacing),))
+    is_of_turns = near.one.net == near.other.net and Role.WINDING in kinds <= of_turns
+    radius = _common_radius(spec.coil, traces) if is_of_turns else None
+    if radius is not None:
+        key, hint = "coil.corner_radius", "gap-radius"
+        fixes = (lambda: [setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
+    elif is_of_turns and asked - near.gap <= nearer_by(spec.coil):
+        spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
+        # with fewer turns if the wider pitch needs their room
+        key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider(spec, 0.0, spacing),)
+    return violated(
+        "gap", key, near.gap, asked, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
+        place=Place(near.x, near.y, near.layer, near.nets), fixes=fixes, pair=pair_in_words(near), layer=near.layer,
+        gap=max(0.0, near.gap), house=holder, places=places, missing=asked - near.gap,
+        radius=f"{(radius or 0.0) * 1e3:.6g}",
+    )
 
 
 def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...]) -> float | None:
@@ -215,29 +193,26 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
     layout, rules = design.layout, design.spec.fpc.rules
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
         pieces = [edge_of(region.outline) for region in openings]
-        for one, other in combinations(pieces, 2):
-            yield from _narrow_web(rules, one, other, f"two openings of the {side} coverlay leave a web of",
-                                   "between them", "join them to one opening, or move the contacts apart")
-        for one in pieces:
+        for opening, next_opening in combinations(pieces, 2):
+            yield from _narrow_web("web-between-openings", rules, opening, next_opening, side)
+        for opening in pieces:
             # an opening's sides and the board's edges, except sides on an edge: there the opening reaches the edge
             edge = edge_of(layout.outline)
-            pairs = nearest_pairs(one.boxes, np.full(len(one), ROUNDING), edge.boxes, np.zeros(len(edge)))
-            near, edges = one.take(pairs[:, 0]), edge.take(pairs[:, 1])
+            pairs = nearest_pairs(opening.boxes, np.full(len(opening), ROUNDING), edge.boxes, np.zeros(len(edge)))
+            near, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
             on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
-            sides, edge = one.take(_others(len(one), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
+            sides = opening.take(_remaining(len(opening), pairs[on, 0]))
             inside = _inside_of(sides, layout.outline, rules.coverlay_web)
-            yield from _narrow_web(rules, inside, edge, f"an opening of the {side} coverlay leaves a web of",
-                                   "to the board's edge",
-                                   "a wider connector, or a fabricator whose coverlay keeps a narrower web")
+            yield from _narrow_web("web-to-edge", rules, inside, edge.take(_remaining(len(edge), pairs[on, 1])), side)
 
 
-def _others(count: int, taken: Index) -> Index:
-    """Return the numbers below a count that are not taken.
+def _remaining(count: int, used: Index) -> Index:
+    """Return the numbers below a count that are not used.
 
     numpy's set functions would import its masked arrays first.
     """
     free = np.ones(count, dtype=bool)
-    free[taken] = False
+    free[used] = False
     return np.flatnonzero(free)
 
 
@@ -256,67 +231,48 @@ def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[fl
 
 
 def _narrow_web(
-    rules: DesignRules, one: Primitives, other: Primitives, what: str, where: str, hint: str
+    case: str, rules: DesignRules, edges: Primitives, across: Primitives, side: str
 ) -> Iterator[Violation]:
     """Yield a violation if the strip of coverlay between two groups of edges is too narrow."""
-    asked = rules.coverlay_web
     # the smallest distance, searched only up to the limit
-    pairs = nearest_pairs(one.boxes, np.full(len(one), asked), other.boxes, np.zeros(len(other)))
-    web = float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf))
-    if web < asked - ROUNDING:
-        yield short_of(rules, "coverlay_web", web, f"{what} {show(web, 'm')} {where}", hint, "fpc.tail.connector",
-                       Place(float(one.start[0, 0]), float(one.start[0, 1])))
+    pairs = nearest_pairs(edges.boxes, np.full(len(edges), rules.coverlay_web), across.boxes, np.zeros(len(across)))
+    web = float(np.min(distances(edges.take(pairs[:, 0]), across.take(pairs[:, 1])), initial=np.inf))
+    if web < rules.coverlay_web - ROUNDING:
+        yield short_of(case, rules, "coverlay_web", web, "fpc.tail.connector",
+                       Place(float(edges.start[0, 0]), float(edges.start[0, 1])), side=side)
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a missing coverlay, and on openings too near to tracks and vias."""
+    """Yield findings on a missing coverlay, on openings too near to tracks and vias, and on rims of solder pads."""
     spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
+    rules, tail, target = spec.fpc.rules, spec.fpc.tail, spec.target
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
-            lies = ""
-            if side == "top" and spec.target is not None and spec.elastomer is None:
-                lies = f", and the target of {spec.target.material.name} lies on them, a short from turn to turn"
-            yield Violation(
-                f"the {side} of the board has no coverlay: all its tracks lie bare, are finished with "
-                f"{spec.fpc.finish} as the contacts are, which no estimate counts{lies}",
-                "begin and end fpc.stackup with a coverlay: 27.5 um are 12.5 um polyimide and 15 um adhesive",
-                "fpc.stackup",
-            )
+            is_shorted = side == "top" and target is not None and spec.elastomer is None
+            yield violated("no-coverlay", "fpc.stackup", details=("no-coverlay-target",) if is_shorted else (),
+                           side=side, finish=spec.fpc.finish, metal="" if target is None else target.material.name)
         elif film.kind is not LayerKind.COVERLAY and openings:
-            yield Violation(
-                f"the contacts are bared in the {side} coverlay, and the stack-up has a {film.kind} there: no openings "
-                "are made in it", "write that layer of fpc.stackup as a coverlay", "fpc.stackup",
-            )
+            yield violated("no-opening", "fpc.stackup", side=side, kind=str(film.kind))
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
-            for item, gap, point in _bared(design, number, region.outline):
-                yield short_of(
-                    spec.fpc.rules, "coverlay_opening_to_trace", gap, f"{name_of(item)} on layer {number} comes within "
-                    f"{show(max(0.0, gap), 'm')} of an opening of the coverlay",
-                    "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail",
-                    Place(float(point[0]), float(point[1]), number, (item.net,)),
-                )
-    yield from _narrow_rims(design.layout.pads, design.spec.fpc)
-
-
-def _narrow_rims(pads: tuple[Pad, ...], fpc: FpcSpec) -> Iterator[Violation]:
-    """Yield a finding if solder pads are too small for the coverlay to cover their rims as far as the rules require."""
-    rules, tail = fpc.rules, fpc.tail
-    is_soldered = tail is None or tail.connector.kind == "pads"
-    for pad in pads[:1] if is_soldered else ():  # all pads have the same size
+            for item, gap, point in _bared(copper_in(design), rules.coverlay_opening_to_trace, number, region.outline):
+                yield short_of("opening-to-track", rules, "coverlay_opening_to_trace", gap, "fpc.tail",
+                               Place(float(point[0]), float(point[1]), number, (item.net,)), item=name_of(item),
+                               layer=number, gap=max(0.0, gap))
+    # solder pads too small for the coverlay to cover their rims as far as the rules require; all have the same size
+    for pad in layout.pads[:1] if tail is None or tail.connector.kind == "pads" else ():
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
-            what = f"the coverlay covers {show(lap, 'm')} of each solder pad's rim, so that half of the pad stays bare"
-            hint = "use a plug-in connector, or ask the fabricator for a narrower lap"
-            yield short_of(rules, "pad_lap", lap, what, hint, "fpc.tail.connector", Place(*pad.centre, 1, (pad.net,)))
+            yield short_of("pad-lap", rules, "pad_lap", lap, "fpc.tail.connector", Place(*pad.centre, 1, (pad.net,)))
 
 
-def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace | Via, float, Array]]:
-    """Yield tracks and vias of a layer inside or too near an opening in which they do not end.
+def _bared(
+    copper: Copper, asked: float, number: int, opening: Path
+) -> Iterator[tuple[Trace | Via, float, Array]]:
+    """Yield tracks and vias of a layer inside or too near (`asked`, m) an opening in which they do not end.
 
     Each has the item, the smallest gap (m) and its place.
     """
-    copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = edge_of(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
     for index, gap in edge_gaps(copper, edge, asked):

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import combinations, islice
+from typing import Any
 
 from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read, finer_fabricators, plated_in_holes_alone, read_anew, wider
 from sitscad.checks.fixes.search import Family, Fix
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
 from sitscad.layout.board import Via
@@ -33,11 +33,8 @@ def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """Yield findings on drills smaller than the fabricator's smallest."""
     for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
-            yield Violation(
-                f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(rules, 'via_drill')} drills "
-                f"{show(rules.via_drill, 'm')} and larger", "", "fpc.rules", via.drill, rules.via_drill, "m",
-                source=rules.source_of("via_drill"), place=Place(*via.centre, nets=(via.net,)),
-            )
+            yield short_of("via-drill", rules, "via_drill", via.drill, "fpc.rules",
+                           Place(*via.centre, nets=(via.net,)), net=via.net)
 
 
 def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -45,11 +42,8 @@ def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
     for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield short_of(
-                rules, "annular_ring", ring, f"a via of {via.net} has an annular ring of {show(ring, 'm')}",
-                f"a pad of {show(via.drill + 2.0 * rules.annular_ring, 'm')} is needed", "fpc.rules",
-                Place(*via.centre, nets=(via.net,)),
-            )
+            yield short_of("annular-ring", rules, "annular_ring", ring, "fpc.rules",
+                           Place(*via.centre, nets=(via.net,)), net=via.net, pad=via.drill + 2.0 * rules.annular_ring)
 
 
 def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -57,105 +51,72 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
     for via, other in combinations(vias, 2):
         wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
         if wall < rules.hole_to_hole - ROUNDING:
-            yield short_of(
-                rules, "hole_to_hole", wall, f"two holes ({via.net}, {other.net}) leave {show(wall, 'm')} between them",
-                f"move them {show(rules.hole_to_hole - wall, 'm')} apart: a larger inner diameter gives the room",
-                "coil.turns", Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
-                                    nets=tuple(sorted({via.net, other.net}))),
-            )
+            place = Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
+                          nets=tuple(sorted({via.net, other.net})))
+            yield short_of("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place, nets=(via.net, other.net),
+                           missing=rules.hole_to_hole - wall)
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
     """Yield findings on an outline smaller than the smallest part that the fabricator handles."""
-    rules, in_panel = design.spec.fpc.rules, is_wanted(design.layout)
-    board = design.layout.size
+    spec, rules, in_panel, board = design.spec, design.spec.fpc.rules, is_wanted(design.layout), design.layout.size
     (width, length), least = sorted(board), sorted(rules.part_size)
     short = next(((size, limit) for size, limit in zip((width, length), least, strict=True)
                   if size < limit - ROUNDING), None)
     if short is not None:
-        side = "shorter" if short[0] == width else "longer"
-        said = (
-            f"the board is {_sides(board)}: its {side} side is below the {show(short[1], 'm')} of the smallest part "
-            f"that {house(rules, 'part_size')} handles singly ({_sides(least)})"
-        )
-        severity, hint = Severity.NOTE, "have that confirmed with the quotation; fpc.panel: auto draws the panel"
-        if rules.one_process:  # this service takes no special requests
-            severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
-        own = f"{said}; because of fpc.panel: none the order asks for delivery in the fabricator's own panel"
-        in_a_panel = partial(each_read, design.spec, "fpc.panel", ["auto"])
-        found = Violation(own, hint, "fpc.panel", *short, "m", severity, rules.source_of("part_size"),
-                          fixes=(in_a_panel,) if rules.one_process else ())
-        name = design.spec.name
-        yield found if not in_panel else replace(
-            found, message=f"{said}; a panel is ordered instead, in which it is put", key="fpc.rules",
-            hint=f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
-            f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
+        # a service with one process takes no special requests
+        case = "part-in-panel" if in_panel else "part-size-service" if rules.one_process else "part-size"
+        yield violated(
+            case, "fpc.rules" if in_panel else "fpc.panel", *short, "m", board=_sides(board), least=_sides(least),
+            house=house(rules, "part_size"), source=rules.source_of("part_size"), name=spec.name,
+            severity=Severity.WARNING if case == "part-size-service" else Severity.NOTE,
+            fixes=(partial(each_read, spec, "fpc.panel", ["auto"]),) if rules.one_process and not in_panel else (),
         )
     if in_panel:
-        size, wish = least_size(design.layout.size, design.layout.spec.fpc.panel), design.spec.fpc.panel
-        fewer = "fewer parts in a panel (fpc.panel.parts), " if math.prod(wish.parts or (1, 1)) > 1 else ""
-        yield from _panel_size(
-            rules, size, Violation(f"the panel is at least {_sides(size)}",
-                                    f"use {fewer}a shorter tail, or fpc.panel: none", "fpc.panel"))
-        yield from _too_few_bridges(design)
+        wish = spec.fpc.panel
+        yield from _panel_size(rules, least_size(board, wish), math.prod(wish.parts or (1, 1)))
+        count = len(bridges(design.layout))
+        if count < FEWEST_BRIDGES:
+            narrower = narrower_bridge(design.layout)
+            yield violated(
+                "bridges", "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), severity=Severity.ERROR,
+                source="two bridges are a hinge, three hold a part in its plane", width=wish.bridge,
+                hint="" if narrower else "bridges-none", narrower=f"{(narrower or 0.0) * 1e3:.1f}",
+                fixes=(partial(each_read, spec, "fpc.panel.bridge", [round(narrower * 1e3, 1)] if narrower else []),
+                       partial(each_read, spec, "fpc.panel", ["none"])),
+            )
     else:
-        yield from _panel_size(
-            rules, board,
-            Violation(f"the board is {_sides(board)}",
-                      "use a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
-            ", out of which a board that is sold singly is cut, too", is_panel=False)
+        yield from _panel_size(rules, board)
 
 
-def _too_few_bridges(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if too few bridges fit on the part's edge to hold it in its panel, because they are too wide."""
-    layout, width = design.layout, design.spec.fpc.panel.bridge
-    count = len(bridges(layout))
-    if count < FEWEST_BRIDGES:
-        least = narrower_bridge(layout)
-        held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
-        yield Violation(
-            f"{held} the part in its panel: the edge has no more places for bridges {show(width, 'm')} wide off "
-            f"contacts, stiffener and bend; {FEWEST_BRIDGES} are needed",
-            f"fpc.panel.bridge: {least * 1e3:.1f}, which finds places enough" if least
-            else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
-            "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), severity=Severity.ERROR,
-            source="two bridges are a hinge, three hold a part in its plane",
-            fixes=(partial(each_read, design.spec, "fpc.panel.bridge", [round(least * 1e3, 1)] if least else []),
-                   partial(each_read, design.spec, "fpc.panel", ["none"])),
-        )
-
-
-def _panel_size(
-    rules: DesignRules, size: tuple[float, float], found: Violation, more: str = "", is_panel: bool = True
-) -> Iterator[Verdict]:
+def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -> Iterator[Verdict]:
     """Yield a violation if a delivered part or panel (m) is larger than the fabricator's panel.
 
     A profile's choice of a convenient panel is no limit. A larger panel gets a note, and only beyond the largest part
-    that is made a warning.
+    that is made a warning. `parts` is the number of parts in the panel, or 0 for a board that is delivered singly.
     """
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
         limits = getattr(rules, field)
         beyond = ((own, most) for own, most in zip(sorted(size), sorted(limits), strict=True) if own > most + ROUNDING)
         side, largest = next(beyond, (None, None))
-        if side is None or (is_choice and field == "panel_size" and not is_panel):
+        is_usual = is_choice and field == "panel_size"
+        if side is None or (is_usual and not parts):
             continue
-        severity, source = Severity.WARNING, rules.source_of(field)
-        makes = f"{house(rules, field)} makes panels of at most {_sides(limits)}{more}"
-        if is_choice and field == "panel_size":
-            severity, most = Severity.NOTE, rules.largest_part
-            makes = f"usual are at most {_sides(limits)}"
-            agreed = f"{house(rules, 'largest_part')} makes at most {_sides(most)} by agreement"
-            found = replace(found, hint="have its size, which the order states, confirmed with the quotation: "
-                            f"{agreed}; or {found.hint}")
-        yield replace(found, message=f"{found.message}; {makes}", measured=side, limit=largest, unit="m",
-                      severity=severity, source=source)
+        holder = house(rules, "largest_part" if is_usual else field)
+        case, hint = ("panel-usual", "panel-usual-parts") if is_usual else ("panel-size", "panel-size-parts")
+        yield violated(
+            case if parts else "board-size", "fpc.panel" if parts else "fpc.rules", side, largest, "m",
+            hint=hint if parts > 1 else "", severity=Severity.NOTE if is_usual else Severity.WARNING,
+            source=rules.source_of(field), size=_sides(size), limits=_sides(limits), house=holder,
+            largest=_sides(rules.largest_part),
+        )
         return
 
 
-def _sides(size: Sequence[float]) -> str:
+def _sides(size: Sequence[float]) -> list[float]:
     """Both sides (m) of a rectangle, the longer side first."""
-    return f"{show(max(size), 'm')} x {show(min(size), 'm')}"
+    return sorted(size, reverse=True)
 
 
 def house(rules: DesignRules, field: str) -> str:
@@ -168,12 +129,12 @@ def house(rules: DesignRules, field: str) -> str:
 
 
 def short_of(
-    rules: DesignRules, field: str, have: float, what: str, hint: str, key: str, place: Place
+    case: str, rules: DesignRules, field: str, have: float, key: str, place: Place, *, hint: str = "",
+    fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
     """Return the violation for a length (m) smaller than a limit of the fabricator's rules."""
-    asked = getattr(rules, field)
-    return Violation(f"{what}; {house(rules, field)} asks {show(asked, 'm')}", hint, key, have, asked, "m",
-                     source=rules.source_of(field), place=place)
+    return violated(case, key, have, getattr(rules, field), "m", source=rules.source_of(field), place=place, hint=hint,
+                    fixes=fixes, house=house(rules, field), **values)
 
 
 def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
@@ -189,81 +150,74 @@ def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
 NAMED = 4
 """Largest number of finer fabricators that a hint names."""
 
-WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
-
 
 def trace_width(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks narrower than the fabricator's smallest."""
-    yield from _too_fine(design.spec, "trace_width", "tracks are {} wide", "wider")
+    yield from _too_fine("trace-width", design.spec, "trace_width")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, if the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield Violation(
-                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {show(trace.width, 'm')} "
-                f"wide; {house(rules, 'trace_width')} makes {show(rules.trace_width, 'm')} and wider", "", "fpc.rules",
-                trace.width, rules.trace_width, "m", source=rules.source_of("trace_width"),
-                place=Place(*trace.path.start, trace.layer, (trace.net,)),
-            )
+            yield short_of("track-width", rules, "trace_width", trace.width, "fpc.rules",
+                           Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value, net=trace.net,
+                           layer=trace.layer)
 
 
-def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[Violation]:
+def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
     """Yield a violation if a value of the coil is below the fabricator's smallest."""
     value, least = getattr(spec.coil, field), getattr(spec.fpc.rules, field)
+
+    @cache
+    def finer() -> list[str]:
+        return [fix.edits[0].new for fix in islice(finer_fabricators(spec), NAMED)]
+
     if value < least - ROUNDING:
-        yield Violation(
-            f"{asked.format(show(value, 'm'))}; {house(spec.fpc.rules, field)} makes {show(least, 'm')} and {more}",
-            lambda: f"widen tracks and gaps and wind fewer turns, or choose {_finer(spec)}",
-            f"coil.{field}", value, least, "m", source=spec.fpc.rules.source_of(field), fixes=_widened(spec, field),
+        yield violated(
+            case, f"coil.{field}", value, least, "m", hint=lambda: "finer-rules" if finer() else "finer-rules-none",
+            source=spec.fpc.rules.source_of(field), fixes=_widened(spec, field), house=house(spec.fpc.rules, field),
+            finer=finer,
         )
 
 
 def _thicker_foil(
-    layers: tuple[int, ...], fpc: FpcSpec, field: str, word: str, severity: Severity = Severity.ERROR
+    layers: tuple[int, ...], fpc: FpcSpec, field: str, lines: str, severity: Severity = Severity.ERROR
 ) -> Iterator[Violation]:
     """Yield a violation if the foil is thicker than every foil for which the fabricator states line widths."""
     rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
     stated = rules.beyond.get(field)
     if stated is not None:
-        yield Violation(
-            f"{house(rules, field)} gives no figure for {word} in {show(foil, 'm')} copper; the thickest stated is "
-            f"{show(stated, 'm')}", f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
-            "fpc.rules", foil, stated, "m", severity=severity, source=rules.source_of(field),
-        )
+        yield violated("foil-unstated", "fpc.rules", foil, stated, "m", severity=severity,
+                       source=rules.source_of(field), lines=lines, field=field, house=house(rules, field))
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
     """Yield findings on a spacing smaller than the fabricator's smallest."""
-    yield from _too_fine(design.spec, "trace_spacing", "turns stand {} apart", "more")
+    yield from _too_fine("trace-spacing", design.spec, "trace_spacing")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
     """Yield findings on track and spacing of the turns against the fabricator's minimum for coils ("loop lines")."""
     coil, rules = design.spec.coil, design.spec.fpc.rules
-    pairs = (("trace_width", "track", coil.trace_width, rules.coil_trace_width),
-             ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing))
+    pairs = (("trace_width", coil.trace_width, rules.coil_trace_width),
+             ("trace_spacing", coil.trace_spacing, rules.coil_trace_spacing))
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
-    copper = f" at {show(rules.coil_copper, 'm')} copper" if rules.coil_copper is not None else ""
-    for field, word, value, smallest in pairs:
-        if smallest is not None and value < smallest - ROUNDING:
+    too_fine = {field: value for field, value, smallest in pairs if value < (smallest or 0.0) - ROUNDING}
+    for field, value, smallest in pairs:
+        if field in too_fine:
             binds = rules.binds(f"coil_{field}")
-            # reason why a fabricator's minimum for coils is only a warning: not every fabricator has this minimum
-            holder = rules.holders.get("coil_rule_binding", rules.name)
-            why = f"{holder} does not make it binding (coil_rule_binding: no)"
-            if rules.unbound:
-                why = "it comes from the profile that yours is based on, which does not make it binding"
-            yield Violation(
-                f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(rules, f'coil_{field}')} asks "
-                f"{show(smallest, 'm')}{copper}",
-                f"{_waiver(design.spec.coil, design.spec.fpc)}; or widen tracks and gaps, which takes turns and lowers "
-                "L and Rp (see SIT201 and SIT203)",
-                f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
-                rules.source_of(f"coil_{field}"),
-                fixes=_widened(design.spec, f"coil_{field}", is_all=not binds),
-                detail="" if binds else f"this only warns: {why}",
+            # not every fabricator has a minimum for coils: it is only a warning unless the rules make it binding
+            unbound = "loop-unbound-base" if rules.unbound else "loop-unbound"
+            yield violated(
+                "loop-width" if field == "trace_width" else "loop-spacing", f"coil.{field}", value, smallest, "m",
+                hint="" if _is_installed(design.spec.coil, design.spec.fpc) else "loop-own-rules",
+                details=(*["loop-copper"] * (rules.coil_copper is not None), *[unbound] * (not binds)),
+                severity=Severity.ERROR if binds else Severity.WARNING, source=rules.source_of(f"coil_{field}"),
+                fixes=_widened(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
+                house=house(rules, f"coil_{field}"), holder=rules.holders.get("coil_rule_binding", rules.name),
+                profile=rules.name, waiver=[f"coil_{name}: {show(own, 'm', 6)}" for name, own in too_fine.items()],
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
@@ -294,27 +248,11 @@ def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
             yield fix
 
 
-def _finer(spec: SensorSpec) -> str:
-    """Return advice that names finer fabricators whose limits the coil meets."""
-    names = [fix.edits[0].new for fix in islice(finer_fabricators(spec), NAMED)]
-    if not names:
-        return "a finer fabricator (no installed profile is as fine)"
-    return f"a finer fabricator by fpc.rules ({', '.join(names)})"
-
-
-def _waiver(coil: CoilSpec, fpc: FpcSpec) -> str:
-    """Return advice to request a waiver of the fabricator's minimum for coils, and to write it into the spec."""
-    rules = fpc.rules
-    figures = ", ".join(
-        f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")
-        if getattr(coil, field) < (getattr(rules, f"coil_{field}") or 0.0) - ROUNDING
-    )
+def _is_installed(coil: CoilSpec, fpc: FpcSpec) -> bool:
+    """Whether the rules are an installed profile. A user's own profile may have the same name and other values."""
     foil, count = fpc.stackup.line_foil(coil.layers), len(fpc.stackup.copper)
-    # a user's own profile may have the name of an installed profile and other values
-    is_preset = rules.name in presets.names("rules") and rules == installed_rules(
-        rules.name).for_foil(foil).for_layers(count)
-    stated = f"fpc.rules: {{based_on: {rules.name}, {figures}}}" if is_preset else f"{figures} in fpc.rules"
-    return f"{WAIVER}; once it is confirmed, write {stated}"
+    return fpc.rules.name in presets.names("rules") and fpc.rules == installed_rules(
+        fpc.rules.name).for_foil(foil).for_layers(count)
 
 
 ALIKE = 0.1
@@ -339,70 +277,64 @@ def offered(design: Design) -> Iterator[Verdict]:
     refused = list(_refused(fpc.stackup, rules))
     alike = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
     good = [name for name in alike if not any(_refused(presets.stackup(name), rules))]
-    hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
-    for field, word, measured, asked in refused:
-        yield _complaint(rules, "fpc.stackup", field, f"{word}: {asked}", hint, measured,
-                         fixes=(partial(other, "fpc.stackup", good),))
+    for case, field, measured, value, plated in refused:
+        yield _not_offered(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",
+                           details=("foil-finished",) if plated else (), others=good, plated=plated,
+                           fixes=(partial(other, "fpc.stackup", good),))
     if rules.finishes is not None and fpc.finish not in rules.finishes:
-        hint = f"fpc.finish: {rules.finishes[0]}, or another fabricator" if rules.finishes else ANOTHER
-        yield _complaint(rules, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint,
-                         fixes=(partial(other, "fpc.finish", rules.finishes),))
+        yield _not_offered("finish-offered", rules, "fpc.finish", "finishes", fpc.finish,
+                           hint="" if rules.finishes else "films-offered", others=rules.finishes[:1],
+                           fixes=(partial(other, "fpc.finish", rules.finishes),))
     plate = design.layout.stiffener
     if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
-        yield _complaint(rules, "fpc.tail", "stiffeners", f"stiffener: {plate.material}",
-                         f"contacts for solder need none (fpc.tail.connector: solder-pads); or take {ANOTHER}",
-                         fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
+        yield _not_offered("stiffener-offered", rules, "fpc.tail", "stiffeners", plate.material,
+                           fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
-        yield Violation(
-            f"{fpc.boards} boards are wanted; {house(rules, 'order_multiple')} sells them in multiples of "
-            f"{rules.order_multiple}", f"fpc.boards: {more}", "fpc.boards", float(fpc.boards), float(more),
-            severity=Severity.WARNING, source=rules.source_of("order_multiple"),
-            fixes=(partial(other, "fpc.boards", [more]),),
-        )
+        yield violated("order-multiple", "fpc.boards", float(fpc.boards), float(more), severity=Severity.WARNING,
+                       source=rules.source_of("order_multiple"), fixes=(partial(other, "fpc.boards", [more]),),
+                       house=house(rules, "order_multiple"), multiple=rules.order_multiple)
 
 
-def _complaint(
-    rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None,
-    fixes: tuple[Family, ...] = (),
+def _not_offered(
+    case: str, rules: DesignRules, key: str, field: str, value: object, measured: float | None = None, *,
+    hint: str = "", details: tuple[str, ...] = (), fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
     """Return the violation for a requested material, with the fabricator's list."""
-    listed = (show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field))
-    unit = None if measured is None or field == "layer_counts" else "m"
-    return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
-                     unit, source=rules.source_of(field), fixes=fixes)
+    listed = [show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field)]
+    return violated(case, key, measured, unit=None if measured is None or field == "layer_counts" else "m", hint=hint,
+                    details=details, source=rules.source_of(field), fixes=fixes, house=house(rules, field),
+                    value=value, listed=listed, **values)
 
 
-def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
-    """Yield the parts of a stack-up that the fabricator does not offer: field, name, value, and value in words."""
+def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
+    """Yield the parts of a stack-up that the fabricator does not offer.
+
+    Each has its case, the field of the rules, the number, the value, and the thickness (m) of plating on a foil.
+    """
     count = len(stackup.copper)
     if rules.layer_counts is not None and count not in rules.layer_counts:
-        yield "layer_counts", "copper layers", float(count), str(count)
+        yield "layers-offered", "layer_counts", float(count), count, 0.0
     if rules.foils is not None:
         # if the plated part is not stated, all of a layer's copper counts as foil
         is_stated = stackup.is_plating_stated
         foils = ((layer.foil if is_stated else layer.thickness, layer.plated) for layer in stackup.copper)
         for foil, plated in dict.fromkeys(foils):
             if not _is_listed(foil, rules.foils):
-                is_known = plated > 0.0 and is_stated
-                made = f" (finished {show(foil + plated, 'm')}, of which {show(plated, 'm')} are plated on)" * is_known
-                yield "foils", "copper foil", foil, show(foil, "m") + made
+                yield "foils-offered", "foils", foil, show(foil, "m"), plated * is_stated
     films = [layer for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC and layer.material not in GLUES]
     if rules.cores is not None:
         for thickness in dict.fromkeys(film.thickness for film in films if not _is_listed(film.thickness, rules.cores)):
-            yield "cores", "film between copper", thickness, show(thickness, "m")
+            yield "films-offered", "cores", thickness, show(thickness, "m"), 0.0
     if rules.covers is not None:
         covers = [layer for layer in stackup.layers if layer.kind is LayerKind.COVERLAY]
         for kind in dict.fromkeys(MASK if layer.material == MASK else "film" for layer in covers):
             if kind not in rules.covers:
-                yield "covers", "cover", None, kind
+                yield "covers-offered", "covers", None, kind, 0.0
 
 
 def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
     return any(abs(thickness - each) <= ALIKE * each for each in listed)
-
-
-ANOTHER = "another fabricator (fpc.rules); where yours has told you that it is made, say so in a profile of your own"
 
 
 BASE, BOND, COVER = "base", "bond", "cover"
@@ -416,8 +348,8 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
     for index, layer in enumerate(layers):
         uses = USES.get(layer.kind, ())
         if uses and not set(uses) & set(presets.dielectric_roles(layer.material)):
-            what = "a dielectric between copper layers" if layer.kind is LayerKind.DIELECTRIC else "a coverlay"
-            yield _other_material(design, index, f"{layer.material} does not serve as {what}", layer.kind)
+            case = "dielectric-material" if layer.kind is LayerKind.DIELECTRIC else "coverlay-material"
+            yield _other_material(case, design.spec, index, layer.kind, material=layer.material)
             return
     coppers = [index for index, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
     for index in coppers:
@@ -425,14 +357,10 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
         if not any(BASE in presets.dielectric_roles(layers[k].material) for k in beside):
             number = coppers.index(index) + 1
             if not beside:
-                yield Violation(
-                    f"copper {number} has no dielectric beside it: it lies between coverlays alone",
-                    "write a dielectric below it, like {dielectric: 25 um, material: polyimide}", "fpc.stackup",
-                )
+                yield violated("copper-without-base", "fpc.stackup", number=number)
             else:
-                names = " and ".join(dict.fromkeys(layers[k].material for k in beside))
-                said = f"copper {number} lies on {names} alone, a bonding material that does not carry copper"
-                yield _other_material(design, beside[0], said, LayerKind.DIELECTRIC)
+                yield _other_material("copper-on-bond", design.spec, beside[0], LayerKind.DIELECTRIC, number=number,
+                                      bonds=list(dict.fromkeys(layers[k].material for k in beside)))
             return
 
 
@@ -444,15 +372,14 @@ def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[i
         index += step
 
 
-def _other_material(design: Design, index: int, message: str, kind: LayerKind) -> Violation:
+def _other_material(case: str, spec: SensorSpec, index: int, kind: LayerKind, **values: Any) -> Violation:
     """Return the finding about a layer's material. Its hint names the materials that suit the layer."""
     serving = [name for name in presets.names("dielectric") if set(USES[kind]) & set(presets.dielectric_roles(name))]
     if kind is LayerKind.DIELECTRIC:
         serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
     key = f"fpc.stackup.{index}.material"
-    hint = f"{key}: {' or '.join(serving)}"
-    usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(design.spec.fpc.stackup) else USUAL[kind]
-    return Violation(message, hint, key, fixes=(lambda: read_anew(design.spec, key, usual),))
+    usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(spec.fpc.stackup) else USUAL[kind]
+    return violated(case, key, fixes=(lambda: read_anew(spec, key, usual),), serving=serving, **values)
 
 
 def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
@@ -468,18 +395,14 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
         if layer.material == MASK or most >= asked - ROUNDING:
             continue
         gaps = coil.trace_spacing / (coil.trace_width + coil.trace_spacing) if copper.number in coil.layers else 0.0
-        has = show(most, "m") if layer.adhesive else f"at most {show(most, 'm')}"
         film, adhesive = presets.best_film(asked)
         is_preset = stackup.name in presets.names("stackup")
         key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
-        yield Violation(
-            f"the {side} coverlay has {has} of adhesive over {show(copper.thickness, 'm')} of copper, minimum "
-            f"{show(asked, 'm', 3)}",
-            f"{{coverlay: {show(film + adhesive, 'm')}, adhesive: {show(adhesive, 'm')}}} is in stock; or thinner "
-            "copper (fpc.plated: buttons)", key, most, asked, "m",
-            Severity.ERROR if 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING else Severity.WARNING,
-            detail="" if layer.adhesive else
-            f"the adhesive is not stated; the thinnest film in stock, {show(thinnest, 'm')}, leaves that",
+        is_short = 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING
+        yield violated(
+            "adhesive" if layer.adhesive else "adhesive-unstated", key, most, asked, "m", hint="adhesive", side=side,
+            severity=Severity.ERROR if is_short else Severity.WARNING, copper=copper.thickness, thinnest=thinnest,
+            coverlay=film + adhesive, adhesive=adhesive,
             fixes=(partial(_with_film, design.spec, key, film, adhesive) if not is_preset else tuple,
                    partial(plated_in_holes_alone, design.spec)),
         )
