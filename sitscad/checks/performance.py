@@ -5,7 +5,7 @@ The values are the same as in the data sheet. Other rules here refuse readings f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial, wraps
 from typing import TYPE_CHECKING
 
@@ -86,27 +86,34 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
 
     For cells, each is the worst of all cells, with its cell number.
     """
-    worst: dict[str, RequirementResult] = {}
+    worst: dict[tuple[str, str], RequirementResult] = {}
     for number, cell in design.cells.extremes.items():
-        for one in _noted(cell):
-            if one.requirement not in worst or one.measured > worst[one.requirement].measured:
-                worst[one.requirement] = replace(one, at=f"{one.at}{f', cell {number}' * (cell is not design)}")
+        for result in _noted(cell):
+            # forces and moments are compared apart; beside a limit, by the ratio to it
+            key = result.requirement, result.unit if result.limit is None else ""
+            if key not in worst or _size(result) > _size(worst[key]):
+                worst[key] = replace(result, at=f"{result.at}{f', cell {number}' * (cell is not design)}")
     return tuple(worst.values())
+
+
+def _size(result: RequirementResult) -> float:
+    """Return a result's ratio to its limit. Without a limit, return its value (N, N m)."""
+    return result.measured / result.limit if result.limit else result.measured
 
 
 def _noted(design: Design) -> tuple[RequirementResult, ...]:
     """Return results of one cell. If any result has a requirement, the largest error sources are added.
 
     These are the drift with temperature (at rest and at full load after one tare, and with a tare before each grasp),
-    hysteresis and creep of the pad, a tilt of one degree, and the pad's modulus if it was not measured.
+    hysteresis and creep of the pad, the required tilt or one degree, and the pad's modulus if it was not measured.
+    Each source has a result for the force axis with the largest error (N), and one for such a moment axis (N m).
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
     found = design.sensing.felt if any(one.limit is not None for one in results) else None
     if found is None or not found.held[0]:
         return tuple(results)
-    from sitscad.estimates.performance.causes import DEGREE, farthest  # already loaded by the estimates of performance
-    from sitscad.estimates.performance_values import unit_of
+    from sitscad.estimates.performance.causes import farthest  # already loaded by the estimates of performance
 
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
@@ -122,14 +129,26 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
             ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
         ]
         if all(one.requirement != "tilt_error" for one in results):
-            told.append(("tilt_of_one_degree", "SIT408", full.tilt_errors(DEGREE).max(axis=1), at))
+            name = "tilt_of_one_degree" if needs.tilt is None else "tilt"
+            told.append((name, "SIT408", full.tilt_errors(full.tilt).max(axis=1), at))
         if found.is_range_held:
             told.append(("modulus", "SIT405", found.modulus_error, f"{at}, of a pad that was not measured"))
     for name, rule, errors, where in told:
-        k = int(np.argmax(errors / found.bench.range.full_scales))
-        axis = found.bench.range.axes[k]
-        results.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), axis_text(axis), where))
+        results += largest_by_unit(name, rule, dict(zip(found.bench.range.axes, errors, strict=True)), where)
     return tuple(results)
+
+
+def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: str) -> list[RequirementResult]:
+    """Return results for the force axis with the largest of some errors (N, N m), and for such a moment axis.
+
+    Neither has a limit. A kind without axes has no result.
+    """
+    results = []
+    for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
+        axis = max((axis for axis in errors if axis in kind), key=lambda axis: errors[axis], default=None)
+        if axis is not None:
+            results.append(RequirementResult(name, rule, float(errors[axis]), None, unit, axis_text(axis), where))
+    return results
 
 
 def axis_text(axis: str) -> str:
@@ -465,8 +484,11 @@ def _unseen_axis(cause: str) -> str:
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
-MUCH_OF_FULL_SCALE = 0.5
-"""Reading of unmeasured shear, as a fraction of an axis' full scale, from which on there is a note."""
+MAX_SHEAR_READING = 0.1
+"""Largest reading of unmeasured shear without a warning, as a fraction of an axis' full scale.
+
+It holds for axes without an allowed error. It equals the limit of SIT221 for the other jaw's metal.
+"""
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
@@ -474,59 +496,84 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
 
     The reading is computed only if a requirement needs performance, because it doubles the time to check a single coil.
     """
-    asked, is_lone = design.spec.requirements, len(design.spec.array.placements) == 1
-    borne = show(asked.shear_force or 0.0, "N")
-    said = Violation(f"one coil alone sees no shear: {borne} of it are borne, and what they do to the target is read "
-                     "as normal force", MORE_COILS, "requirements.shear_force")
+    requirements = design.spec.requirements
+    is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)
+    note = Violation(f"one coil alone sees no shear: {show(requirements.shear_force or 0.0, 'N')} of it are borne, and "
+                     "what they do to the target is read as normal force", MORE_COILS, "requirements.shear_force",
+                     severity=Severity.NOTE)
     if not NEEDS["feeling"][0](design.spec):
-        if is_lone and asked.shear_force:
-            yield said
+        if is_note:
+            yield note
         return
-    most, found = None, design.sensing.felt
-    if found is not None and found.held[-1]:
-        most = _read_as(found, design.spec.requirements)
-    if most is None:
-        if is_lone and asked.shear_force:
-            yield said
-        elif found is None or not found.held[-1]:
-            yield _unfelt(design) if found is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
+    readings, sensing = [], design.sensing.felt
+    if sensing is not None and sensing.held[-1]:
+        readings = shear_readings(sensing, requirements)
+    if not readings:
+        if is_note:
+            yield note
+        elif sensing is None or not sensing.held[-1]:
+            yield _unfelt(design) if sensing is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
         return
-    share, error, axis, shear, force = most
-    unit = "N m" if axis in MOMENTS else "N"
-    where = f"{POINTS[-1]}, {show(force, 'N', 3)} of {axis_text(shear)}"
-    yield RequirementResult("unmeasured_shear", "SIT409", error, None, unit, axis_text(axis), where)
-    figure = f"{show(error, unit, 3)}, {100.0 * share:.3g} % of its full scale"
-    scale = error / share
-    if is_lone and asked.shear_force:
-        yield replace(said, message=f"{said.message} ({figure})", measured=error, limit=scale, unit=unit)
-    elif share > MUCH_OF_FULL_SCALE:
-        reason = "required" if asked.shear_force else "to be expected: friction on tissue, as far as the pad bears it"
-        instead, less = MORE_COILS, "ask for less shear" if asked.shear_force else "or state requirements.shear_force"
-        if found is not None and found.bench.range.has_moments:
-            instead = "leave the moments out and the array tells shear, or let no shear act"
+    for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
+        largest = max((each for each in readings if each.axis in kind), key=lambda each: each.error, default=None)
+        if largest is not None:
+            yield RequirementResult("unmeasured_shear", "SIT409", largest.error, None, unit, axis_text(largest.axis),
+                                    f"{POINTS[-1]}, {show(largest.force, 'N', 3)} of {axis_text(largest.shear)}")
+    worst = max(readings, key=lambda each: each.error / each.limit)
+    unit, kind = "N m" if worst.axis in MOMENTS else "N", worst.axis.partition("_")[0]
+    is_allowed, is_too_much = getattr(requirements, f"{kind}_error") is not None, worst.error > worst.limit
+    figure = (f"{show(worst.error, unit, 3)} ({100.0 * worst.error / worst.scale:.3g} % of its full scale), maximum "
+              f"{show(worst.limit, unit, 3)} " + ("(the error that is allowed)" if is_allowed else
+                                                  f"({100.0 * MAX_SHEAR_READING:.0f} % of its full scale)"))
+    instead = MORE_COILS
+    if sensing is not None and sensing.bench.range.has_moments:
+        instead = "leave the moments out and the array tells shear, or let no shear act"
+    less = "ask for less shear" if requirements.shear_force else "or state requirements.shear_force"
+    more = "" if is_allowed else f"; or requirements.{kind}_error, if more is allowed"
+    if is_note:
+        yield replace(note, message=f"{note.message}, {figure}", measured=worst.error, limit=worst.limit, unit=unit,
+                      hint=MORE_COILS + more * is_too_much,
+                      severity=Severity.WARNING if is_too_much else Severity.NOTE)
+    elif is_too_much:
+        reason = "required" if requirements.shear_force else "to be expected: friction on tissue, as far as the pad " \
+                                                             "bears it"
         yield Violation(
-            f"{show(force, 'N', 3)} of {axis_text(shear)} ({reason}) are not told: they are read as {axis_text(axis)}"
-            f"{' force' if axis == 'normal' else ''}, {figure}",
-            f"{instead}; {less}, if less acts",
-            "requirements.shear_force", error, scale, unit,
+            f"{show(worst.force, 'N', 3)} of {axis_text(worst.shear)} ({reason}) are not told: they are read as "
+            f"{axis_text(worst.axis)}{' force' if worst.axis == 'normal' else ''}, {figure}",
+            f"{instead}; {less}, if less acts{more}", "requirements.shear_force", worst.error, worst.limit, unit,
         )
 
 
-def _read_as(found: Felt, asked: Requirements) -> tuple[float, float, str, str, float] | None:
-    """Return the worst reading of unmeasured shear at full load. None if there is none on a required axis.
+@record
+class ShearReading:
+    """Reading `error` (N, N m) on a measured `axis` of the `force` (N) along an unmeasured `shear` axis, at full load.
 
-    The values are the fraction of full scale, the error (N, N m), its axis, the shear axis and the shear force (N).
+    `limit` is the allowed error of the measured axis, or else 10 % of its full scale `scale`.
     """
-    axes = found.bench.range.axes
-    wanted = {"normal": asked.normal_force, "moment_x": asked.moments[0], "moment_y": asked.moments[1],
-              **dict.fromkeys(SHEARS, asked.shear_force or asked.is_shear_told)}
-    each = [
-        (float(error / scale), float(error), axis, shear, found.bench.full[shear])
+
+    error: float
+    axis: str
+    scale: float
+    limit: float
+    shear: str
+    force: float
+
+
+def shear_readings(found: Felt, requirements: Requirements) -> list[ShearReading]:
+    """Return the readings of unmeasured shear at full load on all axes with a requirement."""
+    is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
+                   "moment_y": requirements.moments[1],
+                   **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_told)}
+    allowed = {"normal": requirements.normal_error, **dict.fromkeys(SHEARS, requirements.shear_error),
+               **dict.fromkeys(MOMENTS, requirements.moment_error)}
+    return [
+        ShearReading(float(error), axis, scale, allowed[axis] or MAX_SHEAR_READING * scale, shear,
+                     found.bench.full[shear])
         for shear, errors in found.points[-1].unmeasured().items()
-        for axis, error, scale in zip(axes, errors, found.bench.range.full_scales, strict=True)
-        if wanted[axis] and np.isfinite(error)
+        for axis, error, scale in zip(found.bench.range.axes, errors, map(float, found.bench.range.full_scales),
+                                      strict=True)
+        if is_required[axis] and np.isfinite(error)
     ]
-    return max(each, default=None)
 
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:
@@ -578,7 +625,7 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT407", two_loads_one_reading, "feeling"),
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
     rule_of("SIT409", _once("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
-            much=f"{100.0 * MUCH_OF_FULL_SCALE:.0f} %"),
+            much=f"{100.0 * MAX_SHEAR_READING:.0f} %"),
     rule_of("SIT410", requirements_agree),
     _felt_rule("SIT412", moment_resolution, "moment resolution"),
     _felt_rule("SIT414", errors_together, "errors"),

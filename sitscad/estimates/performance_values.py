@@ -276,6 +276,9 @@ OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a 
 UNMEASURED = "at full scale, which is not measured"
 """Suffix of error causes by force axes that the array cannot measure."""
 
+TILTED = "tilt of "
+"""Beginning of the name of the error by a tilted contact. The angle follows."""
+
 
 def lasts_tared(cause: str) -> bool:
     """Whether an error by this cause remains in a calibrated unit.

@@ -281,7 +281,10 @@ class Requirements(Section):
         Number(0, 10), "error of an axis by the full scale of another axis, as a fraction of its own full scale, with "
         "the best polynomial in the readings", None
     )
-    tilt: float | None = key(UnitValue("angle", "0 deg", "15 deg"), "largest tilt of the contact, like 2 deg", None)
+    tilt: float | None = key(
+        UnitValue("angle", "0 deg", "15 deg"),
+        "largest tilt of the contact, like 2 deg. If left out, errors together have a tilt of 1 deg", None,
+    )
     tilt_error: float | TiltErrors | None = key(
         NameOr(Resolution, Part(TiltErrors)),
         "largest error by this tilt on the required axes of force, like 100 mN; or axis by axis", None,

@@ -177,10 +177,8 @@ def _resolution(found: Felt, axis: str) -> float:
 
 
 def _by_tilt(found: Felt, axis: str) -> float:
-    from sitscad.estimates.performance.causes import DEGREE
-
-    k, tilt = found.bench.range.axes.index(axis), found.layout.spec.requirements.tilt or DEGREE
-    return max(float(point.tilt_errors(tilt)[k].max()) for point in found.points)
+    k = found.bench.range.axes.index(axis)
+    return max(float(point.tilt_errors(point.tilt)[k].max()) for point in found.points)
 
 
 def _by_warmth(place: int) -> Callable[[Felt, str], float]:

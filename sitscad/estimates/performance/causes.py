@@ -27,7 +27,7 @@ from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance_values import FORCES, MOMENTS, UNMEASURED, along
+from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNMEASURED, along
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
     CAPACITOR,
@@ -169,6 +169,15 @@ UNTOLD = 0.01
 BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
 
 DEGREE = math.radians(1.0)
+"""Tilt (rad) of the contact in errors together if the spec requires no tilt."""
+
+
+
+def tilt_cause(angle: float) -> str:
+    """Return the name of the error by a tilt (rad) of the contact."""
+    degrees = f"{math.degrees(angle):.3g}"
+    return f"{TILTED}{degrees} degree{'s' * (degrees != '1')}"
+
 
 SMALL_TILT = 1e-3
 """Tilt (rad) for the moment of a small tilt."""
@@ -247,6 +256,12 @@ class Disturbed:
     def carried(self) -> Array:
         """Force (N) on every axis at its fraction of full scale."""
         return np.asarray(self.share * self.bench.range.full_scales)
+
+    @property
+    def tilt(self) -> float:
+        """Tilt (rad) of the contact in errors together: the required tilt, or else one degree."""
+        required = self.bench.spec.requirements.tilt
+        return DEGREE if required is None else required
 
     @property
     def tilts(self) -> Array:
@@ -381,7 +396,8 @@ class Disturbed:
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause that is equal for all units.
 
-        Tilts are of one degree, the worse of both signs. It is infinite on an axis without a signal.
+        Tilts are of the required angle or one degree, the worse of both signs. Twists are of one degree. It is infinite
+        on an axis without a signal.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -393,7 +409,7 @@ class Disturbed:
             "curved map": map_errors,
             self.warmed_by: self.drift,
             f"{TARED_DRIFT}, {self.warming:.3g} K": self.tared_drift,
-            "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
+            tilt_cause(self.tilt): np.hypot(*self.tilt_errors(self.tilt).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},

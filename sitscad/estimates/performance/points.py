@@ -23,7 +23,7 @@ from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, pushed, tilt_stiff
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
+from sitscad.estimates.performance.causes import WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.screen import screen_bench
 from sitscad.estimates.performance_values import (
@@ -229,7 +229,6 @@ def _at(
     condition = float(singular[0] / max(singular[-1], 1e-300))
     shear = next((name for name in names if name in FORCES[1:]), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
-    tilt = bench.spec.requirements.tilt or DEGREE
     overload = courses["normal"][0] if courses["normal"][1] == INSTABILITY else bench.overload
     free = bench.gives_way if bench.gives_way is not None and bench.gives_way < overload else None
     stiffness = tilt_stiffness(bench.pad, point.load[None])[0]
@@ -237,7 +236,7 @@ def _at(
     return Performance(
         at=at, load=tuple(map(float, point.load)), axes=_axes(point, working, courses, errors), crosstalk=curved,
         straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
-        tilt=tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(tilt)),
+        tilt=point.tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(point.tilt)),
         tilt_stiffness=_row(("rx", "ry"), stiffness), tilt_stiffness_error=_row(
             ("rx", "ry"), tilt_stiffness_error(bench.pad, point.pose, stiffness)),
         contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact)),

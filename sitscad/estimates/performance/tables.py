@@ -17,6 +17,7 @@ from sitscad.estimates.performance_values import (
     INSTABILITY,
     MOMENTS,
     OTHER_JAW_CAUSES,
+    TILTED,
     UNMEASURED,
     Performance,
     combined_error,
@@ -151,12 +152,9 @@ def error_table(felt: Sequence[Performance]) -> Table:
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    rows = [(TILTS if cause == TILTED else _since(cause),
+    rows = [(f"{cause}, rx and ry (root of squares)" if cause.startswith(TILTED) else _since(cause),
              *(amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes]
     return Table(head, rows)
-
-
-TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of squares)"
 
 
 def drift_table(felt: Sequence[Performance]) -> Table:
