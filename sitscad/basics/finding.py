@@ -97,6 +97,7 @@ _WORDS_OF_ONE = {
 """Messages for a count of one."""
 
 _WORDS_OF_NEED = {
+    Missing.INNER_ROOM: ", minimum {need:.3f} mm",
     Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track",
     Missing.BODY_ROOM: ": {missing:.0f} um are missing on its side",
 }

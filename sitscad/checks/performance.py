@@ -520,8 +520,8 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
             yield RequirementResult("unmeasured_shear", "SIT409", largest.error, None, unit, axis_text(largest.axis),
                                     f"{POINTS[-1]}, {show(largest.force, 'N', 3)} of {axis_text(largest.shear)}")
     worst = max(readings, key=lambda each: each.error / each.limit)
-    unit, kind = "N m" if worst.axis in MOMENTS else "N", worst.axis.partition("_")[0]
-    is_allowed, is_too_much = getattr(requirements, f"{kind}_error") is not None, worst.error > worst.limit
+    unit, error_key = "N m" if worst.axis in MOMENTS else "N", f"{worst.axis.partition('_')[0]}_error"
+    is_allowed, is_too_much = getattr(requirements, error_key) is not None, worst.error > worst.limit
     figure = (f"{show(worst.error, unit, 3)} ({100.0 * worst.error / worst.scale:.3g} % of its full scale), maximum "
               f"{show(worst.limit, unit, 3)} " + ("(the error that is allowed)" if is_allowed else
                                                   f"({100.0 * MAX_SHEAR_READING:.0f} % of its full scale)"))
@@ -529,7 +529,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     if sensing is not None and sensing.bench.range.has_moments:
         instead = "leave the moments out and the array tells shear, or let no shear act"
     less = "ask for less shear" if requirements.shear_force else "or state requirements.shear_force"
-    more = "" if is_allowed else f"; or requirements.{kind}_error, if more is allowed"
+    more = "" if is_allowed else f"; or requirements.{error_key}, if more is allowed"
     if is_note:
         yield replace(note, message=f"{note.message}, {figure}", measured=worst.error, limit=worst.limit, unit=unit,
                       hint=MORE_COILS + more * is_too_much,

@@ -504,9 +504,19 @@ def _joined_inside(
         joins = _inner_joins(windings, coil.layer_turns, inside, *widths, is_least)
         if joins is not None:
             return joins, ()
-    need = max(2.0 * clear, room_needed(1, rules, rules.trace_spacing))
-    facts = (("count", (len(windings) + 1) // 2), ("clear", max(0.0, 2.0 * clear) * 1e3))
-    return (), (Shortfall(Missing.INNER_ROOM, 2.0 * clear, need, "m", facts=facts),)
+    count = (len(windings) + 1) // 2
+    # in a long coil the vias lie in a row along it, so its width needs room for one
+    need = room_needed(1 if inside.longer > 1e-9 else count, rules, rules.trace_spacing)
+    return (), (no_inner_room(count, 2.0 * clear, need if need > 2.0 * clear else None),)
+
+
+def no_inner_room(count: int, have: float, need: float | None) -> Shortfall:
+    """Return the shortfall of room for a number of inner vias: clear and needed diameter (m).
+
+    The needed diameter is None if it is unknown, as it is if the vias have room and their stubs have none.
+    """
+    facts = ("count", count), ("clear", max(0.0, have) * 1e3), ("need", (need or 0.0) * 1e3)
+    return Shortfall(Missing.INNER_ROOM, have, need, "m", facts=facts)
 
 
 _inner_joins = lru_cache(maxsize=64)(place_inner_vias)

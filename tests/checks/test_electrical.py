@@ -373,7 +373,7 @@ def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     assert note.severity is Severity.WARNING
     assert note.detail.count("mostly by the trace width") == 2
     assert note.hint.count("measure the amplitude of the first boards") == 1
-    assert "next weaker" in note.hint and "next stronger" in note.hint
+    assert "no drive code" in note.hint
 
 
 def test_one_amplitude_near_both_ends_is_said_of_each(judge, design, estimates) -> None:
@@ -383,7 +383,23 @@ def test_one_amplitude_near_both_ends_is_said_of_each(judge, design, estimates) 
     numbers = replace(numbers, coils=(replace(numbers.coils[0], states={"rest": alike}),))
     (note,) = judge("SIT204", spec, None, numbers)
     assert note.message.count("1.8 V") == note.message.count("1.2 V") == 1 and note.detail.count("sigma above") == 1
-    assert "next weaker" in note.hint and "next stronger" in note.hint
+    assert "no drive code" in note.hint
+
+
+@pytest.mark.parametrize(("amplitude", "sigma"), [(1.75, 0.05), (1.25, 0.05), (1.75, 0.12), (1.25, 0.12), (1.5, 0.3)])
+def test_named_drive_code_keeps_both_limits_or_no_code_does(amplitude, sigma, judge, design, estimates):
+    """The next weaker code was named for an amplitude near the upper limit, and it was below the lower limit."""
+    spec = design()
+    numbers = scattered(estimates(spec), amplitude=sigma)
+    coil = numbers.coils[0]
+    numbers = replace(numbers, coils=(replace(coil, states={
+        "rest": replace(coil.states["rest"], amplitude=amplitude)}),))
+    (note,) = judge("SIT204", spec, None, numbers)
+    now, currents = numbers.readout.drive_code, spec.readout.device.drive_currents
+    kept = [code for code, current in enumerate(currents)
+            if all(1.2 <= (amplitude + side * 2.0 * sigma) * current / currents[now] <= 1.8 for side in (-1, 1))]
+    named = re.search(r"drive code (\d+) keeps", note.hint)
+    assert (named is None) == (not kept) and (named is None or int(named[1]) in kept)
 
 
 def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdicts) -> None:

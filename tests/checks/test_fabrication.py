@@ -228,6 +228,34 @@ def test_too_little_room_inside_carries_the_missing_length(judge, design):
     assert judge("SIT112", design()) == []
 
 
+@pytest.mark.parametrize(("turns", "layers", "most"), [(13.0, 2, 0.4e-3), (6.0, 4, 0.4e-3)])
+def test_needed_room_inside_a_coil_is_enough_room(turns, layers, most):
+    """The limit was the measured value, so that nobody knew how much larger a coil had to be."""
+    outer, stackup = {2: (6, "flex-2l-18um"), 4: (4, "flex-4l")}[layers]
+    spec = load_text(f"""
+    {{sitscad: 1, name: a, fpc: {{stackup: {stackup}, rules: recommended}}, coil: {{shape: circle,
+     outer_diameter: {outer}, turns: {turns}, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}}}
+    """)
+    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT112"]
+    missing = found.limit - found.measured
+    assert 0.0 < missing < most
+    larger = replace(spec, coil=replace(spec.coil, size=tuple(size + 1.05 * missing for size in spec.coil.size)))
+    assert not any(lack.what is Missing.INNER_ROOM for lack in lay_out(larger).shortfalls)
+
+
+def test_array_without_room_for_leads_names_its_gap_and_the_needed_gap():
+    """The finding said that trials alone can tell."""
+    spec = load_text("""
+    {sitscad: 1, name: a, fpc: {stackup: flex-4l, rules: generic-fine}, array: {pattern: grid, count: [2, 2],
+     pitch: 4.12}, coil: {shape: circle, outer_diameter: 4, turns: 5, layers: 4, trace_width: 0.1, trace_spacing: 0.1}}
+    """)
+    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
+    rules = spec.fpc.rules
+    assert found.measured == approx(0.12e-3, rel=1e-9) and found.unit == "m"
+    assert found.limit > rules.via_pad + 2.0 * rules.trace_spacing + spec.coil.trace_width
+    assert "without leads" in found.detail
+
+
 def test_a_shortfall_of_the_layout_is_told_in_its_words(judge, good):
     spec, layout = good
     told = Shortfall(Missing.LEAD_ROOM, have=1.0, need=2.0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
@@ -20,6 +21,8 @@ from sitscad.kernels.geometry.convex import beyond
 from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
+from sitscad.layout.clearance import hole_keep_out, joined_hole
+from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
 
@@ -36,8 +39,47 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
     return reported
 
 
-def _complaint(design: Design, lack: Shortfall) -> Violation:
+def _with_need(spec: SensorSpec, lack: Shortfall) -> Shortfall:
+    """Return a shortfall with the needed room, if trials can find it.
+
+    Vias may have room inside a coil and their stubs none. The needed room is then that of the smallest larger coil in
+    which they have room.
+    """
+    if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
+        return lack
+    for growth in GROWTHS:
+        size = (spec.coil.size[0] + growth, spec.coil.size[1] + growth)
+        if moves.inner_vias_fit(replace(spec, coil=replace(spec.coil, size=size))):
+            return no_inner_room(int(dict(lack.facts)["count"]), lack.have, lack.have + growth)
+    return lack
+
+
+GROWTHS = (50e-6, 100e-6, 200e-6, 400e-6)
+"""Growths (m) of a coil to try, to find the room that its inner vias and stubs need."""
+
+
+def lead_gap(spec: SensorSpec) -> tuple[float, float] | None:
+    """Return the gap (m) between the two nearest coils, and the gap that one more via or lead needs.
+
+    None for a single coil.
+    """
+    placements, (length, width) = spec.array.placements, spec.coil.size
+    if len(placements) == 1:
+        return None
+    a, b = min(combinations(placements, 2), key=lambda pair: math.dist(pair[0].centre, pair[1].centre))
+    gap = math.dist(a.centre, b.centre) - length
+    if spec.coil.outline.is_long:
+        dx, dy = b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]
+        cosine, sine = math.cos(a.rotation), math.sin(a.rotation)
+        gap = max(abs(cosine * dx + sine * dy) - length, abs(cosine * dy - sine * dx) - width)
+    rules, width = spec.fpc.rules, spec.coil.trace_width
+    keep = hole_keep_out(joined_hole(rules, width), rules, rules.trace_spacing)
+    return gap, max(2.0 * keep, gap) + width + rules.trace_spacing
+
+
+def _complaint(design: Design, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
+    lack = _with_need(design.spec, shortfall)
     # hint, key and source (empty: the rule's)
     spec, body = design.spec, design.spec.fpc.body
     is_sized = body is not None and body.size is not None
@@ -48,7 +90,8 @@ def _complaint(design: Design, lack: Shortfall) -> Violation:
         Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
                           "coil.layers", ""),
         Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
-        Missing.LEAD_ROOM: ("change coil.start_angle or the number of turns, so that the layers end at other angles",
+        Missing.LEAD_ROOM: ("move the coils apart, or " * (between != "coil.start_angle")
+                            + "change coil.start_angle or the number of turns, so that the layers end at other angles",
                             "fpc.body" if is_sized else between, f"via pad {of_rules}"),
         Missing.TAIL_LAYERS: ("give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers",
                               ""),
@@ -57,11 +100,17 @@ def _complaint(design: Design, lack: Shortfall) -> Violation:
         Missing.BODY_ROOM: ("a larger body, smaller coils, or coils nearer to each other", "fpc.body", ""),
     }
     hint, key, source = said[lack.what]
-    message = lack.message
-    if lack.what is Missing.LEAD_ROOM and is_sized and body is not None:
-        message = f"{message} inside the body that is asked for ({body.written})"
-    return Violation(message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place,
-                     fixes=_room(spec, lack))
+    message, have, need, unit, detail = lack.message, lack.have, lack.need, lack.unit, ""
+    if lack.what is Missing.LEAD_ROOM:
+        detail = "the estimates are of the coils without leads"
+        if is_sized and body is not None:
+            message = f"{message} inside the body that is asked for ({body.written})"
+        elif have is None and (gap := lead_gap(spec)) is not None:
+            have, need, unit = *gap, "m"
+            message = (f"{message}: {show(have, 'm', 3)} between the nearest coils, minimum {show(need, 'm', 3)} for "
+                       "one more via or lead")
+    return Violation(message, hint, key, have, need, unit, source=source or None, place=lack.place,
+                     fixes=_room(spec, shortfall), detail=detail)
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.reading.readings import (
+    NEAR,
     Reading,
     in_sigmas,
     is_short_alone,
@@ -28,7 +29,7 @@ CODE_KEY = "readout.drive_code"
 If the chosen code is too weak, the finding is at the turns, which determine R_P.
 """
 
-CODE_IS_SET = "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
+CODE_IS_SET = "the spec sets this drive code (readout.drive_code)"
 
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
@@ -50,7 +51,44 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
         yield replace(gravest, message=joined(*dict.fromkeys(aside.message for aside in near)),
                       detail=joined(*(aside.detail for aside in near)),
-                      hint=joined("measure the amplitude of the first boards", *(str(aside.hint) for aside in near)))
+                      hint=joined("measure the amplitude of the first boards", *(str(aside.hint) for aside in near),
+                                  code_advice(design, (NEAR,))))
+
+
+def serving_codes(design: Design, sigmas: float) -> list[int]:
+    """Return the drive codes that keep the amplitudes of all coils and states in the low-noise window.
+
+    Each amplitude keeps both limits by some standard deviations of manufacture, and the upper limit with the thickest
+    copper. The code nearest to the present code is first.
+    """
+    converter, readings = design.spec.readout.device, readings_of(design, "amplitude", True)
+    low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
+    states = {(coil.name, name): state for coil in design.estimates.coils for name, state in coil.states.items()}
+    ends = []  # the smallest and the largest amplitude of each reading, and the drive current for which they hold
+    for reading in readings:
+        margin, spread = sigmas * (reading.sigma or 0.0), states[reading.coil, reading.state].spread
+        thickest = 0.0 if spread is None else (
+            reading.value * spread.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
+        ends.append((reading.value - margin, reading.value + max(margin, thickest),
+                     converter.drive_currents[_code(design, reading)]))
+    now = design.estimates.readout.drive_code or 0
+    codes = [code for code, current in enumerate(converter.drive_currents)
+             if all(low <= least * current / at and most * current / at <= high for least, most, at in ends)]
+    return sorted(codes, key=lambda code: abs(code - now))
+
+
+def code_advice(design: Design, sigmas: tuple[float, ...] = (NEAR, 0.0)) -> str:
+    """Return advice on the drive code: a code that keeps both limits, or the statement that no code does.
+
+    `sigmas` are the margins to try, in standard deviations of manufacture.
+    """
+    limit = design.spec.readout.device.limit
+    window = f"{show(limit('amplitude_optimum_min'), 'V')} to {show(limit('amplitude_max'), 'V')}"
+    for margin in sigmas:
+        by = f" by {margin:g} sigma" if margin else ""
+        if codes := serving_codes(design, margin):
+            return f"drive code {codes[0]} keeps {window} in every state{by}"
+    return f"no drive code keeps {window} in every state" + (f" by {min(sigmas):g} sigma" if min(sigmas) else "")
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
@@ -73,8 +111,7 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
             "with the thickest copper that is delivered (foil and plating both at their ends) the tank of "
             f"{where(thick[2])} would swing {show(thick[0] + thick[1], 'V', 3)} peak with drive code "
             f"{_code(design, thick[2])}, beyond {show(high, 'V')}",
-            "leave readout.drive_code out, and one is chosen that does for such copper", CODE_KEY, thick[0] + thick[1],
-            high, "V", severity=Severity.WARNING,
+            "", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING,
         )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
         yield Violation(
@@ -96,19 +133,21 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         code = _code(design, largest)
-        hint = f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
+        hint = f"{code_advice(design)}; or use a coil whose R_P changes less between its states"
+        if readout.drive_code is not None:
+            hint = f"{CODE_IS_SET}: {code_advice(design)}"
         if code == 0:
             largest_load = show(converter.limit("parallel_resistance_max"), "ohm")
             hint = (f"even the weakest drive is too strong: put {largest_load} in parallel with the sensor (data sheet "
                     f"{converter.source_of('cite_drive')})")
         yield Violation(
             f"with drive code {code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} peak; {clamps}",
-            hint if readout.drive_code is None else CODE_IS_SET, CODE_KEY, largest.value, high, "V", source=source,
+            hint, CODE_KEY, largest.value, high, "V", source=source,
             sigma=sigmas_between(largest, high), detail=in_sigmas(largest, high, "V"),
         )
         return
     if largest is not None:
-        yield from near_limit(largest, high, "V", "amplitude", _other_code(design, largest, -1), CODE_KEY)
+        yield from near_limit(largest, high, "V", "amplitude", "", CODE_KEY)
     cold = at_room_temperature(design)
     if cold is design:
         return
@@ -136,7 +175,7 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
         return
     code = _code(design, smallest)
     if smallest.value >= optimum:
-        yield from near_limit(smallest, optimum, "V", "amplitude", _other_code(design, smallest, 1), CODE_KEY)
+        yield from near_limit(smallest, optimum, "V", "amplitude", "", CODE_KEY)
         return
     name, severity = "amplitude_stable_min", None
     window = f"below {show(limit(name), 'V')} the oscillation may stop"
@@ -182,24 +221,13 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _other_code(design: Design, reading: Reading, step: int) -> str:
-    """Return the drive code next to the code of a reading in words, with its coil if codes differ by coil.
-
-    If there is no such code, the words state this.
-    """
-    code, how = _code(design, reading) + step, "stronger" if step > 0 else "weaker"
-    whose = f" for coil {reading.coil}" if design.estimates.readout.drive_codes else ""
-    is_there = 0 <= code < len(design.spec.readout.device.drive_currents)
-    return f"drive code {code} is the next {how}{whose}" if is_there else f"there is no {how} drive{whose}"
-
-
 def _weak_advice(design: Design, smallest: Reading) -> str:
     """Return the reason why a coil's amplitude is too small, with advice.
 
     Its states differ, the coils differ, or R_P is too low even for the strongest drive.
     """
     if design.spec.readout.drive_code is not None:
-        return CODE_IS_SET
+        return f"{CODE_IS_SET}: {code_advice(design)}"
     away = more_distance(design.spec)
     distance = f"{away}, or more turns" if away else "more turns"
     values = readings_of(design, "parallel_resistance", True)
