@@ -14,7 +14,7 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import above_board, elastomer, targets, top_height
-from sitscad.assembly.places.column import placement
+from sitscad.assembly.places.column import column, levels, on_board, placement, sealed_height
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_range, section
 from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, screw_spacing, stop_place
@@ -35,7 +35,7 @@ from sitscad.estimates.loads.gluing import (
 )
 from sitscad.files.documents import assembly_notes, firmware_driver, parts_list
 from sitscad.files.documents.assembly_notes import WIDTH, render
-from sitscad.files.documents.gluing import line_areas, piece_sizes
+from sitscad.files.documents.gluing import line_areas, piece_sizes, toleranced
 from sitscad.files.documents.mounting import LENGTHS, in_place
 from sitscad.files.documents.preparing import STAGE_OF, is_current
 from sitscad.files.order_facts.incoming import incoming
@@ -195,6 +195,20 @@ def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
     said = re.sub(r"\s+", " ", text(sitscad.lay_out(thick)))
     assert "mould-skin" in said and "5 ml" in said
+
+
+@pytest.mark.parametrize("changes", [{}, {"encapsulation.thickness": "0.4 mm"}, {"mount": {"kind": "custom"}}])
+def test_height_with_film_is_stated(changes):
+    """The notes gave heights of pad and target, and none of the finished face."""
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
+    layout = sitscad.lay_out(spec)
+    pieces = levels(on_board(layout))
+    film = sealed_height(layout) - (pieces["target"][1] - pieces["board"][1])
+    assert film.nominal == approx(spec.encapsulation.thickness, rel=1e-9) and film.spread > 0.0
+    assert toleranced(sealed_height(layout)) in in_one_line(layout)
+    if spec.jaw is not None:
+        at = levels(column(layout))
+        assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed_height(layout))
 
 
 def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_goes():

@@ -201,6 +201,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
     code = (
         "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
+        "from sitscad.files.order_facts.incoming import incoming; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
         "render(d.layout, d.estimates, d.response, d.performance, d.sensing.curves, '', incoming(d).board).items()]"

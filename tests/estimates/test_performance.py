@@ -81,8 +81,8 @@ def test_the_error_by_tilt_is_what_a_load_case_with_that_tilt_reads():
     assert full.tilt_error["normal"]["ry"] == approx(read, rel=0.02)
     assert full.tilt_error["normal"]["rx"] == approx(read, rel=0.1)
     assert read > 5.0 * full.tilt * abs(full.tilt_slope["normal"]["ry"])
-    degree = full.axes["normal"].errors["tilt of 1 degree"]
-    assert degree == approx(math.sqrt(2.0) * read / 4.0, rel=0.2), "it goes with the square"
+    both = full.axes["normal"].errors["tilt of 2 degrees"]
+    assert both == approx(math.sqrt(2.0) * read, rel=0.1), "about x and about y"
 
 
 def test_tilt_about_y_is_read_as_shear_along_x(bench):

@@ -138,10 +138,8 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
     stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
     for layer in (*_behind(spec), _board(layout), *_above(spec.assembly, spec.elastomer, spec.target)):
         stacked += [*_glue_under(layer, assembly), layer]
-    film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
-    if film:
-        stacked.append(_layer("encapsulation", film, film_tolerance(assembly, film)))
-    if pad:
+    stacked += _film(layout)
+    if pad := jaw.opposing_pad_thickness:
         moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
         stacked.append(_layer("opposing-pad", pad, moulded))
     return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
@@ -153,6 +151,18 @@ def on_board(layout: Layout) -> tuple[Layer, ...]:
                                                                                     layout.spec.elastomer,
                                                                                     layout.spec.target)]
     return (_board(layout), *chain.from_iterable(glued))
+
+
+def sealed_height(layout: Layout) -> Toleranced:
+    """Return the height (m) of the film's upper face above the board's top face. The spec must have a film."""
+    at = levels((*on_board(layout), *_film(layout)))
+    return at["encapsulation"][1] - at["board"][1]
+
+
+def _film(layout: Layout) -> tuple[Layer, ...]:
+    """Return the film over the pieces. It is not glued. Empty if the spec has no film."""
+    thickness, assembly = film_thickness(layout.spec.encapsulation), layout.spec.assembly
+    return (_layer("encapsulation", thickness, film_tolerance(assembly, thickness)),) if thickness else ()
 
 
 def on_seat(layout: Layout) -> tuple[Layer, ...]:

@@ -11,7 +11,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, glued_pieces, joined
-from sitscad.assembly.places.column import Levels, Toleranced, column, levels, on_board, plate_thickness
+from sitscad.assembly.places.column import (
+    Levels,
+    Toleranced,
+    column,
+    levels,
+    on_board,
+    plate_thickness,
+    sealed_height,
+)
 from sitscad.assembly.places.fit import measures
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, skin_pour
@@ -152,7 +160,9 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
     is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
-    sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
+    sealing = [] if spec.encapsulation is None else [
+        f"{skin(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
+        f"{toleranced(sealed_height(layout))} then."]
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
