@@ -121,14 +121,14 @@ class Stackup:
     @cached_property
     def copper(self) -> tuple[CopperLayer, ...]:
         """The copper layers from the top, each with its height."""
-        found: list[CopperLayer] = []
+        layers: list[CopperLayer] = []
         depth = 0.0
         for layer in self.layers:
             if layer.kind is LayerKind.COPPER:
                 z = -(depth + layer.thickness / 2)
-                found.append(CopperLayer(len(found) + 1, z, layer.thickness, layer.plated))
+                layers.append(CopperLayer(len(layers) + 1, z, layer.thickness, layer.plated))
             depth += layer.thickness
-        return tuple(found)
+        return tuple(layers)
 
     def platings(self, number: int) -> int:
         """Return the number of plating steps that a copper layer (from 1) receives.
@@ -149,16 +149,16 @@ class Stackup:
         ``finished``, its thickness stays and the foil is the rest. Otherwise the plating is added to the foil.
         """
         wall = self.plating_thickness if thickness is None else thickness
-        bare = replace(self, plating=plating, core_layers=core_layers, plating_thickness=wall)
+        plated_stackup = replace(self, plating=plating, core_layers=core_layers, plating_thickness=wall)
         layers, number = [], 0
         for layer in self.layers:
             if layer.kind is LayerKind.COPPER:
                 number += 1
-                plated = 0.0 if plating is Plating.BUTTONS else bare.platings(number) * wall
+                plated = 0.0 if plating is Plating.BUTTONS else plated_stackup.platings(number) * wall
                 whole = layer.thickness if finished else layer.foil + plated
                 layer = replace(layer, thickness=whole, plated=plated)
             layers.append(layer)
-        return replace(bare, layers=tuple(layers))
+        return replace(plated_stackup, layers=tuple(layers))
 
     @property
     def covers(self) -> tuple[tuple[str, StackLayer, CopperLayer], ...]:
@@ -166,13 +166,13 @@ class Stackup:
 
         This copper is an outer layer, or the last layer of a core whose tail has its own coverlay.
         """
-        copper, found = self.copper, []
+        copper, covers = self.copper, []
         if copper and self.layers[0].kind is LayerKind.COVERLAY:
-            found.append(("top", self.layers[0], copper[0]))
+            covers.append(("top", self.layers[0], copper[0]))
         if copper and self.layers[-1].kind is LayerKind.COVERLAY:
             under = [copper[number - 1] for number in (len(copper), self.core_layers) if number]
-            found.append(("bottom", self.layers[-1], max(under, key=lambda layer: layer.thickness)))
-        return tuple(found)
+            covers.append(("bottom", self.layers[-1], max(under, key=lambda layer: layer.thickness)))
+        return tuple(covers)
 
     def line_foil(self, layers: Sequence[int]) -> float:
         """Return the thickest foil (m) of some layers, by which fabricators list their smallest widths.
@@ -184,8 +184,8 @@ class Stackup:
         chosen = [layer for layer in self.copper if layer.number in layers]
         if not self.is_plating_stated:
             return max((layer.thickness for layer in chosen), default=0.0)
-        once = self.plating_thickness if self.plating is Plating.PANEL else math.inf
-        return max((layer.foil + max(0.0, layer.plated - once) for layer in chosen), default=0.0)
+        one_step = self.plating_thickness if self.plating is Plating.PANEL else math.inf
+        return max((layer.foil + max(0.0, layer.plated - one_step) for layer in chosen), default=0.0)
 
     def between(self, upper: int, lower: int) -> tuple[StackLayer, ...]:
         """Return the layers strictly between two copper layers (numbers from 1)."""

@@ -151,11 +151,11 @@ class DesignRules(Readable):
     def _with_lines(self, prefix: str, lines: FoilLines, thickness: float) -> DesignRules:
         # Return the rules with the lines in use for a foil (m), which may be thicker than the lines' foil.
         width, spacing = f"{prefix}_width", f"{prefix}_spacing"
-        beyond, stated = "", {name: most for name, most in self.beyond.items() if name not in (width, spacing)}
+        beyond, exceeded = "", {name: most for name, most in self.beyond.items() if name not in (width, spacing)}
         if thickness > lines.copper + 1e-9:
             beyond = f" (for copper up to {show(lines.copper, 'm')}: nothing is stated for {show(thickness, 'm')})"
-            stated |= {width: lines.copper, spacing: lines.copper}
-        changed: dict[str, Any] = {width: lines.width, spacing: lines.spacing, "beyond": stated}
+            exceeded |= {width: lines.copper, spacing: lines.copper}
+        changed: dict[str, Any] = {width: lines.width, spacing: lines.spacing, "beyond": exceeded}
         if prefix == "coil_trace":
             changed["coil_copper"] = lines.copper
         sources = {width: lines.width_source + beyond, spacing: lines.spacing_source + beyond}
@@ -164,13 +164,13 @@ class DesignRules(Readable):
 
     def for_layers(self, count: int) -> DesignRules:
         """Return the rules with the copper ring for a number of copper layers."""
-        asked = max((least for least in self.annular_rings if least <= count), default=None)
-        if asked is None:
+        ring_layers = max((least for least in self.annular_rings if least <= count), default=None)
+        if ring_layers is None:
             return self
-        key = f"annular_ring_{asked}"
+        key = f"annular_ring_{ring_layers}"
         sources = {**self.sources, "annular_ring": self.sources[key]}
         holders = {**self.holders, "annular_ring": self.holders[key]}
-        return replace(self, annular_ring=self.annular_rings[asked], sources=sources, holders=holders)
+        return replace(self, annular_ring=self.annular_rings[ring_layers], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
         """Whether a minimum of coil tracks is an error if it is not met. Otherwise it is a warning."""

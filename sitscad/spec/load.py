@@ -132,8 +132,8 @@ def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.Pat
     if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
         lacks_room = not remarks.findings and all(flaw.rule in ROOM_RULES for flaw in remarks.flaws)
-        found = (*in_order(findings), *remarks.findings)
-        raise SpecError(found, remarks.texts, spec if lacks_room else None, source)
+        all_findings = (*in_order(findings), *remarks.findings)
+        raise SpecError(all_findings, remarks.texts, spec if lacks_room else None, source)
     return spec.known(replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))
 
 
@@ -147,7 +147,7 @@ _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
 _MOST_BITS = 200
 
 
-def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
+def plain(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any:
     """Return a value as YAML would give it: dict with text keys, list, str, int, float, bool or None.
 
     Numbers and arrays of numpy and similar libraries become numbers and lists of Python. `key` is the value's dotted
@@ -158,8 +158,8 @@ def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
     TextError
         if there are other objects, too many values, or too deep nesting; the error names the key.
     """
-    left = iter(range(MOST_VALUES)) if left is None else left
-    if next(left, None) is None:
+    budget = iter(range(MOST_VALUES)) if budget is None else budget
+    if next(budget, None) is None:
         raise TextError("SIT010", f"more than {MOST_VALUES} values", "is this a spec?", key=key)
     if value is None or isinstance(value, bool):
         return value
@@ -172,14 +172,14 @@ def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
     if key.count(".") >= DEEPEST:
         raise TextError("SIT004", f"{undotted(key)}: sections and lists are nested too deep", key=key)
     if isinstance(value, Mapping):
-        return {_name(name, key): plain(inner, dotted(key, name), left) for name, inner in value.items()}
+        return {_name(name, key): plain(inner, dotted(key, name), budget) for name, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(inner, dotted(key, index), left) for index, inner in enumerate(value)]
+        return [plain(inner, dotted(key, index), budget) for index, inner in enumerate(value)]
     to_list, size = getattr(value, "tolist", None), getattr(value, "size", 0)
     if callable(to_list) and isinstance(size, int) and size <= MOST_VALUES and not isinstance(value, type):
-        found = to_list()
-        if isinstance(found, (bool, int, float, str, list)):
-            return plain(found, key, left)
+        converted = to_list()
+        if isinstance(converted, (bool, int, float, str, list)):
+            return plain(converted, key, budget)
     message = f"{undotted(key)}: an object of type {type(value).__name__} is nothing that a spec can hold"
     raise TextError("SIT004", message, "a number, a text with its unit, a list or a dictionary", key=key)
 
@@ -250,7 +250,7 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
     """Return a spec with other values, as attributes give them, at dotted keys; see `SensorSpec.replace`."""
-    pairs, found = tuple(changes), []
+    pairs, written = tuple(changes), []
     records: dict[str, Any] = {}
     try:
         for key, value in pairs:
@@ -260,16 +260,16 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
                 continue  # the text stays as it is
             if is_dataclass(value) and not isinstance(value, type):
                 records[key] = value
-            found.append((key, written_value(key, value)))
+            written.append((key, written_value(key, value)))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    made = rewritten_spec(spec, found)
+    changed = rewritten_spec(spec, written)
     for key, value in records.items():
-        if not _is_attribute(value, made, key):
+        if not _is_attribute(value, changed, key):
             message = f"{undotted(key)}: {type(value).__name__} {getattr(value, 'name', '')} is more than its name"
             unwritten = TextError("SIT004", message, "write a preset's name, or a mapping of keys to values", key=key)
             raise SpecError((finding_from_text(unwritten),))
-    return made
+    return changed
 
 
 def written_value(key: str, value: Any) -> Any:
@@ -293,10 +293,10 @@ def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> Sens
             text = _changed(text, key, plain(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    found = _read(text, spec.source.path, folder=spec.source.folder)
-    own = PurePath(spec.source.path).name
-    files = {own: text.encode("utf-8"), **found.source.files} if own in spec.source.files else found.source.files
-    return found.known(replace(found.source, files=files))
+    changed = _read(text, spec.source.path, folder=spec.source.folder)
+    file_name = PurePath(spec.source.path).name
+    text_file = {file_name: text.encode("utf-8")} if file_name in spec.source.files else {}
+    return changed.known(replace(changed.source, files={**text_file, **changed.source.files}))
 
 
 def _require_key(key: Any) -> None:
@@ -304,9 +304,9 @@ def _require_key(key: Any) -> None:
         raise TextError("SIT002", "a key is a text like coil.turns")
 
 
-def meet(one: str, other: str) -> bool:
+def meet(key: str, other: str) -> bool:
     """Whether two dotted keys are equal, or one contains the other."""
-    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
 
 
 def attribute(spec: SensorSpec, key: str) -> Any:
@@ -316,21 +316,22 @@ def attribute(spec: SensorSpec, key: str) -> Any:
         if name.isdecimal() and isinstance(value, tuple) and int(name) < len(value):
             value = value[int(name)]
             continue
-        own = name if hasattr(value, name) or not isinstance(value, Section) else type(value).attributes.get(name, name)
-        if not is_dataclass(value) or not hasattr(value, own):
+        if isinstance(value, Section) and not hasattr(value, name):
+            name = type(value).attributes.get(name, name)
+        if not is_dataclass(value) or not hasattr(value, name):
             raise LookupError(key)
-        value = getattr(value, own)
+        value = getattr(value, name)
     return value
 
 
 def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
     """Whether a value equals the value of the spec's attributes at a dotted key. False for None and for arrays."""
     try:
-        own = attribute(spec, key)
+        current = attribute(spec, key)
     except LookupError:
         return False
-    is_number = isinstance(value, float) and isinstance(own, float)
-    return value is not None and (is_number or type(value) is type(own)) and bool(value == own)
+    is_number = isinstance(value, float) and isinstance(current, float)
+    return value is not None and (is_number or type(value) is type(current)) and bool(value == current)
 
 
 def _require_as_written(spec: SensorSpec) -> None:
@@ -340,7 +341,7 @@ def _require_as_written(spec: SensorSpec) -> None:
     if spec.is_known:
         return
     written = load_text(spec.source.text, spec.source.path)
-    other = [one.name for one in fields(spec) if getattr(spec, one.name) != getattr(written, one.name)]
+    other = [field.name for field in fields(spec) if getattr(spec, field.name) != getattr(written, field.name)]
     if other:
         message = f"{', '.join(other)} of this spec was changed past its text, and would be as written again"
         raise TextError("SIT009", message, 'change it by key: spec.replace("coil.turns", 7.5)', key=other[0])

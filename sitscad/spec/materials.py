@@ -118,8 +118,8 @@ def stiffened(exponent: float, stretches: Sequence[float]) -> float:
     rubber is neo-Hookean.
     """
     plain = [tension(NEO_HOOKEAN, stretch) for stretch in stretches]
-    given = [tension(exponent, stretch) for stretch in stretches]
-    return sum(a * b for a, b in zip(plain, given, strict=True)) / sum(a * a for a in plain)
+    ogden = [tension(exponent, stretch) for stretch in stretches]
+    return sum(a * b for a, b in zip(plain, ogden, strict=True)) / sum(a * a for a in plain)
 
 
 @record

@@ -25,14 +25,14 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
     pattern, pitch = "single" if cells.coils == 1 else "explicit", None
     if is_line:
         pattern, pitch = "line", spec.array.pitch
-    found = [replace(spec, cells=None, array=replace(spec.array, pattern=pattern, placements=one, pitch=pitch))
-             for one in spec.cell_placements]
+    parts = [replace(spec, cells=None, array=replace(spec.array, pattern=pattern, placements=placements, pitch=pitch))
+             for placements in spec.cell_placements]
     if pad is None or cells.web is None:
-        return tuple(found)
-    places = [footprint(cell, pad) for cell in found]
+        return tuple(parts)
+    places = [footprint(cell, pad) for cell in parts]
     strips = _strips(places, cells.web)
     return tuple(replace(cell, elastomer=_joined(pad, place.centre, strips))
-                 for cell, place in zip(found, places, strict=True))
+                 for cell, place in zip(parts, places, strict=True))
 
 
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
@@ -44,7 +44,7 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
         return list(range(len(names))), ""
-    if list(coils) not in [[one.name for one in cell] for cell in spec.cell_placements]:
+    if list(coils) not in [[coil.name for coil in cell] for cell in spec.cell_placements]:
         whose = "those of a cell" if spec.cells else f"this one's {', '.join(names)}"
         raise ValueError(f"the map is of another sensor: its coils {', '.join(coils)} are not {whose}")
     return [names.index(name) for name in coils], f"{'+'.join(coils)}."
@@ -54,9 +54,9 @@ def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> El
     """Return the pad of a cell with the widths and lengths of all webs at its sides."""
     lengths, width = [0.0] * 4, 0.0
     for strip in strips:
-        ways = strip.centre.x - here.x, strip.centre.y - here.y
-        for axis, (way, aside) in enumerate((ways, ways[::-1])):
-            if abs(aside) < 1e-9 and abs(way) < 0.51 * (pad.size[axis] + strip.size[axis]):
+        offsets = strip.centre.x - here.x, strip.centre.y - here.y
+        for axis, (way, across) in enumerate((offsets, offsets[::-1])):
+            if abs(across) < 1e-9 and abs(way) < 0.51 * (pad.size[axis] + strip.size[axis]):
                 lengths[2 * axis + (way > 0.0)], width = strip.size[axis], strip.size[1 - axis]
     return replace(pad, webs=(width, *lengths) if width else ())
 
@@ -74,17 +74,17 @@ def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
 
 def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
     """Return strips of a width (m) between the edges of neighbouring pads, in rows and columns."""
-    centres, found = sorted(pad.centre for pad in pads), []
-    for along in (0, 1):
+    centres, strips = sorted(pad.centre for pad in pads), []
+    for axis in (0, 1):
         rows: dict[int, list[Point]] = {}
         for centre in centres:
-            rows.setdefault(round(centre[1 - along] * 1e9), []).append(centre)
-        for one, other in (pair for row in rows.values() for pair in pairwise(row)):
-            length = other[along] - one[along] - pads[0].size[along]
-            size = (length, width) if along == 0 else (width, length)
+            rows.setdefault(round(centre[1 - axis] * 1e9), []).append(centre)
+        for first, second in (pair for row in rows.values() for pair in pairwise(row)):
+            length = second[axis] - first[axis] - pads[0].size[axis]
+            size = (length, width) if axis == 0 else (width, length)
             if length > 1e-9:
-                found.append(Footprint(False, size, Point((one.x + other.x) / 2, (one.y + other.y) / 2)))
-    return tuple(found)
+                strips.append(Footprint(False, size, Point((first.x + second.x) / 2, (first.y + second.y) / 2)))
+    return tuple(strips)
 
 
 def gathered(spec: SensorSpec) -> SensorSpec:
@@ -96,8 +96,8 @@ def gathered(spec: SensorSpec) -> SensorSpec:
     if spec.cells is None:
         return spec
     first = spec.cell_placements[0]
-    alike = tuple(replace(first[k % len(first)], name=p.name) for k, p in enumerate(spec.array.placements))
-    return replace(spec, cells=None, array=replace(spec.array, pattern="explicit", placements=alike, pitch=None))
+    stacked = tuple(replace(first[k % len(first)], name=p.name) for k, p in enumerate(spec.array.placements))
+    return replace(spec, cells=None, array=replace(spec.array, pattern="explicit", placements=stacked, pitch=None))
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
@@ -132,13 +132,13 @@ def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     """
     assert spec.target is not None
     outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
-    found = []
+    middles = []
     for placement in spec.array.placements:
         (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)
-        _, _, along, across = bounding_box([turned])  # half extents: outlines are symmetric under half a turn
-        x, y = _shared(x, along, covered[0], covered[2]), _shared(y, across, covered[1], covered[3])
-        found.append(Point(x - mx, y - my))
-    return tuple(found)
+        _, _, half_x, half_y = bounding_box([turned])  # half extents: outlines are symmetric under half a turn
+        x, y = _shared(x, half_x, covered[0], covered[2]), _shared(y, half_y, covered[1], covered[3])
+        middles.append(Point(x - mx, y - my))
+    return tuple(middles)
 
 
 def _shared(centre: float, half: float, start: float, end: float) -> float:
@@ -149,10 +149,10 @@ def _shared(centre: float, half: float, start: float, end: float) -> float:
 
 def place_in_words(plate: Target | ElastomerPad) -> str:
     """Return a plate's offset and rotation as text for assembly. Empty if the plate is straight over the mean."""
-    words = []
+    parts = []
     if any(plate.offset):
         x, y = (f"{length * 1e3:.6g}" for length in plate.offset)
-        words.append(f"centre [{x}, {y}] mm from the coils' mean")
+        parts.append(f"centre [{x}, {y}] mm from the coils' mean")
     if isinstance(plate, Target) and plate.rotation and not plate.outline.is_disc:
-        words.append(f"turned by {math.degrees(plate.rotation):.6g} deg")
-    return ", ".join(words)
+        parts.append(f"turned by {math.degrees(plate.rotation):.6g} deg")
+    return ", ".join(parts)

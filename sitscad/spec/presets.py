@@ -68,12 +68,12 @@ def film_text(film: float, adhesive: float) -> str:
     return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
 
 
-def best_film(asked: float) -> tuple[float, float]:
-    """Return polyimide and adhesive (m) of the thinnest coverlay in stock with at least `asked` (m) of adhesive.
+def best_film(least: float) -> tuple[float, float]:
+    """Return polyimide and adhesive (m) of the thinnest coverlay in stock with at least `least` (m) of adhesive.
 
     If none has enough, return the coverlay with the most adhesive.
     """
-    filling = [pair for pair in coverlay_films() if pair[1] >= asked - 1e-9]
+    filling = [pair for pair in coverlay_films() if pair[1] >= least - 1e-9]
     return filling[0] if filling else max(coverlay_films(), key=lambda pair: pair[1])
 
 
@@ -110,8 +110,8 @@ def stackup(name: str) -> Stackup:
     sources = "; ".join(dict.fromkeys(cited(row) for row in rows))
     is_stated = extra["plating"]["status"] == "verified"
     method = Plating(extra["plated"]["made_of"]) if "plated" in extra else Plating.PANEL
-    bare = Stackup(name, tuple(layers), sources, _length(extra["plating"], "thickness"), is_stated)
-    return covered(bare.built(method, 0, finished=not is_stated))
+    foils = Stackup(name, tuple(layers), sources, _length(extra["plating"], "thickness"), is_stated)
+    return covered(foils.built(method, 0, finished=not is_stated))
 
 
 @cache
@@ -150,15 +150,16 @@ def converter(name: str) -> Converter:
         raise DataError(f"data/converters.csv, {name}: no channel, no address, or one address twice")
     if strange := [f"0x{each:02X}" for each in addresses if each not in BUS_ADDRESSES]:
         raise DataError(f"data/converters.csv, {name}: {', '.join(strange)} cannot be a device's address on an I2C bus")
-    found = Converter(name, row["family"], channels, addresses, row["package"], cited(row))
-    if len(addresses) > len(found.address_nets):
-        raise DataError(f"data/converters/{found.family}.csv, address_nets: {len(found.address_nets)} nets for the "
+    result = Converter(name, row["family"], channels, addresses, row["package"], cited(row))
+    if len(addresses) > len(result.address_nets):
+        raise DataError(f"data/converters/{result.family}.csv, address_nets: {len(result.address_nets)} nets for the "
                         f"{len(addresses)} addresses of {name} in data/converters.csv")
-    conversion_law(found.source_of("conversion"))
-    if found.has_registers and found.covered_flags:
-        raise DataError(f"{found.part}: results of {found.bits} bits take the bits of {', '.join(found.covered_flags)}"
-                        f": {found.source_of('register_map')} is not the register map of {found.family}")
-    return found
+    conversion_law(result.source_of("conversion"))
+    if result.has_registers and result.covered_flags:
+        flags = ", ".join(result.covered_flags)
+        raise DataError(f"{result.part}: results of {result.bits} bits take the bits of {flags}: "
+                        f"{result.source_of('register_map')} is not the register map of {result.family}")
+    return result
 
 
 @cache
@@ -231,13 +232,13 @@ def elastomer(name: str) -> ElastomerMaterial:
     """
     row = _table("elastomers")[name]
     exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
-    found = [
+    moduli = [
         parse_quantity(row[field], "pressure") / stiffened(exponent, stretches)
         for field, stretches in (("datasheet_shear_modulus", AT_DOUBLE), ("measured_shear_modulus", TO_30_PERCENT))
         if row[field]
     ]
-    mean = math.sqrt(found[0] * found[-1])
-    sigma = float(row["relative_sigma"]) if row["relative_sigma"] else abs(math.log(found[0] / found[-1])) / 2
+    mean = math.sqrt(moduli[0] * moduli[-1])
+    sigma = float(row["relative_sigma"]) if row["relative_sigma"] else abs(math.log(moduli[0] / moduli[-1])) / 2
     bulk, density = parse_quantity(row["bulk_modulus"], "pressure"), float(row["density"]) if row["density"] else None
     normal, shear, creep = (float(row[field]) for field in ("hysteresis_normal", "hysteresis_shear", "creep"))
     softening, expansion = (
@@ -383,15 +384,15 @@ def is_unverified(rules: DesignRules, field: str) -> bool:
 
 def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
     """Return the unverified figures of design rules, stack-up, connector, chip, jaw and materials of a spec."""
-    rules, found = spec.fpc.rules, []
+    rules, figures = spec.fpc.rules, []
     for field, source in rules.sources.items():
         if is_unverified(rules, field) and not _OF_A_FOIL.search(field):
             value = getattr(rules, field, None)
             between = " x " if field in ("part_size", "panel_size", "largest_part") else ", "
             values = value if isinstance(value, tuple) else (value,)
             text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
-            found.append(UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED)))
-    return (*found, *_of_presets(spec))
+            figures.append(UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED)))
+    return (*figures, *_of_presets(spec))
 
 
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:

@@ -155,20 +155,20 @@ class Origin:
             return None
         shown = os.path.normpath(os.path.join(os.path.dirname(self.source.path), name))
         text = ""
-        found: tuple[Finding, ...] = ()
+        findings: tuple[Finding, ...] = ()
         try:
             content = read_file(path, shown)
             text = decoded(content).removeprefix("\ufeff")
             document, source = read_section(text, shown, form, begins)
         except TextError as error:
-            found = (finding_from_text(error),)
+            findings = (finding_from_text(error),)
         except SpecError as error:
-            found = error.findings
+            findings = error.findings
         else:
             remarks.files |= dict.fromkeys(self.names_of(name, path), content)
             return document, Origin(source, "", path.parent, self.root, (*self.chain, path))
         remarks.texts[shown] = text
-        remarks.findings += [replace(finding, file=shown) for finding in found]
+        remarks.findings += [replace(finding, file=shown) for finding in findings]
         return None
 
 
@@ -257,8 +257,8 @@ class _Profile:
         self.document, self.place, self.remarks = document, place, remarks
         self.figures = {name: value for name, value in document.values().items() if isinstance(value, Figure)}
         base = "" if document.based_on == "none" else f", based on {document.based_on}"
-        own = Path(place.label).stem if place.chain else f"the spec's rules{base}"
-        self.name = place.installed or document.name or own
+        default_name = Path(place.label).stem if place.chain else f"the spec's rules{base}"
+        self.name = place.installed or document.name or default_name
 
     def _complain(self, rule: str, key: str, message: str, hint: str) -> None:
         self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
@@ -315,55 +315,56 @@ class _Profile:
         """Return the fields of the rules that state whether minimums of coils are errors."""
         if "coil_rule_binding" in self.figures:
             return {"coil_rule_binding": self.figures["coil_rule_binding"].value}
-        own = {*self.figures, *self.document.by_foil, *(kind for kind in rows if rows[kind])}
-        has_coil_rules = any(field.startswith("coil_trace") for field in own)
-        found: dict[str, Any] = {"coil_rule_binding": has_coil_rules or base.coil_rule_binding}
+        own_keys = {*self.figures, *self.document.by_foil, *(kind for kind in rows if rows[kind])}
+        has_coil_rules = any(field.startswith("coil_trace") for field in own_keys)
+        binding: dict[str, Any] = {"coil_rule_binding": has_coil_rules or base.coil_rule_binding}
         if has_coil_rules and not (base.coil_rule_binding or rows["coil_trace"]):
-            found["unbound"] = tuple(f for f in ("coil_trace_width", "coil_trace_spacing") if f not in changed)
-        return found
+            binding["unbound"] = tuple(f for f in ("coil_trace_width", "coil_trace_spacing") if f not in changed)
+        return binding
 
     def _tables(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
         # Lines by foil: a written table replaces the base's table, and rows in separate keys replace single rows. A
         # figure for all foils removes the table.
-        found: dict[str, Any] = {}
+        tables: dict[str, Any] = {}
         for kind, (key, table) in _TABLES.items():
             is_plain = f"{kind}_width" in changed or f"{kind}_spacing" in changed
             is_whole = getattr(self.document, key) is not None
-            kept = {} if is_plain or is_whole else {row.copper: row for row in getattr(base, table)}
-            kept |= {row.copper: row for row in rows[kind]}
-            found[table] = tuple(kept[copper] for copper in sorted(kept))
+            merged = {} if is_plain or is_whole else {row.copper: row for row in getattr(base, table)}
+            merged |= {row.copper: row for row in rows[kind]}
+            tables[table] = tuple(merged[copper] for copper in sorted(merged))
             if is_plain and kind == "coil_trace":
-                found["coil_copper"] = None
-        return found
+                tables["coil_copper"] = None
+        return tables
 
     def _lines(self, kind: str) -> tuple[FoilLines, ...]:
         """Return widths and spacings by foil, from the thinnest. Contradictions are flaws."""
-        key, both = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
+        key, pair = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
         is_table = getattr(self.document, key) is not None
-        older = [each for each in self.document.by_foil if each.rpartition("_")[0] in both]
-        like = key if is_table else f"{both[0]}_{min(each.rpartition('_')[2] for each in older)}" if older else ""
-        for one in both:
-            if like and one in self.figures:
-                said = f"{like} or its like" if older else like
-                self._complain("SIT009", one, f"it holds for every copper, and {said} for one", "keep one of the two")
+        older = [each for each in self.document.by_foil if each.rpartition("_")[0] in pair]
+        like = key if is_table else f"{pair[0]}_{min(each.rpartition('_')[2] for each in older)}" if older else ""
+        for plain_key in pair:
+            if like and plain_key in self.figures:
+                place = f"{like} or its like" if older else like
+                message = f"it holds for every copper, and {place} for one"
+                self._complain("SIT009", plain_key, message, "keep one of the two")
         for each in older if is_table else ():
             self._complain("SIT009", each, f"it is a row of {key}, which is given too", f"move it into {key}")
-        found = self._rows(key) if is_table else self._older_rows(kind, older)
-        return tuple(sorted(found, key=lambda row: row.copper))
+        lines = self._rows(key) if is_table else self._older_rows(kind, older)
+        return tuple(sorted(lines, key=lambda row: row.copper))
 
     def _rows(self, key: str) -> Iterator[FoilLines]:
-        seen: set[float] = set()
+        foils: set[float] = set()
         written = getattr(self.document, key)
         if not 1 <= len(written) <= 20:
             message = f"{len(written)} rows are out of range: 1 to 20"
             self._complain("SIT006", key, message, "one row a foil, or leave it out")
         for number, row in enumerate(written):
-            if row.copper in seen:
+            if row.copper in foils:
                 where = f"{key}.{number}.copper"
                 self._complain("SIT009", where, "a second row for the same copper", "keep one of the two")
-            seen.add(row.copper)
+            foils.add(row.copper)
             yield self._row(row.copper, {f"{key}.{number}.{what}": getattr(row, what) for what in ("width", "spacing")})
 
     def _older_rows(self, kind: str, keys: list[str]) -> Iterator[FoilLines]:
@@ -395,9 +396,9 @@ class _Profile:
 
     def _source(self, key: str, figure: Figure) -> str:
         """Return the source of a figure, after file and line for a profile file. Marked if it was not seen."""
-        said, place = figure.source or self.document.source, self.place
+        source, place = figure.source or self.document.source, self.place
         if place.chain:
             line = place.source.locate(key)[0]
-            own = figure.source or (self.document.source if "source" in place.source.keys else "")
-            said = f"{place.label} line {line}" + (f": {own}" if own else "")
-        return said if figure.is_verified else UNVERIFIED + said
+            own_source = figure.source or (self.document.source if "source" in place.source.keys else "")
+            source = f"{place.label} line {line}" + (f": {own_source}" if own_source else "")
+        return source if figure.is_verified else UNVERIFIED + source

@@ -143,18 +143,18 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
         with all errors in its keys and values.
     """
     try:
-        found = read_yaml(text)
-        if not isinstance(found.data, dict):
+        yaml_text = read_yaml(text)
+        if not isinstance(yaml_text.data, dict):
             raise TextError("SIT001", "the file is not a mapping of keys to values", f"it begins with `{begins}`")
-        is_other = begins.partition(":")[0] not in found.data
+        is_other = begins.partition(":")[0] not in yaml_text.data
         for word, (kind, hint) in KINDS.items() if is_other else ():
-            if word in found.data:
+            if word in yaml_text.data:
                 message = f"the file is a {kind}, where one is wanted that begins with `{begins}`"
-                raise TextError("SIT002", message, hint, found.keys[word])
+                raise TextError("SIT002", message, hint, yaml_text.keys[word])
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    source = SpecSource(path, text, found.keys, found.values)
-    return section_of_data(found.data, source, form, found.flaws), source
+    source = SpecSource(path, text, yaml_text.keys, yaml_text.values)
+    return section_of_data(yaml_text.data, source, form, yaml_text.flaws), source
 
 
 def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
@@ -174,10 +174,10 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
     if misfits:
         # lists with empty entries have a finding already
         lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
-        findings += [_misfit_finding(one, source, form) for one in misfits if one.key not in {*empty, *lists}]
+        findings += [_misfit_finding(misfit, source, form) for misfit in misfits if misfit.key not in {*empty, *lists}]
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if isinstance(data, dict) and all(finding.rule != "SIT008" for finding in findings):
-        findings += (one for one in _replaced_key_findings(data, source, form) if one.key not in empty)
+        findings += (misfit for misfit in _replaced_key_findings(data, source, form) if misfit.key not in empty)
     if findings:
         raise SpecError(in_order(findings), source=source)
     return cast(Form, document)
@@ -207,14 +207,14 @@ def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
     if not isinstance(data, (dict, list)):
         return data, []
     empty: list[str] = []
-    kept: list[tuple[Any, Any]] = []
+    entries: list[tuple[Any, Any]] = []
     for name, value in data.items() if isinstance(data, dict) else enumerate(data):
         inner_key = dotted(key, name)
         inner, inner_empty = _without_nulls(value, inner_key)
         empty += [inner_key] if value is None else inner_empty
         if value is not None or isinstance(data, list):
-            kept.append((name, inner))
-    return (dict(kept) if isinstance(data, dict) else [value for _, value in kept]), empty
+            entries.append((name, inner))
+    return (dict(entries) if isinstance(data, dict) else [value for _, value in entries]), empty
 
 
 def in_order(findings: list[Finding]) -> tuple[Finding, ...]:
@@ -256,9 +256,9 @@ def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> 
         where, place = parent or "the spec", source.keys.get(parent, (1, 1))
         return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, place)
     facts = {name: refusal.facts.get(name) for name in ("measured", "limit", "unit")}
-    meant, is_sure = refusal.facts.get("meant"), refusal.facts.get("is_sure", True)
-    if meant and not isinstance(misfit.value, (list, dict)):  # a suggestion replaces a single value only
-        facts["fixes"] = (Remedy((Edit(key, meant),), is_sure=is_sure),)
+    suggestion, is_sure = refusal.facts.get("meant"), refusal.facts.get("is_sure", True)
+    if suggestion and not isinstance(misfit.value, (list, dict)):  # a suggestion replaces a single value only
+        facts["fixes"] = (Remedy((Edit(key, suggestion),), is_sure=is_sure),)
     message = f"{undotted(key)}: {refusal.message}"
     return _finding(refusal.rule, message, refusal.hint, key, source.locate(key), **facts)
 

@@ -479,9 +479,9 @@ class SensorSpec(Readable):
         """Return the spec marked as valid, with its source. Only code that resolves specs may call this."""
         rules = with_frozen_mappings(self.fpc.rules)
         fpc = self.fpc if rules is self.fpc.rules else replace(self.fpc, rules=rules)
-        found = replace(self, source=with_frozen_mappings(source), fpc=fpc)
-        found.__dict__["_known"] = True  # not a field, so that copies by `dataclasses.replace` are checked again
-        return found
+        marked = replace(self, source=with_frozen_mappings(source), fpc=fpc)
+        marked.__dict__["_known"] = True  # not a field, so that copies by `dataclasses.replace` are checked again
+        return marked
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:

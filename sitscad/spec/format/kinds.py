@@ -73,17 +73,17 @@ SURELY_LIKE = 0.8
 """Minimum similarity ratio (`difflib`, 0 to 1) at which a word counts as a misspelling of another."""
 
 
-def is_like(word: Any, meant: str) -> bool:
-    """Whether a word is so similar to `meant` that it counts as a misspelling.
+def is_like(word: Any, allowed: str) -> bool:
+    """Whether a word is so similar to `allowed` that it counts as a misspelling.
 
     Digits must be equal: ``ecoflex-00-40`` is no misspelling of ``ecoflex-00-30``.
     """
-    one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
-    if re.findall(r"\d", one) != re.findall(r"\d", other):
+    written, expected = (text.replace("_", "-") for text in (str(word)[:64].lower(), allowed))
+    if re.findall(r"\d", written) != re.findall(r"\d", expected):
         return False
     import difflib  # loaded for misspelled words only
 
-    return difflib.SequenceMatcher(None, one, other).ratio() >= SURELY_LIKE
+    return difflib.SequenceMatcher(None, written, expected).ratio() >= SURELY_LIKE
 
 
 class Kind(ABC):
@@ -152,10 +152,10 @@ class Number(Scalar):
 
     def read(self, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            meant, is_sure = self._meant(value)
-            hint = f"did you mean {meant}? " if meant else ""
+            suggestion, is_sure = self._meant(value)
+            hint = f"did you mean {suggestion}? " if suggestion else ""
             hint += f"write a number without quotes, like {self.low:g}"
-            refuse("SIT004", f"{described(value)} is no number", hint, meant=meant, is_sure=is_sure)
+            refuse("SIT004", f"{described(value)} is no number", hint, meant=suggestion, is_sure=is_sure)
         if not math.isfinite(value) or not self.low <= value <= self.high:
             limit = self.low if value < self.low else self.high
             message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
@@ -200,16 +200,16 @@ class NumberOrList(Scalar):
 
     def read(self, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list):
-            if meant := _listed(value):
-                refuse("SIT004", f"{described(value)} is no number", f"a list is written {meant}")
+            if suggestion := _listed(value):
+                refuse("SIT004", f"{described(value)} is no number", f"a list is written {suggestion}")
             return (self.number.read(value),)
         if not 1 <= len(value) <= self.most:
             refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
         return tuple(self.number.read(entry) for entry in value)
 
     def schema(self) -> dict[str, Any]:
-        one = self.number.schema()
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "maxItems": self.most}]}
+        number = self.number.schema()
+        return {"anyOf": [number, {"type": "array", "items": number, "minItems": 1, "maxItems": self.most}]}
 
 
 @record
@@ -226,9 +226,9 @@ class Several(Scalar):
         return tuple(self.one.read(each) for each in written)
 
     def schema(self) -> dict[str, Any]:
-        one = self.one.schema()
-        many = {"type": "array", "items": one, "maxItems": self.most}
-        return {"anyOf": [*one.get("anyOf", [one]), many]}
+        single = self.one.schema()
+        many = {"type": "array", "items": single, "maxItems": self.most}
+        return {"anyOf": [*single.get("anyOf", [single]), many]}
 
 
 @record
@@ -239,8 +239,8 @@ class Layers(Scalar):
 
     def read(self, value: Any) -> tuple[int, ...]:
         number = Number(1, self.most, whole=True)
-        if meant := _listed(value) or self._range(value):
-            refuse("SIT004", f"{described(value)} is no list of layers", f"did you mean {meant}?", meant=meant,
+        if likely := _listed(value) or self._range(value):
+            refuse("SIT004", f"{described(value)} is no list of layers", f"did you mean {likely}?", meant=likely,
                    is_sure=False)
         if not isinstance(value, list):
             return tuple(range(1, int(number.read(value)) + 1))
@@ -262,9 +262,9 @@ class Layers(Scalar):
         return str(list(range(int(ends[1]), int(ends[2]) + 1)))
 
     def schema(self) -> dict[str, Any]:
-        one = Number(1, self.most, whole=True).schema()
-        many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
-        return {"anyOf": [one, many]}
+        number = Number(1, self.most, whole=True).schema()
+        many = {"type": "array", "items": number, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
+        return {"anyOf": [number, many]}
 
 
 _TRUTHS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
@@ -277,8 +277,9 @@ class Truth(Scalar):
 
     def read(self, value: Any) -> bool:
         if not isinstance(value, bool):
-            meant = _TRUTHS.get(value.lower(), "") if isinstance(value, str) else ""
-            refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false", meant=meant)
+            suggestion = _TRUTHS.get(value.lower(), "") if isinstance(value, str) else ""
+            message = f"{described(value)}, where true or false is wanted"
+            refuse("SIT004", message, "write true or false", meant=suggestion)
         return bool(value)
 
     def schema(self) -> dict[str, Any]:
@@ -304,17 +305,17 @@ class UnitValue(Scalar):
     def read(self, value: Any) -> float:
         low, high = self.range
         try:
-            found = parse_quantity(value, self.dimension)
+            quantity = parse_quantity(value, self.dimension)
         except UnitError as unread:
             error = unread.in_range(self.dimension, low, high)
             refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
-        if not low <= found <= high:
-            limit, bound, word = (low, self.low, "at least") if found < low else (high, self.high, "at most")
+        if not low <= quantity <= high:
+            limit, bound, word = (low, self.low, "at least") if quantity < low else (high, self.high, "at most")
             unit = SI_UNITS[self.dimension]
-            written = f"{described(value)} ({show(found, unit)})" if self.dimension == "length" else described(value)
+            written = f"{described(value)} ({show(quantity, unit)})" if self.dimension == "length" else described(value)
             message = f"{written} is out of range: {word} {bound}"
-            refuse("SIT006", message, "check the unit and the sign", measured=found, limit=limit, unit=unit)
-        return found
+            refuse("SIT006", message, "check the unit and the sign", measured=quantity, limit=limit, unit=unit)
+        return quantity
 
     def schema(self) -> dict[str, Any]:
         units = "|".join(re.escape(unit) for unit in UNITS[self.dimension])
@@ -344,9 +345,9 @@ class Pair(Scalar):
         return side, side
 
     def schema(self) -> dict[str, Any]:
-        one = self.length.schema()
-        two = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
-        return {"anyOf": [*one["anyOf"], two]} if self.single else two
+        length = self.length.schema()
+        two = {"type": "array", "items": length, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [*length["anyOf"], two]} if self.single else two
 
 
 @record
@@ -423,8 +424,8 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
     if family:
         return f"{word} is a family, which one is meant? {', '.join(family)}; allowed: {', '.join(allowed)}"
     near = nearest(word, allowed)
-    meant = f"did you mean {near}? " if near else ""
-    return f"{meant}allowed: {', '.join(allowed)}"
+    suggestion = f"did you mean {near}? " if near else ""
+    return f"{suggestion}allowed: {', '.join(allowed)}"
 
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
@@ -437,8 +438,8 @@ def nearest(word: Any, allowed: tuple[str, ...]) -> str:
 
 
 def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
-    found = [name for name in allowed if name.lower().startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
-    return found if len(found) > 1 else []  # a family such as ``ecoflex``, which has several hardnesses
+    members = [name for name in allowed if name.lower().startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
+    return members if len(members) > 1 else []  # a family such as ``ecoflex``, which has several hardnesses
 
 
 FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws",
@@ -496,8 +497,8 @@ class ProfileName(Scalar):
             return self._choice.read(value)
         except Refusal as refusal:
             word = value if isinstance(value, str) and value.isidentifier() else "ourshop"
-            own = f"a profile of your own: write the name of its file beside the spec with the ending, like {word}.yaml"
-            raise refusal.with_hint(f"; or {own}") from None
+            hint = f"; or for your own profile, write the name of its file beside the spec, like {word}.yaml"
+            raise refusal.with_hint(hint) from None
 
     def schema(self) -> dict[str, Any]:
         file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
@@ -532,10 +533,10 @@ class Sourced(Scalar):
     def read(self, value: Any) -> Figure:
         if not isinstance(value, dict):
             return Figure(self.figure.read(value))
-        known = ("value", "source", "status")
-        unknown = [name for name in value if name not in known]
+        keys = ("value", "source", "status")
+        unknown = [name for name in value if name not in keys]
         if unknown:
-            refuse("SIT002", f"{described(unknown[0])} is no key of a figure", did_you_mean(unknown[0], known))
+            refuse("SIT002", f"{described(unknown[0])} is no key of a figure", did_you_mean(unknown[0], keys))
         if "value" not in value:
             refuse("SIT003", "the figure has no value", "write {value: 80 um, source: their page}")
         status = _STATUS.read(value.get("status", "verified"))

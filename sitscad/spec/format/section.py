@@ -72,12 +72,12 @@ def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> A
 
     A default of None means no value. Any other default is read in the way of a written value.
     """
-    made = Key(kind, default, about, written)
+    declaration = Key(kind, default, about, written)
     if default is None:
-        return field(default=None, metadata={"key": made})
+        return field(default=None, metadata={"key": declaration})
     if default is REQUIRED:
-        return field(metadata={"key": made})
-    return field(default_factory=made.usual, metadata={"key": made})
+        return field(metadata={"key": declaration})
+    return field(default_factory=declaration.usual, metadata={"key": declaration})
 
 
 @record
@@ -128,10 +128,10 @@ class Section(Readable):
     def __init_subclass__(cls) -> None:
         """Collect the keys that the class declares."""
         declared = ((name, value) for name, value in vars(cls).items() if isinstance(value, Field))
-        found = {name: value.metadata["key"] for name, value in declared if "key" in value.metadata}
-        cls.attributes = {one.written or name: name for name, one in found.items()}
-        cls.keys = {one.written or name: one for name, one in found.items()}
-        renamed = {one.written: name for name, one in found.items() if one.written}
+        declarations = {name: value.metadata["key"] for name, value in declared if "key" in value.metadata}
+        cls.attributes = {declaration.written or name: name for name, declaration in declarations.items()}
+        cls.keys = {declaration.written or name: declaration for name, declaration in declarations.items()}
+        renamed = {declaration.written: name for name, declaration in declarations.items() if declaration.written}
         cls.read_instead = {**renamed, **cls.read_instead}
         cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
         cls.form = f"{re.sub('(Document|Spec|Material)$', '', cls.__name__)}Document"
@@ -159,37 +159,38 @@ def _refuse_form(key: str, value: Any, form: str, misfits: list[Misfit]) -> None
 class Part(Kind):
     """A section inside another one.
 
-    `made` converts it to the value that the spec stores; None stores the section itself.
+    `convert` converts it to the value that the spec stores; None stores the section itself.
     """
 
     section: type[Section]
-    made: Callable[[Any], Any] | None = None
+    convert: Callable[[Any], Any] | None = None
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
         """Return an instance of the section. Unknown keys become misfits."""
         if not isinstance(value, dict):
             return _refuse_form(key, value, "a section of keys and values", misfits)
-        section, before, found = self.section, len(misfits), {}
+        section, before, values = self.section, len(misfits), {}
         for written, name in section.attributes.items():
-            own, inner = section.keys[written], dotted(key, written)
-            if written not in value and own.is_required:
+            declared, inner = section.keys[written], dotted(key, written)
+            if written not in value and declared.is_required:
                 misfits.append(Misfit(inner))
-            elif written in value or own.default is not None:
-                found[name] = own.kind.read_at(inner, value.get(written, own.default), misfits)
+            elif written in value or declared.default is not None:
+                values[name] = declared.kind.read_at(inner, value.get(written, declared.default), misfits)
             else:
-                found[name] = None
-        alike: set[Any] = set()
+                values[name] = None
+        matched: set[Any] = set()
         for name, like in section.alike.items():
             matching = {each: value[each] for each in value if like.pattern.fullmatch(str(each))}
-            found[name] = {each: like.kind.read_at(dotted(key, each), one, misfits) for each, one in matching.items()}
-            alike |= matching.keys()
-        unknown = [each for each in value if each not in section.keys and each not in alike]
+            values[name] = {entry_key: like.kind.read_at(dotted(key, entry_key), entry, misfits)
+                            for entry_key, entry in matching.items()}
+            matched |= matching.keys()
+        unknown = [each for each in value if each not in section.keys and each not in matched]
         misfits += [Misfit(dotted(key, each), each, section=section) for each in unknown]
         if len(misfits) > before:
             return None
         read = object.__new__(section)
-        read.__dict__.update(found)
-        return read if self.made is None else self.made(read)
+        read.__dict__.update(values)
+        return read if self.convert is None else self.convert(read)
 
     def schema(self) -> dict[str, Any]:
         return {"$ref": f"#/$defs/{self.section.form}"}
@@ -205,7 +206,7 @@ class ListOf(Kind):
         """Return the list, with each entry read by the kind of the entries."""
         if not isinstance(value, list):
             return _refuse_form(key, value, "a list", misfits)
-        return [self.entry.read_at(dotted(key, k), one, misfits) for k, one in enumerate(value)]
+        return [self.entry.read_at(dotted(key, k), entry, misfits) for k, entry in enumerate(value)]
 
     def schema(self) -> dict[str, Any]:
         return {"type": "array", "items": self.entry.schema()}
@@ -241,22 +242,23 @@ class NameOr(Kind):
         if isinstance(self.written, ListOf):
             return f"a list of sections with {', '.join(keys)}"
         needed = [name for name, k in keys.items() if k.is_required]
-        others = [name for name, k in keys.items() if not k.is_required]
-        some = ", ".join(others[:SHOWN_KEYS]) + (", ..." if len(others) > SHOWN_KEYS else "")
+        optional = [name for name, k in keys.items() if not k.is_required]
+        some = ", ".join(optional[:SHOWN_KEYS]) + (", ..." if len(optional) > SHOWN_KEYS else "")
         form = f"a section with {', '.join(needed)}" if needed else f"a section with any of {some}"
-        return f"{form} and, if wanted, {some}" if needed and others else form
+        return f"{form} and, if wanted, {some}" if needed and optional else form
 
     def schema(self) -> dict[str, Any]:
         names = self.preset.schema()
         return {"anyOf": [*names.get("anyOf", [names]), self.written.schema()]}
 
 
-def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] | None = None) -> NameOr:
+def preset_or(kind: str, section: type[Section], convert: Callable[[Any], Any] | None = None) -> NameOr:
     """Return the kind for a preset's name or a section.
 
-    `made` converts the section; by default it sets the spec as its source.
+    `convert` converts the section; by default it sets the spec as its source.
     """
-    return NameOr(Preset(kind, up=True), Part(section, made or (lambda value: replace(value, source=WRITTEN_SOURCE))))
+    convert = convert or (lambda value: replace(value, source=WRITTEN_SOURCE))
+    return NameOr(Preset(kind, up=True), Part(section, convert))
 
 
 def section_of(kind: Kind) -> type[Section] | None:
@@ -270,17 +272,17 @@ def section_of(kind: Kind) -> type[Section] | None:
 
 def schema_of(section: type[Section], title: str) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a document, with descriptions and names of the installed presets."""
-    found: dict[str, type[Section]] = {}
+    sections: dict[str, type[Section]] = {}
 
     def collect(inner: type[Section]) -> None:
         for k in inner.keys.values():
             each = section_of(k.kind)
-            if each is not None and each.form not in found:
-                found[each.form] = each
+            if each is not None and each.form not in sections:
+                sections[each.form] = each
                 collect(each)
 
     collect(section)
-    definitions = {name: _object(found[name]) for name in sorted(found)}
+    definitions = {name: _object(sections[name]) for name in sorted(sections)}
     dialect = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": dialect, "title": title, **_object(section), "$defs": definitions}
 
@@ -290,14 +292,14 @@ def _object(section: type[Section]) -> dict[str, Any]:
     for name, k in section.keys.items():
         default = {} if k.is_required or k.default is None else {"default": k.default}
         properties[name] = {"description": k.about, **k.kind.schema(), **default}
-    alike = {f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
-             for like in section.alike.values()}
+    patterns = {f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
+                for like in section.alike.values()}
     required = [name for name, k in section.keys.items() if k.is_required]
     other, replaced = section.stands_in
-    ways = [{"required": [other if name == left_out else name for name in replaced]} for left_out in ("", *replaced)]
+    variants = [{"required": [other if name == omitted else name for name in replaced]} for omitted in ("", *replaced)]
     return {"type": "object", "description": section.about(), "additionalProperties": False, "required": required,
-            "properties": properties, **({"patternProperties": alike} if alike else {}),
-            **({"oneOf": ways} if replaced else {})}
+            "properties": properties, **({"patternProperties": patterns} if patterns else {}),
+            **({"oneOf": variants} if replaced else {})}
 
 
 BARE_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
@@ -326,9 +328,9 @@ def _inner(kind: Kind | None, name: str) -> Kind | None:
     if isinstance(kind, Sourced):
         return _inner(kind.figure, name)
     if isinstance(kind, Part):
-        found = kind.section.keys.get(name)
-        alike = (like.kind for like in kind.section.alike.values() if like.pattern.fullmatch(name))
-        return found.kind if found is not None else next(alike, None)
+        declared = kind.section.keys.get(name)
+        matching = (like.kind for like in kind.section.alike.values() if like.pattern.fullmatch(name))
+        return declared.kind if declared is not None else next(matching, None)
     return _entry(kind) if name.isdecimal() else None
 
 
@@ -373,7 +375,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
     if isinstance(kind, UnitValue):
         return _quantity(value, kind, key)
     if isinstance(value, (list, tuple)) and isinstance(kind, (Pair, ListOf, Several, Special, Layers, NumberOrList)):
-        return [as_written(one, _entry(kind), dotted(key, index)) for index, one in enumerate(value)]
+        return [as_written(entry, _entry(kind), dotted(key, index)) for index, entry in enumerate(value)]
     if isinstance(kind, (Pair, Several)):
         return as_written(value, _entry(kind), key)
     is_flag = isinstance(value, bool) and isinstance(kind, Choice) and len(kind.allowed) == 2
@@ -384,15 +386,15 @@ def _section(value: Any, section: type[Section], key: str) -> Any:
     """Return a section as a mapping of its keys. `value` is a mapping, a tuple of pairs, or the section's record."""
     if isinstance(value, section):
         inside = {name: getattr(value, attribute) for name, attribute in section.attributes.items()}
-        words = {name: one.kind.word for name, one in section.keys.items() if isinstance(one.kind, Either)}
-        value = {name: words[name] if one is None else one
-                 for name, one in inside.items() if one is not None or name in words}
-    elif isinstance(value, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in value):
+        choices = {name: inner.kind.word for name, inner in section.keys.items() if isinstance(inner.kind, Either)}
+        value = {name: choices[name] if inner is None else inner
+                 for name, inner in inside.items() if inner is not None or name in choices}
+    elif isinstance(value, tuple) and all(isinstance(inner, tuple) and len(inner) == 2 for inner in value):
         value = dict(value)
     if not isinstance(value, Mapping):
         return value
-    return {name: one if one is None else as_written(one, _inner(Part(section), str(name)), dotted(key, name))
-            for name, one in value.items()}
+    return {name: inner if inner is None else as_written(inner, _inner(Part(section), str(name)), dotted(key, name))
+            for name, inner in value.items()}
 
 
 def _quantity(value: Any, kind: UnitValue, key: str) -> Any:

@@ -54,17 +54,17 @@ def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpe
     if part.file is None:
         remarks.flaw("SIT003", key, "a body of shape dxf has no file", "write a file beside the spec, like body.dxf")
         return None
-    found = place.content(part.file, key, remarks, "DXF", "body.dxf", MOST_BYTES, "export the body's outline alone")
-    if found is None:
+    file = place.content(part.file, key, remarks, "DXF", "body.dxf", MOST_BYTES, "export the body's outline alone")
+    if file is None:
         return None
-    content, kept = found
+    content, names = file
     try:
         edge = outline(content)
     except UnfitError as error:
         remarks.flaw("SIT011", key, f"{part.file}: {error}", ASKED)
         return None
-    remarks.files |= dict.fromkeys(kept, content)
-    return replace(part, file=min(kept), edge=edge)
+    remarks.files |= dict.fromkeys(names, content)
+    return replace(part, file=min(names), edge=edge)
 
 
 def outline(content: bytes) -> Path:
@@ -81,10 +81,10 @@ def outline(content: bytes) -> Path:
         scale = UNITS.get(int(drawing.header["$INSUNITS"]) if b"$INSUNITS" in content else 0)
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
-        pieces = [(words, piece) for entity in drawing.modelspace() for words, piece in _pieces(entity, scale)
+        pieces = [(label, piece) for entity in drawing.modelspace() for label, piece in _pieces(entity, scale)
                   if not piece.length <= JOINED]
         ends = [value for _, piece in pieces for value in piece.box]
-        heights = [(scale * float(z), str(one)) for one in drawing.modelspace() for z in _heights(one)]
+        heights = [(scale * float(z), str(entity)) for entity in drawing.modelspace() for z in _heights(entity)]
     except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
             StopIteration) as error:
         raise UnfitError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
@@ -109,37 +109,37 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
     Raises `UnfitError` for all other entities, so that nothing is ignored silently.
     """
     kind, dxf = entity.dxftype(), entity.dxf
-    words = f"{kind} {dxf.handle} on layer {dxf.layer}"
+    label = f"{kind} {dxf.handle} on layer {dxf.layer}"
     if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"):
-        raise UnfitError(f"{words} is no line and no arc")
+        raise UnfitError(f"{label} is no line and no arc")
     if abs(dxf.get("extrusion", (0.0, 0.0, 1.0))[2] - 1.0) > 1e-9:
-        raise UnfitError(f"{words} does not lie in the plane seen from above (its extrusion is not +z)")
+        raise UnfitError(f"{label} does not lie in the plane seen from above (its extrusion is not +z)")
     if kind == "POLYLINE" and not entity.is_2d_polyline:
-        raise UnfitError(f"{words} is a mesh or a polyline in space")
+        raise UnfitError(f"{label} is a mesh or a polyline in space")
     if kind == "POLYLINE" and dxf.flags & SPLINE:
-        raise UnfitError(f"{words} is a spline: no lines and arcs join its vertices")
+        raise UnfitError(f"{label} is a spline: no lines and arcs join its vertices")
 
     def point(x: float, y: float) -> Point:
         return Point(scale * float(x), scale * float(y))
 
     if kind == "LINE":
-        yield words, Line(point(dxf.start[0], dxf.start[1]), point(dxf.end[0], dxf.end[1]))
+        yield label, Line(point(dxf.start[0], dxf.start[1]), point(dxf.end[0], dxf.end[1]))
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         corners = [(point(x, y), float(bulge)) for x, y, bulge in _corners(entity)]
         if len(corners) > MOST_PIECES:
-            raise UnfitError(f"{words} has {len(corners)} vertices, where {MOST_PIECES} can be")
+            raise UnfitError(f"{label} has {len(corners)} vertices, where {MOST_PIECES} can be")
         is_closed = entity.closed if kind == "LWPOLYLINE" else entity.is_closed
         onward = corners[1:] + (corners[:1] if is_closed else [])
         for (start, bulge), (end, _) in zip(corners, onward, strict=False):
             if start.distance(end) > JOINED:
-                yield words, _bulged(start, end, bulge) if bulge else Line(start, end)
+                yield label, _bulged(start, end, bulge) if bulge else Line(start, end)
     else:
         centre, radius = point(dxf.center[0], dxf.center[1]), scale * dxf.radius
         if kind == "CIRCLE" or abs(math.remainder(dxf.end_angle - dxf.start_angle, 360.0)) < 1e-9:
-            yield from ((words, half) for half in circle(centre, radius))
+            yield from ((label, half) for half in circle(centre, radius))
         else:
             first, last = (polar(radius, math.radians(angle), centre) for angle in (dxf.start_angle, dxf.end_angle))
-            yield words, Arc(first, last, centre)
+            yield label, Arc(first, last, centre)
 
 
 def _heights(entity: Any) -> list[float]:
@@ -156,21 +156,21 @@ def _corners(entity: Any) -> list[tuple[float, float, float]]:
     """Return the vertices and bulges (x, y, bulge) of a polyline in the drawing's unit."""
     if entity.dxftype() == "LWPOLYLINE":
         return list(entity.get_points("xyb"))
-    found = ((vertex, vertex.dxf.location) for vertex in entity.vertices)
-    return [(at.x, at.y, vertex.dxf.get("bulge", 0.0)) for vertex, at in found]
+    vertices = ((vertex, vertex.dxf.location) for vertex in entity.vertices)
+    return [(at.x, at.y, vertex.dxf.get("bulge", 0.0)) for vertex, at in vertices]
 
 
 def _refuse_repeated(pieces: list[Piece]) -> None:
     """Raise `UnfitError` if two pieces coincide."""
-    known: dict[tuple[tuple[int, ...], ...], str] = {}
-    for words, piece in pieces:
+    labels: dict[tuple[tuple[int, ...], ...], str] = {}
+    for label, piece in pieces:
         middle = piece.at(0.5) if isinstance(piece, Arc) else _middle(piece.start, piece.end)
         start, end, half = (tuple(round(value / (2.0 * JOINED)) for value in (at.x, at.y))
                             for at in (piece.start, piece.end, middle))
         where = (*sorted((start, end)), half)
-        if where in known:
-            raise UnfitError(f"{words} is drawn twice: {known[where]} lies there, too")
-        known[where] = words
+        if where in labels:
+            raise UnfitError(f"{label} is drawn twice: {labels[where]} lies there, too")
+        labels[where] = label
 
 
 def _middle(start: Point, end: Point) -> Point:
@@ -180,9 +180,9 @@ def _middle(start: Point, end: Point) -> Point:
 def _bulged(start: Point, end: Point, bulge: float) -> Arc:
     """Return the arc between two vertices of a polyline. A bulge is the tangent of a quarter of the arc's angle."""
     # distance from the chord's middle to the centre, positive to the left, over the chord's length
-    away = (1.0 - bulge * bulge) / (4.0 * bulge)
+    offset = (1.0 - bulge * bulge) / (4.0 * bulge)
     dx, dy = end.x - start.x, end.y - start.y
-    centre = Point((start.x + end.x) / 2 - away * dy, (start.y + end.y) / 2 + away * dx)
+    centre = Point((start.x + end.x) / 2 - offset * dy, (start.y + end.y) / 2 + offset * dx)
     return Arc(start, end, centre, ccw=bulge > 0.0)
 
 
@@ -192,27 +192,27 @@ def _place(point: Point) -> str:
 
 def _chained(pieces: list[Piece]) -> list[Piece]:
     """Return the pieces in the order of the outline. Each begins at the end of the piece before it."""
-    left, found = pieces[1:], pieces[:1]
-    while left:
-        here = found[-1][1].end
+    remaining, chain = pieces[1:], pieces[:1]
+    while remaining:
+        here = chain[-1][1].end
         gap, index, turned = min(
             (here.distance(end), index, turned)
-            for index, (_, piece) in enumerate(left)
+            for index, (_, piece) in enumerate(remaining)
             for turned, end in ((False, piece.start), (True, piece.end))
         )
         if gap > JOINED:
             break
-        words, piece = left.pop(index)
+        label, piece = remaining.pop(index)
         piece = piece.reversed() if turned else piece
         # ends that differ only by rounding become equal
-        found.append((words, replace(piece, start=here)))
-    end, begin = found[-1][1].end, found[0][1].start
+        chain.append((label, replace(piece, start=here)))
+    end, begin = chain[-1][1].end, chain[0][1].start
     if end.distance(begin) > JOINED:
-        raise UnfitError(f"the outline is open: {found[-1][0]} ends at {_place(end)}, where nothing goes on")
-    if left:
-        raise UnfitError(f"{left[0][0]} does not belong to the outline, which is closed without it")
-    found[-1] = found[-1][0], replace(found[-1][1], end=begin)
-    return found
+        raise UnfitError(f"the outline is open: {chain[-1][0]} ends at {_place(end)}, where nothing goes on")
+    if remaining:
+        raise UnfitError(f"{remaining[0][0]} does not belong to the outline, which is closed without it")
+    chain[-1] = chain[-1][0], replace(chain[-1][1], end=begin)
+    return chain
 
 
 def _convex(pieces: list[Piece]) -> Path:
@@ -222,15 +222,15 @@ def _convex(pieces: list[Piece]) -> Path:
     """
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:
-        pieces, path = [(words, piece.reversed()) for words, piece in reversed(pieces)], path.reversed()
+        pieces, path = [(label, piece.reversed()) for label, piece in reversed(pieces)], path.reversed()
     # A closed outline is convex if all corners and arcs turn to the same side and the total turn is 360 degrees. An
     # outline that crosses itself turns by more.
     around = 0.0
-    for (words, piece), (_, before) in zip(pieces, [pieces[-1], *pieces[:-1]], strict=True):
+    for (label, piece), (_, before) in zip(pieces, [pieces[-1], *pieces[:-1]], strict=True):
         turn = math.remainder(_heading(piece, 0.0) - _heading(before, 1.0), 2.0 * math.pi)
         bent = piece.sweep if isinstance(piece, Arc) else 0.0
         if turn < -1e-4 or bent < 0.0:
-            raise UnfitError(f"{words} is bent inwards at {_place(piece.start)}")
+            raise UnfitError(f"{label} is bent inwards at {_place(piece.start)}")
         around += turn + bent
     x0, y0, x1, y1 = bounding_box([path])
     if abs(around - 2.0 * math.pi) > 1e-2:

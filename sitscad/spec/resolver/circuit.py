@@ -42,8 +42,8 @@ def resolve_fpc(
 
     File names are relative to `place`, the spec.
     """
-    words = document.values()
-    stackup = _stackup(words["stackup"], coil, remarks)
+    as_written = document.values()
+    stackup = _stackup(as_written["stackup"], coil, remarks)
     copper = len(stackup.copper)
     stackup = _built(stackup, document, remarks)
     if max(coil.layers) > copper:
@@ -53,8 +53,8 @@ def resolve_fpc(
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
-    rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), place, remarks)
-    written, panel = document.tail, _panel(words["panel"], remarks)
+    rules = resolve_rules(as_written["rules"], stackup.line_foil(coil.layers), place, remarks)
+    written, panel = document.tail, _panel(as_written["panel"], remarks)
     if written is not None and presets.is_rigid(stackup) and "fpc.tail.bend" not in place.source.keys:
         remarks.default("fpc.tail.bend", "none", "a rigid board does not bend")
         written = replace(written, bend="none")
@@ -92,11 +92,11 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
 def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, remarks: Remarks) -> Stackup:
     if isinstance(written, list):
         # a stack-up written layer by layer; impossible layers are flaws
-        found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
-        kinds = [layer.kind for layer in found]
-        if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
+        stack = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
+        kinds = [layer.kind for layer in stack]
+        if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(stack) > 40:
             message = (
-                f"{kinds.count(LayerKind.COPPER)} copper layers in {len(found)} are out of range: 1 to 8 in at most 40"
+                f"{kinds.count(LayerKind.COPPER)} copper layers in {len(stack)} are out of range: 1 to 8 in at most 40"
             )
             remarks.flaw("SIT006", "fpc.stackup", message, "write the layers from top to bottom")
         for index, kind in enumerate(kinds):
@@ -106,7 +106,7 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
             if kind is LayerKind.COPPER and index and kinds[index - 1] is LayerKind.COPPER:
                 message = "two copper layers touch"
                 remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
-        return Stackup("written out", tuple(found), WRITTEN_SOURCE)
+        return Stackup("written out", tuple(stack), WRITTEN_SOURCE)
     if written is not None:
         return written
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
@@ -128,8 +128,8 @@ def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
             if getattr(document, key) is not None:
                 remarks.flaw("SIT009", f"fpc.{key}", "one copper layer has no plated holes", "leave it out")
         return stackup
-    asked = document.tail.layers if document.tail is not None else None
-    core = asked if asked is not None and 1 < asked < count else 0
+    tail_layers = document.tail.layers if document.tail is not None else None
+    core = tail_layers if tail_layers is not None and 1 < tail_layers < count else 0
     wall = document.plating or stackup.plating_thickness or USUAL_PLATING
     is_thin = written and min(stackup.copper[0].thickness, stackup.copper[-1].thickness) <= USUAL_PLATING
     usual = Plating.BUTTONS if is_thin and document.plating is None else stackup.plating
@@ -152,13 +152,13 @@ def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
 
 
 def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
-    given = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
-    given = [(kind, thickness) for kind, thickness in given if thickness is not None]
-    if len(given) != 1:
+    thicknesses = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
+    thicknesses = [(kind, thickness) for kind, thickness in thicknesses if thickness is not None]
+    if len(thicknesses) != 1:
         message = "a layer is exactly one of coverlay, copper and dielectric"
-        remarks.flaw("SIT009" if given else "SIT003", key, message, "like {copper: 18 um}")
+        remarks.flaw("SIT009" if thicknesses else "SIT003", key, message, "like {copper: 18 um}")
         return StackLayer(LayerKind.DIELECTRIC, 1e-6, "polyimide", 1.0)
-    kind, thickness = LayerKind(given[0][0]), given[0][1]
+    kind, thickness = LayerKind(thicknesses[0][0]), thicknesses[0][1]
     if layer.adhesive is not None and (kind is not LayerKind.COVERLAY or layer.adhesive >= thickness):
         message = "adhesive is a part of a coverlay's thickness"
         remarks.flaw("SIT009", f"{key}.adhesive", message, "like {coverlay: 37.5 um, adhesive: 25 um}")

@@ -56,23 +56,23 @@ def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
     # a single length is across the shorter side
     insets = [(size - each) / 2.0 for size, each in zip(coil.size, inner, strict=True)]
     inset = insets[0] if inner[0] != inner[1] else (min(coil.size) - inner[0]) / 2.0
-    found: dict[str, Any] = {name: usual for name, usual in PLACEHOLDERS.items() if values[name] is None}
+    figures: dict[str, Any] = {name: usual for name, usual in PLACEHOLDERS.items() if values[name] is None}
     if not coil.outline.is_long and inner[0] != inner[1]:
         remarks.flaw("SIT009", INNER, f"a {coil.shape} has one inner size, not [x, y]", "write one number")
     elif inner[0] != inner[1] and abs(insets[0] - insets[1]) > 2.0 * INSET_TOLERANCE:
-        along = " and ".join(f"{show(one, 'm', 4)} along {axis}" for one, axis in zip(insets, "xy", strict=True))
-        message = f"the distance from the outer to the inner edge is {along}; both must be equal"
+        distances = " and ".join(f"{show(each, 'm', 4)} along {axis}" for each, axis in zip(insets, "xy", strict=True))
+        message = f"the distance from the outer to the inner edge is {distances}; both must be equal"
         remarks.flaw("SIT009", INNER, message, "write only the shorter inner side")
     elif inset <= 0.0 or inset < width * (1 - 1e-9):
         message = f"{show(min(inner), 'm')} inside leaves no room for a turn in {show(min(coil.size), 'm')} outside"
         remarks.flaw("SIT009", INNER, message, "make coil.inner_diameter smaller, or coil.outer_diameter larger",
                      measured=min(inner), limit=min(coil.size) - 2.0 * width, unit="m")
     elif values["turns"] is None:
-        found["turns"] = (_turns_in(coil, inset, remarks),)
+        figures["turns"] = (_turns_in(coil, inset, remarks),)
     else:
-        for name in found:
-            found[name] = _width_or_spacing_in(coil, name, inset, remarks)
-    return replace(coil, written_inner=None, **found)
+        for name in figures:
+            figures[name] = _width_or_spacing_in(coil, name, inset, remarks)
+    return replace(coil, written_inner=None, **figures)
 
 
 PLACEHOLDERS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
@@ -93,10 +93,10 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
         remarks.flaw("SIT009", INNER, message, "write another inner diameter, width or spacing", measured=turns,
                      limit=limit)
         return limit
-    left = min(coil.size) - 2.0 * coil.outline.inset(coil.trace_width, coil.pitch, turns)
+    inner_size = min(coil.size) - 2.0 * coil.outline.inset(coil.trace_width, coil.pitch, turns)
     why = "from coil.inner_diameter"
     if coil.outline.ends and abs(exact - turns) > 1e-6 * turns:
-        why = f"rounded to whole sides, so that the inner diameter becomes {show(left, 'm', 6)}"
+        why = f"rounded to whole sides, so that the inner diameter becomes {show(inner_size, 'm', 6)}"
     remarks.default(TURNS, f"{turns:.7g}", why)
     return turns
 
@@ -109,18 +109,18 @@ def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remar
         remarks.flaw("SIT009", INNER, message, f"write {name} in place of inner_diameter")
         return coil.trace_width
     if name == "trace_spacing":
-        other, found = "trace_width", (inset - coil.trace_width) / gaps - coil.trace_width
+        other, length = "trace_width", (inset - coil.trace_width) / gaps - coil.trace_width
     else:
-        other, found = "trace_spacing", (inset - gaps * coil.trace_spacing) / (1.0 + gaps)
+        other, length = "trace_spacing", (inset - gaps * coil.trace_spacing) / (1.0 + gaps)
     low, high = Trace.range
-    if low <= found <= high:
-        remarks.default(f"coil.{name}", show(found, "m", 6), "from coil.turns and coil.inner_diameter")
-        return round(found, 12)
-    need = f"turns, inner_diameter and {other} need a {name} of {show(found, 'm', 3)}"
+    if low <= length <= high:
+        remarks.default(f"coil.{name}", show(length, "m", 6), "from coil.turns and coil.inner_diameter")
+        return round(length, 12)
+    need = f"turns, inner_diameter and {other} need a {name} of {show(length, 'm', 3)}"
     message = f"{need}, allowed {Trace.low} to {Trace.high}"
     remarks.flaw("SIT009", INNER, message, f"use fewer turns, or write {name} in place of inner_diameter",
-                 measured=found, limit=low if found < low else high, unit="m")
-    return min(max(found, low), high)
+                 measured=length, limit=low if length < low else high, unit="m")
+    return min(max(length, low), high)
 
 
 def check_coil(
@@ -132,9 +132,9 @@ def check_coil(
     """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.bounds:
-        known = ", ".join(name for name, row in SHAPES.items() if row.bounds)
+        shapes = ", ".join(name for name, row in SHAPES.items() if row.bounds)
         message = f"a coil of shape {outline.name} cannot be estimated: the shape declares no error bounds"
-        remarks.flaw("SIT009", "coil.shape", message, f"choose one of {known}")
+        remarks.flaw("SIT009", "coil.shape", message, f"choose one of {shapes}")
     if not outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
         remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
@@ -186,8 +186,9 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
 
 def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
     """Add a flaw if there are too many turns in total for an estimate."""
-    one = math.fsum(coil.layer_turns)
-    for turns, most, whose in ((one, MOST_OF_A_COIL, "a coil"), (one * coils, MOST_OF_ALL, f"all {coils} coils")):
+    coil_turns = math.fsum(coil.layer_turns)
+    totals = ((coil_turns, MOST_OF_A_COIL, "a coil"), (coil_turns * coils, MOST_OF_ALL, f"all {coils} coils"))
+    for turns, most, whose in totals:
         if turns > most:
             message = (
                 f"{turns:g} turns in all layers of {whose} are too many to be estimated: at most {most:g}; memory and "
@@ -219,17 +220,17 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
     if document.pattern is None:
         remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
     # Add a flaw for each key that the pattern does not use, and for missing centres.
-    wanted = _PATTERN_KEYS[pattern]
+    allowed_keys = _PATTERN_KEYS[pattern]
     for name in ("count", "pitch", "centres", "rotations"):
         value = getattr(document, name)
-        if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
+        if value is None or name in allowed_keys or (name == "count" and value == _COUNTS.get(pattern)):
             continue
-        hint = f"it takes {', '.join(wanted) or 'no other key'}"
+        hint = f"it takes {', '.join(allowed_keys) or 'no other key'}"
         remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
-    if "centres" in wanted and document.centres is None:
+    if "centres" in allowed_keys and document.centres is None:
         message = "centres are missing: pattern explicit needs them"
         remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
-    if document.count is not None and "count" in wanted and len(document.count) != len(_COUNTS[pattern]):
+    if document.count is not None and "count" in allowed_keys and len(document.count) != len(_COUNTS[pattern]):
         form = "[nx, ny]" if pattern == "grid" else "one number"
         remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
     pitch = _pitch(document, pattern, coil, remarks)
@@ -312,10 +313,10 @@ def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tupl
     The gap is infinite if no coils are near each other.
     """
     # skip pairs whose outlines cannot come near each other
-    far = math.hypot(*coil.size) + coil.trace_spacing
-    pairs = [(a, b) for a, b in combinations(placements, 2) if math.dist(a.centre, b.centre) < far]
-    found = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
-    return min(found, default=(math.inf, "", ""))
+    reach = math.hypot(*coil.size) + coil.trace_spacing
+    pairs = [(a, b) for a, b in combinations(placements, 2) if math.dist(a.centre, b.centre) < reach]
+    gaps = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
+    return min(gaps, default=(math.inf, "", ""))
 
 
 def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
@@ -349,8 +350,8 @@ def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: b
         message = f"{count} coils make no two or more cells of {coils}"
         remarks.flaw("SIT009", key, message, "a number that the coils can be divided by, or leave cells out")
         return
-    first, *others = (within(placements[k : k + coils]) for k in range(0, count, coils))
-    odd = next((k for k, other in enumerate(others, 2) if other != first), None)
+    first, *later = (within(placements[k : k + coils]) for k in range(0, count, coils))
+    odd = next((k for k, other in enumerate(later, 2) if other != first), None)
     if odd is not None:
         message = f"the coils of cell {odd} do not stand to each other as those of cell 1"
         hint = "coils of one cell follow each other in the array's order; with array.centres they can be put so"
@@ -435,11 +436,12 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     # separation over all directions. The best direction is perpendicular to a side of a core, or along the line between
     # two corners.
     core, radius = SHAPES[shape].core(size)
-    one, other = (_placed(core, place) for place in (first, second))
-    sides = [side for each in (one, other) if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]
+    cores = [_placed(core, place) for place in (first, second)]
+    sides = [side for each in cores if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]
     directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
-    directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in one for b in other]
-    return max(_apart(one, other, angle + turn) for angle in directions for turn in (0.0, math.pi)) - 2.0 * radius
+    directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in cores[0] for b in cores[1]]
+    angles = [angle + turn for angle in directions for turn in (0.0, math.pi)]
+    return max(_apart(cores[0], cores[1], angle) for angle in angles) - 2.0 * radius
 
 
 def _placed(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
@@ -447,7 +449,7 @@ def _placed(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
     return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
 
 
-def _apart(one: list[Point], other: list[Point], angle: float) -> float:
+def _apart(first: list[Point], second: list[Point], angle: float) -> float:
     cosine, sine = math.cos(angle), math.sin(angle)
-    farthest = max(x * cosine + y * sine for x, y in one)
-    return min(x * cosine + y * sine for x, y in other) - farthest
+    farthest = max(x * cosine + y * sine for x, y in first)
+    return min(x * cosine + y * sine for x, y in second) - farthest

@@ -48,9 +48,9 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
     _check_keys(part, remarks)
     _check_metal(part, standoff, remarks)
     mount = Mount(part.kind, None, standoff, part.process, metal_behind=part.metal_behind)
-    words = part.values()
+    written = part.values()
     if part.kind == "bench-plate":
-        return replace(mount, holes=_holes(words["holes"], remarks))
+        return replace(mount, holes=_holes(written["holes"], remarks))
     if part.kind == "fingertip":
         finger = part.finger or Finger()
         finger = replace(finger, shape=computable_plate(finger.shape, "mount.finger.shape", remarks))
@@ -65,7 +65,7 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
     if part.jaw is None:
         remarks.default("mount.jaw", DEFAULT_JAW)
     mount = _in_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
-    retention: Retention | str | None = words["retention"]
+    retention: Retention | str | None = written["retention"]
     if retention is None or retention == "glue":
         return mount
     if isinstance(retention, str):
@@ -78,9 +78,9 @@ def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
     """Return the shape of a plate. If it cannot be computed and cut, add a flaw and return a rectangle."""
     if PLATES[shape].plate:
         return shape
-    known = ", ".join(name for name, row in PLATES.items() if row.plate)
+    shapes = ", ".join(name for name, row in PLATES.items() if row.plate)
     message = f"a plate of shape {PLATES[shape].name} cannot be computed: the shape declares no form of a plate"
-    remarks.flaw("SIT009", key, message, f"choose one of {known}")
+    remarks.flaw("SIT009", key, message, f"choose one of {shapes}")
     return LONG_PLATE
 
 
@@ -170,19 +170,19 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
     return replace(mount, jaw=jaw)
 
 
-def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
+def _written_over(written_jaw: Jaw, step: StepPart | None) -> Jaw:
     beside = ("name", "based_on", "step", "datum", "along", "up")
-    figures = {name: value for name, value in own.values().items() if value is not None and name not in beside}
-    lies: dict[str, Any] = {"step": step, "datum": own.datum, "along": own.along, "up": own.up}
-    base = own.based_on
+    figures = {name: value for name, value in written_jaw.values().items() if value is not None and name not in beside}
+    lies: dict[str, Any] = {"step": step, "datum": written_jaw.datum, "along": written_jaw.along, "up": written_jaw.up}
+    base = written_jaw.based_on
     if base is None:
         usual: dict[str, Any] = {"port_diameter": DEFAULT_PORT, "material": presets.conductor(DEFAULT_METAL)}
-        return Jaw(name=own.name, source=WRITTEN_SOURCE, **(LEVEL | usual | figures), **lies)
+        return Jaw(name=written_jaw.name, source=WRITTEN_SOURCE, **(LEVEL | usual | figures), **lies)
     written = tuple(sorted(figures))
     source = presets.jaw_source(base.name, written)
     if written:
         source = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}"
-    return replace(base, **figures, **lies, name=own.name, based_on=base, source=source, written=written)
+    return replace(base, **figures, **lies, name=written_jaw.name, based_on=base, source=source, written=written)
 
 
 def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:
@@ -220,18 +220,18 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
             if getattr(part, lies) is not None:
                 remarks.flaw("SIT009", f"{section}.{lies}", f"{lies} belongs to a STEP file", "give step")
         return None
-    datum, along, up = part.datum or (0.0, 0.0, 0.0), part.along or "x", part.up or "z"
-    if along[-1] == up[-1]:
-        message = f"{along} runs to the tail and {up} stands on the face: they are one line"
+    datum, long_axis, normal_axis = part.datum or (0.0, 0.0, 0.0), part.along or "x", part.up or "z"
+    if long_axis[-1] == normal_axis[-1]:
+        message = f"{long_axis} runs to the tail and {normal_axis} stands on the face: they are one line"
         remarks.flaw("SIT009", f"{section}.up", message, "two axes at right angles, like along: x, up: z")
     if isinstance(datum, str) and (part.along or part.up):
         message = f"the coordinate system {datum} says which way its axes run"
         remarks.flaw("SIT009", f"{section}.{'along' if part.along else 'up'}", message, "leave along and up out")
     smaller = "export the jaw alone, without the instrument's other parts"
-    found = place.content(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
-    if found is None:
+    file = place.content(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
+    if file is None:
         return None
-    content, kept = found
+    content, names = file
     text = content.strip()
     if not text.startswith(BEGINS) or not text.endswith(ENDS) or b"\0" in content:
         message = f"{name} does not begin with {BEGINS.decode()} and end with {ENDS.decode()}"
@@ -239,6 +239,6 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
         return None
     import hashlib  # loads OpenSSL, which most uses of a spec do not need
 
-    remarks.files |= dict.fromkeys(kept, content)
+    remarks.files |= dict.fromkeys(names, content)
     point = datum if isinstance(datum, str) else (datum[0], datum[1], datum[2])
-    return StepPart(min(kept), hashlib.sha256(content).hexdigest(), point, along, up)
+    return StepPart(min(names), hashlib.sha256(content).hexdigest(), point, long_axis, normal_axis)

@@ -128,15 +128,15 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
     written = part.values()
     adhesive = part.adhesive or presets.adhesive("cyanoacrylate")
     line = adhesive.line if written["glue_line"] is None else part.glue_line
-    spread = min(adhesive.tolerance, line) if written["glue_tolerance"] is None else part.glue_tolerance
-    shown = {"adhesive": adhesive.name, "glue_line": show(line, "m"), "glue_tolerance": show(spread, "m")}
+    tolerance = min(adhesive.tolerance, line) if written["glue_tolerance"] is None else part.glue_tolerance
+    shown = {"adhesive": adhesive.name, "glue_line": show(line, "m"), "glue_tolerance": show(tolerance, "m")}
     for key, value in shown.items():
         if is_glued and written[key] is None:
             remarks.default(f"assembly.{key}", value, "unverified: measure yours")
-    if spread > line:
-        message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
+    if tolerance > line:
+        message = f"a glue line of {show(line, 'm')} cannot come out {show(tolerance, 'm')} thinner"
         remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
-    return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=spread)
+    return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=tolerance)
 
 
 def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
@@ -249,16 +249,16 @@ def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Ite
     if (press := loads.press) is not None:
         yield LoadCase("press", normal("press", press.normal))
     if (shear := loads.shear) is not None:
-        force, along = normal("shear", shear.normal), (shear.shear_x, shear.shear_y)
-        yield LoadCase("shear", force, along, is_held=shear.rotation == "held")
+        force, shear_force = normal("shear", shear.normal), (shear.shear_x, shear.shear_y)
+        yield LoadCase("shear", force, shear_force, is_held=shear.rotation == "held")
     if (scissor := loads.scissor) is not None:
         force = normal("scissor", scissor.normal)
         yield LoadCase("scissor", force, opening=scissor.opening, is_stuck=scissor.face == "sticks")
     if (edge := loads.edge) is not None:
         force, size = normal("edge", edge.normal), document.target and document.target.values()["size"]
-        aside, half = math.hypot(*edge.offset), 0.5 * math.hypot(*(size or ()))
-        if size and aside > half:
-            message = f"{show(aside, 'm')} from the middle of a target that reaches {show(half, 'm')}"
+        distance, half = math.hypot(*edge.offset), 0.5 * math.hypot(*(size or ()))
+        if size and distance > half:
+            message = f"{show(distance, 'm')} from the middle of a target that reaches {show(half, 'm')}"
             remarks.flaw("SIT009", "loads.edge.offset", message, "write an offset on the target")
         yield LoadCase("edge", force, offset=edge.offset, is_held=False)
     if loads.mechanism is not None:
@@ -269,11 +269,11 @@ def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Ite
 def _mechanism(written: Mechanism, mount: Mount | None, remarks: Remarks) -> Mechanism:
     """Return the levers. It is a flaw if link B does not reach the axis, or if the length of the jaw is unknown."""
     lever_angle = written.theta + written.theta0
-    aside, reach = written.lever * math.sin(lever_angle), written.values()["reach"]
-    if aside >= written.link:
-        beside = f"lever A's pin, {show(aside, 'm')} beside it"
+    pin_height, reach = written.lever * math.sin(lever_angle), written.values()["reach"]
+    if pin_height >= written.link:
+        beside = f"lever A's pin, {show(pin_height, 'm')} beside it"
         message = f"link B, {show(written.link, 'm')}, does not reach the axis from {beside}"
-        remarks.flaw("SIT009", "loads.mechanism.LB", message, f"more than {show(aside, 'm')}")
+        remarks.flaw("SIT009", "loads.mechanism.LB", message, f"more than {show(pin_height, 'm')}")
     if lever_angle <= 0.0:
         message = "lever A would lie along the axis, where no pull closes the jaws"
         remarks.flaw("SIT009", "loads.mechanism.theta", message, "theta and theta0 together above 0 deg")

@@ -57,33 +57,33 @@ def refuse_unusable(spec: SensorSpec) -> None:
             raise SpecError(tuple(finding_from_flaw(flaw, source) for flaw in flaws))
 
 
-def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
+def _misfits(value: Any, expected: Any, key: str) -> Iterator[Flaw]:
     """Yield a flaw for each value inside `value` that does not have the type of its field."""
-    if is_dataclass(wanted) and isinstance(wanted, type):
-        if type(value) is not wanted:
-            yield _mistyped(value, wanted, key)
-        elif wanted is not SpecSource:
-            hints = _hints(cast(Hashable, wanted))
-            for one in fields(wanted):
-                yield from _misfits(getattr(value, one.name), hints[one.name], dotted(key, one.name))
+    if is_dataclass(expected) and isinstance(expected, type):
+        if type(value) is not expected:
+            yield _mistyped(value, expected, key)
+        elif expected is not SpecSource:
+            hints = _hints(cast(Hashable, expected))
+            for member in fields(expected):
+                yield from _misfits(getattr(value, member.name), hints[member.name], dotted(key, member.name))
         return
-    origin, inner = get_origin(wanted), get_args(wanted)
+    origin, inner = get_origin(expected), get_args(expected)
     if origin in (Union, UnionType):
-        found = [list(_misfits(value, each, key)) for each in inner]
-        if all(found):  # report the nearest type: only values inside have the wrong type
-            inside = [flaws for flaws in found if all(flaw.key != key for flaw in flaws)]
-            yield from inside[0] if inside else [_mistyped(value, wanted, key)]
+        by_type = [list(_misfits(value, each, key)) for each in inner]
+        if all(by_type):  # report the nearest type: only values inside have the wrong type
+            inside = [flaws for flaws in by_type if all(flaw.key != key for flaw in flaws)]
+            yield from inside[0] if inside else [_mistyped(value, expected, key)]
     elif origin is tuple:
         yield from _tuple_misfits(value, inner, key)
     elif origin is not None and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
-            yield _mistyped(value, wanted, key)
+            yield _mistyped(value, expected, key)
             return
         for name, each in value.items():
             yield from _misfits(name, inner[0], key)
             yield from _misfits(each, inner[1], dotted(key, name))
-    elif not _is_scalar(value, wanted):
-        yield _mistyped(value, wanted, key)
+    elif not _is_scalar(value, expected):
+        yield _mistyped(value, expected, key)
 
 
 def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
@@ -95,17 +95,17 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
         yield from _misfits(each, inner[0] if many else inner[index], dotted(key, index))
 
 
-def _is_scalar(value: Any, wanted: Any) -> bool:
+def _is_scalar(value: Any, expected: Any) -> bool:
     """Whether a value has a plain type. Floats must be finite."""
-    if wanted is float:  # whole numbers may be too large for a float; comparisons with NaN are False
+    if expected is float:  # whole numbers may be too large for a float; comparisons with NaN are False
         return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
-    if wanted is int:
+    if expected is int:
         return isinstance(value, int) and not isinstance(value, bool)
-    return isinstance(value, wanted)
+    return isinstance(value, expected)
 
 
-def _mistyped(value: Any, wanted: Any, key: str) -> Flaw:
-    name = wanted.__name__ if isinstance(wanted, type) and get_origin(wanted) is None else str(wanted)
+def _mistyped(value: Any, expected: Any, key: str) -> Flaw:
+    name = expected.__name__ if isinstance(expected, type) and get_origin(expected) is None else str(expected)
     name = re.sub(r"\bsitscad\.[a-z_.]+\.", "", name).replace("float", "finite number")
     return Flaw("SIT004", key, f"{described(value)}, where {name} is wanted", "values are in SI units: metres, radians")
 
@@ -135,12 +135,12 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
     keys: dict[str, Key] = {}
     if section is not None:
         keys = {section.attributes[name]: each for name, each in section.keys.items()}
-    for one in fields(value):
-        inside, inner = getattr(value, one.name), dotted(key, one.name)
-        if inside is None or (isinstance(inside, str) and inside == one.default):
+    for member in fields(value):
+        inside, inner = getattr(value, member.name), dotted(key, member.name)
+        if inside is None or (isinstance(inside, str) and inside == member.default):
             continue  # a spec without this key has the same value
-        if one.name in keys:
-            yield from _refused(inside, keys[one.name].kind, inner)
+        if member.name in keys:
+            yield from _refused(inside, keys[member.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):
             yield from _out_of_range(inside, inner)
 
@@ -153,8 +153,8 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
         kind = kind.other if isinstance(kind, Either) else kind.figure
     if isinstance(kind, (Pair, NumberOrList)):
         each = kind.length if isinstance(kind, Pair) else kind.number
-        for one in value if isinstance(value, tuple) else (value,):
-            yield from _refused(one, each, key)
+        for entry in value if isinstance(value, tuple) else (value,):
+            yield from _refused(entry, each, key)
     elif isinstance(kind, UnitValue):
         low, high = kind.range
         if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):

@@ -53,15 +53,15 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
     """
     edits = tuple(edits)
     before, after = _SpecText.read(text), _SpecText.read(rewritten(text, edits))
-    found = []
+    changes = []
     for edit in edits:
         if edit.what == "name":
-            found.append(Edit(edit.key, edit.new, undotted(edit.key.rpartition(".")[2]), edit.what))
+            changes.append(Edit(edit.key, edit.new, undotted(edit.key.rpartition(".")[2]), edit.what))
             continue
         old, new = before.written(edit.key), after.written(edit.key)
         if old != new:
-            found.append(Edit(edit.key, edit.new if new is None else new, old))
-    return tuple(found)
+            changes.append(Edit(edit.key, edit.new if new is None else new, old))
+    return tuple(changes)
 
 
 @record(eq=False)
@@ -77,12 +77,12 @@ class _SpecText:
         """Read a text. Raises `CannotWriteError` if it is not a mapping in YAML."""
         plain = _LINE_END.sub("\n", raw.removeprefix(BOM))
         try:
-            found = read_yaml(plain)
+            yaml_text = read_yaml(plain)
         except TextError as error:
             raise CannotWriteError(error.message) from None
-        if not isinstance(found.data, dict):
+        if not isinstance(yaml_text.data, dict):
             raise CannotWriteError("the text is no mapping")
-        return cls(raw, plain, found)
+        return cls(raw, plain, yaml_text)
 
     def replaced(self, start: int, end: int, new: str) -> str:
         """Return the raw text with the characters between two offsets of the plain text replaced."""
@@ -189,11 +189,11 @@ def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
 
     For a list of unchanged length these are only the entries that differ.
     """
-    wanted = _SpecText.read(f"x: {new}")
-    before, after = text.value(key), wanted.value("x")
+    new_text = _SpecText.read(f"x: {new}")
+    before, after = text.value(key), new_text.value("x")
     if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         for k in range(len(before)):
-            yield from _values(text, dotted(key, k), wanted.written(f"x.{k}") or "")
+            yield from _values(text, dotted(key, k), new_text.written(f"x.{k}") or "")
         return
     now = text.written(key) or ""
     styled = new if isinstance(after, (list, dict)) else _in_style(new, now)
@@ -259,21 +259,21 @@ def _added(text: _SpecText, key: str, new: str) -> str:
 
 def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
     """Whether the values of two texts differ by an edit and by nothing else."""
-    one, other = copy.deepcopy(before), copy.deepcopy(after)
+    expected, actual = copy.deepcopy(before), copy.deepcopy(after)
     *parents, last = (undotted(name) for name in edit.key.split("."))
     if edit.what == "name":
-        section = _at(one, parents)
+        section = _at(expected, parents)
         entries = [(edit.new if name == last else name, value) for name, value in section.items()]
         section.clear()
         section.update(entries)
-        return repr(one) == repr(other)
-    new = _at(other, [*parents, last])
-    for data in (one, other):
+        return repr(expected) == repr(actual)
+    new = _at(actual, [*parents, last])
+    for data in (expected, actual):
         _dropped(data, [*parents, last])
     for deep in range(len(parents), 0, -1):  # sections that were added with the key
-        if _at(other, parents[:deep]) == {} and _at(one, parents[:deep]) is None:
-            _dropped(other, parents[:deep])
-    return repr(one) == repr(other) and _is_same(new, read_yaml(f"x: {edit.new}").data["x"])
+        if _at(actual, parents[:deep]) == {} and _at(expected, parents[:deep]) is None:
+            _dropped(actual, parents[:deep])
+    return repr(expected) == repr(actual) and _is_same(new, read_yaml(f"x: {edit.new}").data["x"])
 
 
 def _at(data: Any, names: list[str]) -> Any:
@@ -291,12 +291,12 @@ def _dropped(data: Any, names: list[str]) -> None:
         section[int(names[-1])] = None
 
 
-def _is_same(one: Any, other: Any) -> bool:
+def _is_same(value: Any, second: Any) -> bool:
     """Whether two values are equal, or are the same quantity in different units."""
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(_is_same(*both) for both in zip(one, other, strict=True))
-    for dimension in UNITS if one != other else ():
+    if isinstance(value, list) and isinstance(second, list):
+        return len(value) == len(second) and all(_is_same(*pair) for pair in zip(value, second, strict=True))
+    for dimension in UNITS if value != second else ():
         with suppress(UnitError):
-            if parse_quantity(one, dimension) == parse_quantity(other, dimension):
+            if parse_quantity(value, dimension) == parse_quantity(second, dimension):
                 return True
-    return bool(one == other)
+    return bool(value == second)

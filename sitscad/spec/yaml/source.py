@@ -53,8 +53,8 @@ It keeps ``coil.turns: 3`` distinct from ``coil: {turns: 3}``.
 
 def dotted(parent: str, name: object) -> str:
     """Return the dotted key of an entry of a section or list."""
-    own = str(name).replace(".", DOT)
-    return f"{parent}.{own}" if parent else own
+    entry = str(name).replace(".", DOT)
+    return f"{parent}.{entry}" if parent else entry
 
 
 def undotted(key: str) -> str:
@@ -133,8 +133,8 @@ class SpecSource:
     @property
     def kept(self) -> Mapping[str, bytes]:
         """Files from which the spec can be built again: `files`, and the text itself if it came from no file."""
-        own = os.path.basename(self.path)
-        return self.files if own in self.files else {own: self.text.encode("utf-8"), **self.files}
+        file_name = os.path.basename(self.path)
+        return self.files if file_name in self.files else {file_name: self.text.encode("utf-8"), **self.files}
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
         """Return line and column of the value at a dotted key, or of its nearest parent.
@@ -183,8 +183,8 @@ class Issue:
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
         """Part number, revision and date with their names, without the empty ones."""
-        known = (("Part number", self.part_number), ("Revision", self.revision), ("Date", self.day))
-        return tuple((name, text) for name, text in known if text)
+        entries = (("Part number", self.part_number), ("Revision", self.revision), ("Date", self.day))
+        return tuple((name, text) for name, text in entries if text)
 
     @property
     def words(self) -> str:
@@ -259,14 +259,14 @@ def _with_spaces(line: re.Match[str]) -> str:
 
 
 def _read(text: str) -> YamlText:
-    found = YamlText()
+    result = YamlText()
     try:
         events = _bounded(yaml.parse(text, PARSER))
         has_document = False
         for event in events:
             if isinstance(event, NodeEvent):
                 has_document = True
-                found.data = _read_node(event, events, "", found)
+                result.data = _read_node(event, events, "", result)
         if not has_document:
             raise TextError("SIT001", "the file is empty", "a spec begins with `sitscad: 1`")
     except (ReaderError, UnicodeEncodeError) as error:
@@ -293,7 +293,7 @@ def _read(text: str) -> YamlText:
             problem = f"the {what} that opens here is not closed by line {mark.line + 1}"
             hint = "close it on this line"
         raise TextError("SIT001", f"not YAML: {problem[:200]}", hint, place) from None
-    return found
+    return result
 
 
 def _place(event: Event) -> Position:
@@ -311,9 +311,9 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
         if isinstance(event, DocumentStartEvent):
             documents += 1
             if event.version is not None and tuple(event.version) != (1, 2):
-                said = ".".join(map(str, event.version))
+                version = ".".join(map(str, event.version))
                 hint = "remove the %YAML line; numbers like 012 mean 12 in YAML 1.2, but 10 in YAML 1.1"
-                raise TextError("SIT013", f"YAML {said} is not read here, only YAML 1.2", hint, _place(event))
+                raise TextError("SIT013", f"YAML {version} is not read here, only YAML 1.2", hint, _place(event))
         depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
         count += isinstance(event, NodeEvent)
         if documents > 1:
@@ -335,58 +335,58 @@ def _not_plain(what: str, hint: str, event: Event) -> TextError:
     return TextError("SIT013", f"{what} is not supported", hint, _place(event))
 
 
-def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText) -> Any:
+def _read_node(event: Event, events: Iterator[Event], key: str, result: YamlText) -> Any:
     if isinstance(event, ScalarEvent):
-        found.values[key] = _place(event)
+        result.values[key] = _place(event)
         if event.style not in ("|", ">") and event.start_mark.index < event.end_mark.index:
-            found.ends[key] = _end(event)
+            result.ends[key] = _end(event)
         is_plain = event.implicit[0] and event.style in (None, "")
         return plain_value(event.value.replace("\t", " ")) if is_plain else event.value
     if getattr(event, "flow_style", False):
-        found.values[key] = _place(event)
+        result.values[key] = _place(event)
     if isinstance(event, SequenceStartEvent):
-        return _read_list(events, key, found, bool(event.flow_style))
-    return _read_mapping(events, key, found, bool(getattr(event, "flow_style", False)))
+        return _read_list(events, key, result, bool(event.flow_style))
+    return _read_mapping(events, key, result, bool(getattr(event, "flow_style", False)))
 
 
-def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> list[Any]:
+def _read_list(events: Iterator[Event], key: str, result: YamlText, in_brackets: bool) -> list[Any]:
     entries: list[Any] = []
     for event in events:
         if isinstance(event, CollectionEndEvent):
             if in_brackets:
-                found.ends[key] = _end(event)
+                result.ends[key] = _end(event)
             break
         entry_key = dotted(key, len(entries))
         line, column = _place(event)
         if not in_brackets and isinstance(event, ScalarEvent) and event.start_mark.index == event.end_mark.index:
             column -= 1  # the parser places an empty entry behind its dash
-        found.keys[entry_key] = line, column
-        entries.append(_read_node(event, events, entry_key, found))
+        result.keys[entry_key] = line, column
+        entries.append(_read_node(event, events, entry_key, result))
     return entries
 
 
-def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> dict[str, Any]:
+def _read_mapping(events: Iterator[Event], key: str, result: YamlText, in_brackets: bool) -> dict[str, Any]:
     """Read the entries of a mapping. If a key is repeated, the first entry counts and a flaw is added."""
     mapping: dict[str, Any] = {}
     for event in events:
         if isinstance(event, CollectionEndEvent):
             if in_brackets:
-                found.ends[key] = _end(event)
+                result.ends[key] = _end(event)
             break
         name = _key_name(event, key.startswith(CHOICES))
         entry_key = dotted(key, name)
         place = _place(event)
         if name in mapping:
-            first = found.keys[entry_key]
-            found.flaws.append(
+            first = result.keys[entry_key]
+            result.flaws.append(
                 TextError("SIT012", f"{name} is given twice, first in line {first[0]}", "keep one", place, entry_key)
             )
             again = YamlText()  # discarded, so that positions of the first entry stay
             _read_node(next(events), events, entry_key, again)
-            found.flaws += again.flaws
+            result.flaws += again.flaws
             continue
-        found.keys[entry_key] = place
-        mapping[name] = _read_node(next(events), events, entry_key, found)
+        result.keys[entry_key] = place
+        mapping[name] = _read_node(next(events), events, entry_key, result)
     return mapping
 
 
