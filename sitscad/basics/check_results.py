@@ -49,8 +49,8 @@ class Signal:
     @property
     def has_loss_in_it(self) -> bool:
         """Whether changed losses, which lower the tank's frequency, make much of the signal or reverse its sign."""
-        both = self.share, self.by_inductance
-        return abs(both[0] - both[1]) > BY_LOSS * max(map(abs, both))
+        shares_of = self.share, self.by_inductance
+        return abs(shares_of[0] - shares_of[1]) > BY_LOSS * max(map(abs, shares_of))
 
 
 BY_LOSS = 0.2

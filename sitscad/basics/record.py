@@ -77,13 +77,13 @@ class _FieldsOnFirstUse:
 
     @staticmethod
     def _complete(cls: type) -> None:
-        stated = get_annotations(cls)
+        annotations = get_annotations(cls)
         # A text may stand for a ClassVar. A dataclass searches texts with patterns, a fifth of its time
-        cls.__annotations__ = {n: kind if "ClassVar" in str(kind) else object for n, kind in stated.items()}
+        cls.__annotations__ = {n: kind if "ClassVar" in str(kind) else object for n, kind in annotations.items()}
         dataclass(init=False, repr=False, eq=False)(cls)
-        cls.__annotations__ = stated
+        cls.__annotations__ = annotations
         for each in fields(cls):
-            each.type = stated.get(each.name, each.type)
+            each.type = annotations.get(each.name, each.type)
 
 
 _WITHOUT_DEFAULT: Field[Any] = field()
@@ -98,10 +98,10 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
     """
     by_name: dict[str, Field[Any]] = {}
     for base in reversed(cls.__mro__):
-        stated = base.__dict__.get(_FIELDS)
-        if isinstance(stated, dict):
+        declared = base.__dict__.get(_FIELDS)
+        if isinstance(declared, dict):
             by_name |= {each.name: each for each in fields(base)}
-        elif stated is not None:
+        elif declared is not None:
             for name, kind in get_annotations(base).items():
                 if "ClassVar" not in str(kind):
                     default = base.__dict__.get(name, _WITHOUT_DEFAULT)
@@ -142,13 +142,14 @@ def _compiled_init(cls: type) -> Callable[..., None]:
 
 
 @cache
-def _init_pattern(count: int, made: tuple[int, ...]) -> CodeType:
-    """Return the code of a constructor with `count` numbered fields. The fields in `made` have default factories.
+def _init_pattern(count: int, with_factory: tuple[int, ...]) -> CodeType:
+    """Return the code of a constructor with `count` numbered fields.
 
-    A class's constructor is this code with other names. Renaming takes a tenth of the time of compiling.
+    The fields `with_factory` have default factories. A class's constructor is this code with other names. Renaming takes a tenth of the time of compiling.
     """
     names = _numbered(count)
-    values = [f"new_{k}() if {name} is missing else {name}" if k in made else name for k, name in enumerate(names)]
+    values = [f"new_{k}() if {name} is missing else {name}" if k in with_factory else name
+              for k, name in enumerate(names)]
     lines = ["inside = self.__dict__", *(f"inside[{n!r}] = {v}" for n, v in zip(names, values, strict=True))]
     scope: dict[str, Any] = {}
     exec(f"def __init__({', '.join(['self', *names])}):\n " + "\n ".join(lines), scope)
@@ -174,10 +175,11 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
     return early
 
 
-def _comparing(own: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
+def _comparing(fields_by_name: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
     """Return equality and hash of a record by its fields."""
-    compared = _values_of([name for name, each in own.items() if each.compare])
-    hashed = _values_of([name for name, each in own.items() if (each.compare if each.hash is None else each.hash)])
+    compared = _values_of([name for name, each in fields_by_name.items() if each.compare])
+    hashed = _values_of([name for name, each in fields_by_name.items()
+                         if (each.compare if each.hash is None else each.hash)])
 
     def __eq__(self: Any, other: Any) -> bool:
         if other.__class__ is not self.__class__:
@@ -202,15 +204,15 @@ def _without_hash(self: Any) -> dict[str, Any]:
     return {name: value for name, value in self.__dict__.items() if name != HASH}
 
 
-def replace(one: Made, /, **changes: Any) -> Made:
+def replace(value: Made, /, **changes: Any) -> Made:
     """Return the record with other values of some fields. `dataclasses.replace` takes four times as long."""
-    inside, names = cast(Any, one).__dict__, _own_fields(cast(type, type(one)))
-    changed = object.__new__(type(one))
+    inside, names = cast(Any, value).__dict__, _own_fields(cast(type, type(value)))
+    changed = object.__new__(type(value))
     values = changed.__dict__
     for name in names:
         values[name] = inside[name]
     if not changes.keys() <= values.keys():
-        raise TypeError(f"{type(one).__name__} has no field {', '.join(changes.keys() - values.keys())}")
+        raise TypeError(f"{type(value).__name__} has no field {', '.join(changes.keys() - values.keys())}")
     values.update(changes)
     return changed
 
@@ -231,12 +233,12 @@ class FrozenDict(dict[Any, Any]):
         return self
 
 
-def with_frozen_mappings(one: Made) -> Made:
+def with_frozen_mappings(value: Made) -> Made:
     """Return the record with each of its mappings as a `FrozenDict`."""
-    inside = cast(Any, one).__dict__
-    names = _own_fields(cast(type, type(one)))
+    inside = cast(Any, value).__dict__
+    names = _own_fields(cast(type, type(value)))
     changes = {name: FrozenDict(inside[name]) for name in names if type(inside[name]) is dict}
-    return replace(one, **changes) if changes else one
+    return replace(value, **changes) if changes else value
 
 
 def kept(by: Any, name: str, make: Callable[[], Made]) -> Made:
@@ -250,7 +252,7 @@ def kept(by: Any, name: str, make: Callable[[], Made]) -> Made:
 def _values_of(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     if len(names) > 1:
         return attrgetter(*names)
-    return lambda one: tuple(getattr(one, name) for name in names)
+    return lambda record_value: tuple(getattr(record_value, name) for name in names)
 
 
 def _repr(self: Any) -> str:

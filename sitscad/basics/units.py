@@ -144,9 +144,9 @@ def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
         raise UnitError(f"{_shortened(value)} is no {dimension}", "number", f"write it like {EXAMPLES[dimension]}")
     unit = text[match.end() :].strip()
     if re.match(r",\d", unit):
-        meant, is_thousand = text.replace(",", "."), re.match(r",\d{3}(?!\d)", unit) is not None
+        suggestion, is_thousand = text.replace(",", "."), re.match(r",\d{3}(?!\d)", unit) is not None
         message = f"{_shortened(value)} has a decimal comma"
-        raise UnitError(message, "number", "write a point before decimals", (meant,), not is_thousand)
+        raise UnitError(message, "number", "write a point before decimals", (suggestion,), not is_thousand)
     return Decimal(match.group()), unit
 
 

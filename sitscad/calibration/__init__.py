@@ -63,34 +63,35 @@ def calibrate(
     from sitscad.estimates.loads.working_range import axes_felt
 
     has_moments = any(name in axes_felt(design.spec) for name in MOMENT)
-    asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
+    is_level = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
     no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
-    if asked and has_moments:
+    if is_level and has_moments:
         raise BenchError(no_moments)
     if data is None or design.spec.cells is not None:  # the response raises an error that requires a cell
-        return foretell(design.response, asked, points)
+        return foretell(design.response, is_level, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
         raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")
     sensors = sensors_of(design.response, level)
-    found = points_of(table, sensors)
-    require_possible(table, found, sensors)
-    require_plausible(table, found, sensors)
+    measured = points_of(table, sensors)
+    require_possible(table, measured, sensors)
+    require_plausible(table, measured, sensors)
     try:
-        made = calibrate_by(sensors, found)
+        calibration = calibrate_by(sensors, measured)
     except NoFit as error:
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
                          "sensor's spec?") from error
-    assert made.fit is not None
-    said, wrong = "", np.zeros(len(made.map.axes))
+    assert calibration.fit is not None
+    note, wrong = "", np.zeros(len(calibration.map.axes))
     # readings with the expected errors make no other rotation much likelier
-    if made.fit.excess > SUSPECT and not has_moments:
-        other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
+    if calibration.fit.excess > SUSPECT and not has_moments:
+        other = turned_fit(sensors, lambda: sensors_of(design.response, not level), measured, calibration.fit)
         if other is not None:
-            said, wrong = other.note, other.error(made.map)
-    require_told(table, found, sensors, made.fit, said)
-    turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
-    told = (said, disagreement(table, found, sensors, made.fit), noisy(table, found, sensors, made.fit))
-    stated = replace(made.map, error=np.hypot(made.map.error, wrong))
-    return replace(made, map=stated, remarks=(*filter(None, told), *remarks), turned=turned)
+            note, wrong = other.note, other.error(calibration.map)
+    require_told(table, measured, sensors, calibration.fit, note)
+    turned, remarks = turned_otherwise(calibration, calibration.fit.errors), second_readings(table, measured, sensors)
+    fit = calibration.fit
+    notes = (note, disagreement(table, measured, sensors, fit), noisy(table, measured, sensors, fit))
+    stated_map = replace(calibration.map, error=np.hypot(calibration.map.error, wrong))
+    return replace(calibration, map=stated_map, remarks=(*filter(None, notes), *remarks), turned=turned)

@@ -86,19 +86,18 @@ class BenchTable:
     values: Array
     rotation: tuple[int, str] = (0, "")
 
-    def is_held(self, asked: str | None, usual: str = USUAL_ROTATION) -> bool:
-        """Whether the target was kept level: by `asked`, else by the table's line, else by `usual`.
+    def is_held(self, rotation: str | None, usual: str = USUAL_ROTATION) -> bool:
+        """Whether the target was kept level: by `rotation`, else by the table's line, else by `usual`.
 
-        Raises BenchError if `asked` contradicts the table, or if the table's word is unknown.
+        Raises BenchError if `rotation` contradicts the table, or if the table's word is unknown.
         """
         line, word = self.rotation
         if word and word not in ROTATIONS:
             raise BenchError(f"{self.path}:{line}:1 rotation {word!r}: {' or '.join(ROTATIONS)} is read")
-        if word and asked and word != asked:
+        if word and rotation and word != rotation:
             raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[word]}, and the map "
-                             f"is asked for one {ROTATIONS[asked]}: `--rotation {word}`, or mend this line"
-                             )
-        return (asked or word or usual) == "held"
+                             f"is asked for one {ROTATIONS[rotation]}: `--rotation {word}`, or mend this line")
+        return (rotation or word or usual) == "held"
 
     def where(self, row: int, column: Column) -> str:
         """Return the place of a number, as path:line:column."""
@@ -194,15 +193,15 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
     return tuple(columns)
 
 
-def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
+def _require_all(where: str, columns: Sequence[Column], coils: Sequence[str]) -> None:
     """Raise BenchError for double or missing columns, or if the table has both loads and poses."""
-    names, titles = [column.name for column in found], [(column.name, column.kind) for column in found]
-    end = f"{where}:{max((column.number for column in found), default=1)}"
-    for column in found:
+    names, titles = [column.name for column in columns], [(column.name, column.kind) for column in columns]
+    end = f"{where}:{max((column.number for column in columns), default=1)}"
+    for column in columns:
         if titles.count((column.name, column.kind)) > 1:
             raise BenchError(f"{where}:{column.number} {column.name} has two columns")
     missing = [name for name in coils if name not in names]
-    if missing or (not used_kind(found) and any(column.kind == "counts" for column in found)):
+    if missing or (not used_kind(columns) and any(column.kind == "counts" for column in columns)):
         fault = f"no column for {', '.join(missing)}" if missing else "coils in several kinds of units"
         raise BenchError(f"{end} {fault}: one of a kind for every coil is wanted, like {coils[0]}_counts")
     kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}

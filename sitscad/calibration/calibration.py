@@ -94,8 +94,8 @@ class Calibration:
         if self.plan is None:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
             unit = f"this unit, calibrated with {points} points"
-            one = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
-            return (*one, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
+            deviation = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
+            return (*deviation, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
         errors = [ForceError("any unit, read without a tare", None, self.plan.untared),
                  ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
@@ -175,7 +175,7 @@ class Calibration:
     def document(self) -> dict[str, Any]:
         """Return the whole calibration as plain values for JSON."""
         full = self.map.full_scale
-        found: dict[str, Any] = {
+        values: dict[str, Any] = {
             "map": self.map.document(), "form": self.map.form, "is_calibrated": self.fit is not None,
             "rotation": self.sensors.rotation,
             **by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
@@ -187,15 +187,15 @@ class Calibration:
         }
         if self.plan is not None:
             is_force, count = [name in FORCES for name in self.map.axes], len(FORCES)
-            found["plan"] = {"loads_N": self.plan.loads[:, :count].tolist(),
-                             "expected_error_N": self.plan.errors[:, is_force].tolist()}
+            values["plan"] = {"loads_N": self.plan.loads[:, :count].tolist(),
+                              "expected_error_N": self.plan.errors[:, is_force].tolist()}
             if self.sensors.range.has_moments:
-                found["plan"] |= {"loads_Nm": self.plan.loads[:, count:].tolist(),
-                                  "expected_error_Nm": self.plan.errors[:, [not each for each in is_force]].tolist()}
+                values["plan"] |= {"loads_Nm": self.plan.loads[:, count:].tolist(),
+                                   "expected_error_Nm": self.plan.errors[:, [not each for each in is_force]].tolist()}
         if self.fit is not None and self.points is not None:
-            found["points"] = len(self.points)
-            found["errors_larger_than_expected"] = self.fit.excess
-        return found
+            values["points"] = len(self.points)
+            values["errors_larger_than_expected"] = self.fit.excess
+        return values
 
 
 @lru_cache(maxsize=4)
@@ -208,23 +208,23 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
-    drawn, planned = own_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
+    nominal, planned = own_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
     # The error after a tare alone comes from simulated units, not from first order; points cannot increase it. The
     # map's own error remains with any points, and is no smaller on units that differ from the drawing.
-    untold = np.maximum(error_on_others(sensors, drawn), drawn.error)
-    errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
-    drawn = replace(drawn, error=untold)
-    calibration = Calibration(sensors, drawn, replace(planned, errors=errors))
+    untold = np.maximum(error_on_others(sensors, nominal), nominal.error)
+    errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], nominal.error), untold)])
+    nominal = replace(nominal, error=untold)
+    calibration = Calibration(sensors, nominal, replace(planned, errors=errors))
     return replace(calibration, turned=turned_otherwise(calibration, np.zeros(len(sensors.known))))
 
 
-def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
+def turned_otherwise(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
     """Return readings of full shear (axis; N applied; N read) by a map that assumes the wrong rotation.
 
     The normal force is half of full scale. The map assumes a level target, and the target tilts, or the reverse. Empty
     if the pad fails under that load, or if the map has moments, which need a free target.
     """
-    sensors = found.sensors
+    sensors = calibration.sensors
     if sensors.range.has_moments:
         return ()
     other, columns = Sensors(sensors.model, not sensors.is_held), [k for k in sensors.range.columns if k]
@@ -237,7 +237,7 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
     frequency = other.under(errors, loads, exact=True)
     if not np.all(np.isfinite(frequency)):
         return ()
-    read = found.map(frequency[1:], frequency[0])
+    read = calibration.map(frequency[1:], frequency[0])
     axes = sensors.range.columns
     return tuple((AXES[column], sensors.range.shear, float(read[row, axes.index(column)]))
                  for row, column in enumerate(columns))
@@ -253,8 +253,8 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
     if model.estimates.readout.conversion is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
-    drawn, corners = np.zeros(len(sensors.known)), sensors.range.corners
-    lost = corners[sensors.gives_way(drawn, corners)]
+    errors, corners = np.zeros(len(sensors.known)), sensors.range.corners
+    lost = corners[sensors.gives_way(errors, corners)]
     if len(lost):
         text = ", ".join(f"{name} {amount_text(force, name)}"
                          for name, force in zip(AXES, lost[0], strict=False) if force)
@@ -263,7 +263,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
             "reaches that load; a thinner or stiffer pad"
             + ("" if is_held or sensors.range.has_moments else ", or --rotation held")
         )
-    frequency = sensors.under(drawn, corners)
+    frequency = sensors.under(errors, corners)
     if not np.all(np.isfinite(frequency)):
         raise NoResponse("a tank of the design does not oscillate under the loads that are required")
     return sensors
@@ -275,8 +275,8 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
     sensors, fit = charted_fit(sensors, points)
     fitted = own_map(sensors, fit.errors)
     sigma, error = stated_error(sensors, fitted, fit)
-    stated = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
-    return Calibration(sensors, stated, None, points, fit, sigma=sigma)
+    stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
+    return Calibration(sensors, stated_map, None, points, fit, sigma=sigma)
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
@@ -288,8 +288,8 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     fit = fit_model(sensors, points, rounds=1)
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.known]
     for _ in range(CHARTS):
-        far = np.abs(fit.moved)[moving].max()
-        if far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
+        largest = np.abs(fit.moved)[moving].max()
+        if largest >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
             break
         # poses may lie beyond those under loads, by the whole scatter of manufacture
         nearer = sensors.about(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
@@ -306,7 +306,7 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     return sensors, fit
 
 
-def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
+def stated_error(sensors: Sensors, fitted: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
     """Return two errors of force (axes; N), rms over the working range: one sigma, and the limit for `SURE`.
 
     `SURE` is the fraction of sensors below the limit. Both are taken over all sensors that agree with the points. They
@@ -314,4 +314,4 @@ def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> tuple[Ar
     """
     errors = error_by_unknowns(sensors, fit)
     sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)
-    return np.asarray(np.hypot(sigma, found.error)), np.asarray(np.hypot(sure, found.error))
+    return np.asarray(np.hypot(sigma, fitted.error)), np.asarray(np.hypot(sure, fitted.error))

@@ -132,14 +132,14 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
         except RecursionError as error:
             raise ValueError("not a map from readings to forces: the JSON document is nested too deeply") from error
     try:
-        known = cast(Mapping[str, Any], document).get("map", document)
-        if "numerator" in known and "coefficients" not in known:
+        entries = cast(Mapping[str, Any], document).get("map", document)
+        if "numerator" in entries and "coefficients" not in entries:
             raise ValueError("a map of an earlier version, in a form that is no longer read: calibrate again with the "
                              "same table")
-        arrays: dict[str, Any] = {name: np.asarray(known[name], dtype=float) for name in ARRAYS}
-        arrays["powers"] = np.asarray(known["powers"], dtype=np.int64).reshape(-1, len(known["axes"]))
-        texts: dict[str, Any] = {name: str(known[name]) for name in ("sensor", "revision")}
-        texts |= {name: tuple(known[name]) for name in ("coils", "axes")}
+        arrays: dict[str, Any] = {name: np.asarray(entries[name], dtype=float) for name in ARRAYS}
+        arrays["powers"] = np.asarray(entries["powers"], dtype=np.int64).reshape(-1, len(entries["axes"]))
+        texts: dict[str, Any] = {name: str(entries[name]) for name in ("sensor", "revision")}
+        texts |= {name: tuple(entries[name]) for name in ("coils", "axes")}
         return InverseMap(**texts, **arrays)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error

@@ -85,10 +85,10 @@ def map_terms(axes: int, count: int) -> Exponents:
     return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
-def linear(seen: Array, forces: Array, noise: Array) -> Array:
+def linear(signals: Array, forces: Array, noise: Array) -> Array:
     """Return the linear map (axes, coils) from the coils' values (n, coils) with their noise to forces."""
-    square = seen.T @ seen + len(seen) * np.diag(noise**2)
-    return np.asarray(np.linalg.solve(square, seen.T @ forces).T)
+    square = signals.T @ signals + len(signals) * np.diag(noise**2)
+    return np.asarray(np.linalg.solve(square, signals.T @ forces).T)
 
 
 def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
@@ -97,10 +97,10 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     `rest` (coils; Hz) is the reading without load.
     """
     gains, spec, scope = gain(sensors), sensors.model.spec, sensors.range
-    seen = changes(learnt.readings, learnt.rest, gains)
-    mix = linear(seen, learnt.forces, 2.0 * sensors.noise * gains)
-    mixed = seen @ mix.T
-    powers = map_terms(len(mix), len(seen))
+    signals = changes(learnt.readings, learnt.rest, gains)
+    mix = linear(signals, learnt.forces, 2.0 * sensors.noise * gains)
+    mixed = signals @ mix.T
+    powers = map_terms(len(mix), len(signals))
     coefficients = np.linalg.lstsq(monomials(mixed, powers), learnt.forces, rcond=SMALLEST)[0]
     return InverseMap(
         sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
@@ -110,12 +110,12 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     )
 
 
-def error_on_others(sensors: Sensors, found: InverseMap) -> Array:
+def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return errors (axes; N), rms, of a map on manufactured sensors, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
     for errors in stratified(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
-        square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
+        square.append((fitted(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
     return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
 
 
@@ -128,16 +128,17 @@ def own_map(sensors: Sensors, errors: Array) -> InverseMap:
     surrogate that does not cover this sensor.
     """
     # the fitted loads include the edge of the range: the map must not end before the required load
-    learnt, asked = np.vstack([sensors.range.inside(LEARNT), sensors.range.rim]), sensors.range.inside(ASKED, LEARNT)
-    loads, count = np.vstack([learnt, asked]), len(learnt)
+    learnt = np.vstack([sensors.range.inside(LEARNT), sensors.range.rim])
+    corrected = sensors.range.inside(ASKED, LEARNT)
+    loads, count = np.vstack([learnt, corrected]), len(learnt)
     whole = samples(sensors, errors, loads)
     solved = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
-    right, left = _set_right(sensors, errors, loads, solved)
+    right, remainder = _set_right(sensors, errors, loads, solved)
     readings = whole.readings * right
     fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
     by_form = fitted(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
-    by_chart = fitted(solved[1:] * left, solved[0]) - fitted(readings[:SOLVED], whole.rest)
+    by_chart = fitted(solved[1:] * remainder, solved[0]) - fitted(readings[:SOLVED], whole.rest)
     return replace(fitted, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
 
 
@@ -158,12 +159,12 @@ def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> 
     second changes each solved reading so that it differs from the correction as if it had not been used for it. In
     least squares this difference is the residual over 1 - its leverage (Allen, Technometrics 16, 1974).
     """
-    tried = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
-    off = np.log(solved) - np.log(sensors.under(errors, tried))
+    solved_loads = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
+    off = np.log(solved) - np.log(sensors.under(errors, solved_loads))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)
-    known, asked = (monomials(part[:, columns] / scale, powers) for part in (tried[1:], loads))
-    coefficients = np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]
-    leverage = np.sum(np.linalg.qr(known)[0] ** 2, axis=1)[:, None]
-    more = (off[1:] - off[0] - known @ coefficients) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
-    return np.exp(asked @ coefficients), np.exp(more)
+    solved_terms, target_terms = (monomials(part[:, columns] / scale, powers) for part in (solved_loads[1:], loads))
+    coefficients = np.linalg.lstsq(solved_terms, off[1:] - off[0], rcond=None)[0]
+    leverage = np.sum(np.linalg.qr(solved_terms)[0] ** 2, axis=1)[:, None]
+    more = (off[1:] - off[0] - solved_terms @ coefficients) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
+    return np.exp(target_terms @ coefficients), np.exp(more)

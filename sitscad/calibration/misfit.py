@@ -72,11 +72,11 @@ def cause(name: str) -> str:
 def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
     """Yield a note on each unknown that is `UNUSUAL`, the largest first."""
     for k in np.argsort(-np.abs(fit.moved), kind="stable"):
-        one, far = sensors.known[k], float(fit.moved[k])
-        if abs(far) > UNUSUAL:
-            amount = f"{fit.errors[k]:.3g} {'relative' if one.unit == '1' else one.unit}"
-            yield (f"unusual: {one.name} is {far:+.1f} sigma of manufacture off ({amount}): {cause(one.name)}? The "
-                   "forces are right for the loads of the table only if those are right")
+        unknown, deviation = sensors.known[k], float(fit.moved[k])
+        if abs(deviation) > UNUSUAL:
+            amount = f"{fit.errors[k]:.3g} {'relative' if unknown.unit == '1' else unknown.unit}"
+            yield (f"unusual: {unknown.name} is {deviation:+.1f} sigma of manufacture off ({amount}): "
+                   f"{cause(unknown.name)}? The forces are right for the loads of the table only if those are right")
 
 
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
@@ -150,14 +150,14 @@ class Turned:
                 f"as the model knows (there they are {self.fit.excess:.1f} times as far off as is expected): was it "
                 f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
 
-    def error(self, made: InverseMap) -> Array:
+    def error(self, fitted: InverseMap) -> Array:
         """Return the error (axes; N), rms, of a map on this sensor. 0 if it is not clearly likelier."""
         if self.likelier < LIKELIER:
-            return np.zeros(len(made.axes))
+            return np.zeros(len(fitted.axes))
         loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
         frequency = self.sensors.under(self.fit.errors, loads)
         borne = np.all(np.isfinite(frequency), axis=1)
-        off = made(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]
+        off = fitted(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]
         return np.asarray(np.sqrt(np.mean(off**2, axis=0)))
 
 

@@ -84,36 +84,36 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
     A fit ends without convergence if it comes to values without finite derivatives.
     """
     values, damping, settled = np.array(start, dtype=float), 1e-4, False
-    left = residuals(values)
-    if not np.all(np.isfinite(left)):
+    remainder = residuals(values)
+    if not np.all(np.isfinite(remainder)):
         raise NoFit("a fit cannot begin where its residuals are not finite")
-    slope = _slopes(residuals, values, left)
+    slope = _slopes(residuals, values, remainder)
     if not np.all(np.isfinite(slope)):
         raise NoFit("a fit cannot begin where its residuals have no slopes")
     for _ in range(MOST_STEPS):
         normal = slope.T @ slope + np.eye(values.size)
-        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope.T @ left + values)
-        tried = residuals(values + step)
-        before = left @ left + values @ values
-        after = tried @ tried + (values + step) @ (values + step) if np.all(np.isfinite(tried)) else np.inf
+        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope.T @ remainder + values)
+        trial = residuals(values + step)
+        before = remainder @ remainder + values @ values
+        after = trial @ trial + (values + step) @ (values + step) if np.all(np.isfinite(trial)) else np.inf
         # small because the minimum is near, and not because residuals beyond are not finite
-        newton = np.linalg.solve(normal, slope.T @ left + values) if np.abs(step).max() < ENOUGH else np.inf
+        newton = np.linalg.solve(normal, slope.T @ remainder + values) if np.abs(step).max() < ENOUGH else np.inf
         settled = bool(np.abs(newton).max() < SHORT)
         is_better = bool(np.isfinite(after) and after <= before)
         damping = max(0.1 * damping, 1e-12) if is_better else 10.0 * damping
         if is_better:
-            values, left = values + step, tried
+            values, remainder = values + step, trial
         if settled:
             break
         if is_better and np.abs(step).max() > SHORT:
-            here = _slopes(residuals, values, left)
+            here = _slopes(residuals, values, remainder)
             if not np.all(np.isfinite(here)):
                 break  # between edges: keep the last derivatives, and the fit has not converged
             slope = here
     covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
     if not np.all(np.isfinite(covariance)):
         raise NoFit("a fit ended where nothing is known of its values")
-    return Fitted(values, covariance, left, slope, settled)
+    return Fitted(values, covariance, remainder, slope, settled)
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
@@ -199,20 +199,20 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
     fitted = [each.is_fitted for each in sensors.known]
     values = np.zeros(sum(fitted)) if start is None else start.moved[fitted]
     scatter = COARSE if start is None else start.scatter
-    given = aim = np.log(points.frequency)
+    measured = aim = np.log(points.frequency)
     for number in range(ROUNDS):
         problem = _problem(sensors, points, aim, values, scatter)
-        found = levenberg_marquardt(problem.residuals, values)
-        likely = _likely(problem, found)
-        near = np.abs(found.values - values).max() < NEAR and abs(math.log(likely.scatter / scatter)) < SAME
-        values, scatter = found.values, likely.scatter
+        fit = levenberg_marquardt(problem.residuals, values)
+        likely = _likely(problem, fit)
+        near = np.abs(fit.values - values).max() < NEAR and abs(math.log(likely.scatter / scatter)) < SAME
+        values, scatter = fit.values, likely.scatter
         if near and number:
             break
         if rounds > 1:
             errors = problem.errors(values)
             off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
-            aim = given + np.where(np.isfinite(off), off, 0.0)
-    return _told(problem, found, likely)
+            aim = measured + np.where(np.isfinite(off), off, 0.0)
+    return _told(problem, fit, likely)
 
 
 @record(eq=False)
@@ -279,36 +279,36 @@ class _Likely:
     odd: Array
 
 
-def _likely(problem: _Problem, found: Fitted) -> _Likely:
+def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
     """Return sensors and scatter that agree with the readings, to first order about a fit.
 
     Unknowns that are not fitted are included. The likelihood of a scatter is integrated over all unknowns, and sensors
     are drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
     """
     used = np.zeros(len(problem.sigma))
-    used[problem.chosen] = found.values
-    slopes = _all_slopes(problem, found, used * problem.sigma)
+    used[problem.chosen] = fitted.values
+    slopes = _all_slopes(problem, fitted, used * problem.sigma)
     off = problem.off(used * problem.sigma) - slopes @ used  # linear extrapolation to a sensor without errors
     costs, centres, roots, odd = [], [], [], []
     for scatter in SCATTERS:
         covariance = problem.expected + scatter**2 * problem.more
         white = whiteners(covariance)
-        left, slope = (white @ off[..., None]).ravel(), (white @ slopes).reshape(off.size, -1)
+        remainder, slope = (white @ off[..., None]).ravel(), (white @ slopes).reshape(off.size, -1)
         normal = np.eye(len(used)) + slope.T @ slope
         inverse = np.asarray(np.linalg.inv(normal), dtype=float)
-        centre = -inverse @ slope.T @ left
+        centre = -inverse @ slope.T @ remainder
         centres.append(centre)
         roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))
         costs.append(float(np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(normal)[1]
-                           + left @ (left + slope @ centre)))
-        odd.append(_beside_others(white, slope.reshape(*off.shape, -1), inverse, left + slope @ centre))
+                           + remainder @ (remainder + slope @ centre)))
+        odd.append(_beside_others(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
     weights = _weights(np.array(costs))
     number = np.searchsorted(np.cumsum(weights), (np.arange(LIKELY) + 0.5) / LIKELY).clip(max=len(SCATTERS) - 1)
-    drawn = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
-    sensors = np.array(centres)[number] - used + np.einsum("nij,nj->ni", np.array(roots)[number], drawn)
+    normals = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
+    sensors = np.array(centres)[number] - used + np.einsum("nij,nj->ni", np.array(roots)[number], normals)
     alone, chance = (np.array(part) for part in zip(*odd, strict=True))
-    others = _weights(np.array(costs)[:, None] - alone)  # weights of scatters (scatters, n), from the other points
-    chances = np.clip(np.sum(others * chance, axis=0), 1e-300, 1.0 - 1e-12)
+    scatter_weights = _weights(np.array(costs)[:, None] - alone)  # (scatters, n), from the other points
+    chances = np.clip(np.sum(scatter_weights * chance, axis=0), 1e-300, 1.0 - 1e-12)
     return _Likely(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
                    -np.vectorize(NormalDist().inv_cdf)(chances))
 
@@ -319,7 +319,7 @@ def _weights(costs: Array) -> Array:
     return np.asarray(weights / weights.sum(axis=0))
 
 
-def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
+def _all_slopes(problem: _Problem, fitted: Fitted, errors: Array) -> Array:
     """Return derivatives of `off` by every unknown (n, coils, unknowns), including unknowns that are not fitted.
 
     Raises NoFit if they are not finite.
@@ -332,48 +332,48 @@ def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
         return problem.off(moved).ravel()
 
     none = np.zeros(int(np.sum(~chosen)))
-    slopes[..., chosen] = np.linalg.solve(problem.white, found.slopes.reshape(*problem.aim.shape, -1))
+    slopes[..., chosen] = np.linalg.solve(problem.white, fitted.slopes.reshape(*problem.aim.shape, -1))
     slopes[..., ~chosen] = _slopes(off, none, off(none), CONSIDERED).reshape(*problem.aim.shape, -1)
     if not np.all(np.isfinite(slopes)):
         raise NoFit("a fit ended where the pad bears no more")
     return slopes
 
 
-def _beside_others(white: Array, slope: Array, inverse: Array, left: Array) -> tuple[Array, Array]:
+def _beside_others(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
     """Return two values (n) for each point, given all other points.
 
     They are minus twice the logarithm of its likelihood, and the probability of a larger chi-square of its readings.
     Both are to first order, from the inverse of the readings' covariance.
     """
-    pulled = np.einsum("ndc,nd->nc", white, left.reshape(white.shape[:2]))
-    own = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
-    precision = np.swapaxes(white, 1, 2) @ own @ white
+    pulled = np.einsum("ndc,nd->nc", white, remainder.reshape(white.shape[:2]))
+    projection = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
+    precision = np.swapaxes(white, 1, 2) @ projection @ white
     square = np.einsum("nc,nc->n", pulled, np.linalg.solve(precision, pulled[..., None])[..., 0])
     return square - np.linalg.slogdet(precision)[1], chi_square_chance(square, white.shape[1])
 
 
-def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
+def _told(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
     """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
-    errors = problem.errors(found.values)
+    errors = problem.errors(fitted.values)
     expected = sensors.charted if points.loads is None else float(
         np.sqrt(np.mean(load_errors(sensors, points.loads[~points.at_rest]) ** 2)))
     excess = math.hypot(1.0, likely.scatter / expected)
     force = None
     if points.loads is not None:
         slopes = problem.white @ load_slopes(sensors, errors, points.loads)
-        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), left_out(found, count)) * sensors.range.full_scales
+        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), left_out(fitted, count)) * sensors.range.full_scales
         force[points.at_rest] = np.nan
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
-    moved[problem.chosen] = found.values
-    sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
+    moved[problem.chosen] = fitted.values
+    sure[problem.chosen] = np.sqrt(np.diag(fitted.covariance))
     return ModelFit(errors, moved, sure, likely.sensors, likely.scatter, excess, force, likely.odd,
-                    found.settled, likely.cost)
+                    fitted.settled, likely.cost)
 
 
-def left_out(found: Fitted, count: int) -> Array:
+def left_out(fitted: Fitted, count: int) -> Array:
     """Return residuals (count, each) of every point, predicted from the other points, to first order."""
-    residuals = found.residuals.reshape(count, -1)
-    slopes = found.slopes.reshape(count, residuals.shape[1], -1)
-    remainder = np.eye(residuals.shape[1]) - slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
+    residuals = fitted.residuals.reshape(count, -1)
+    slopes = fitted.slopes.reshape(count, residuals.shape[1], -1)
+    remainder = np.eye(residuals.shape[1]) - slopes @ fitted.covariance @ np.swapaxes(slopes, 1, 2)
     return np.asarray(np.linalg.solve(remainder, residuals[:, :, None])[:, :, 0])

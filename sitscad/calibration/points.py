@@ -140,8 +140,8 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
         slopes = load_slopes(sensors, errors, points.loads)
         scatter = slopes @ np.swapaxes(slopes, 1, 2) * ~points.at_rest[:, None, None]
         expected += scatter * np.square(load_errors(sensors, points.loads))[:, None, None]
-        aside = place_changes(sensors, errors, points.loads)
-        expected += aside @ np.swapaxes(aside, 1, 2)
+        shifts = place_changes(sensors, errors, points.loads)
+        expected += shifts @ np.swapaxes(shifts, 1, 2)
     return expected, scatter
 
 
@@ -235,15 +235,15 @@ def offered(sensors: Sensors, count: int) -> Array:
     """Return possible loads of a bench for the plan (n, 3 or 5; N, N m), at least `count`."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
-    ways = [np.zeros(len(axes))]
+    directions = [np.zeros(len(axes))]
     for share in SHEARS if axes else ():
         for number in range(DIRECTIONS):
             angle = 2.0 * math.pi * number / DIRECTIONS
             way = np.array([math.cos(angle), math.sin(angle)])
             if len(axes) == 2 or abs(way[0]) > 0.99:
-                ways.append(share * way[: len(axes)])
-    levels = LEVELS * math.ceil(count / (LEVELS * len(ways)))
-    loads = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in ways])
+                directions.append(share * way[: len(axes)])
+    levels = LEVELS * math.ceil(count / (LEVELS * len(directions)))
+    loads = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in directions])
     return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in loads])
 
 
@@ -270,12 +270,12 @@ def plan(sensors: Sensors, count: int) -> Plan:
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
     """Return the points in `start` with `count` more, each with the largest gain of information."""
     chosen = list(start)
-    known = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
+    information = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
     for _ in range(count):
         candidates = [k for k in (range(len(facts)) if among is None else among) if k not in chosen]
-        gains = np.linalg.slogdet(known + facts[candidates])[1]
+        gains = np.linalg.slogdet(information + facts[candidates])[1]
         chosen.append(candidates[int(np.argmax(gains))])
-        known = known + facts[chosen[-1]]
+        information = information + facts[chosen[-1]]
     return chosen
 
 
@@ -285,8 +285,8 @@ def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
     for _ in range(len(chosen)):
         before = list(chosen)
         for place in range(1, len(chosen)):
-            others = chosen[:place] + chosen[place + 1 :]
-            chosen[place] = _greedy(facts, others, 1)[-1]
+            remaining = chosen[:place] + chosen[place + 1 :]
+            chosen[place] = _greedy(facts, remaining, 1)[-1]
         if chosen == before:
             break
     return chosen
@@ -300,22 +300,22 @@ def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) ->
     of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2) is the
     effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
     """
-    tried = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
+    test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))
-    slopes = unknown_slopes(sensors, tried)
-    towards = np.linalg.pinv(load_slopes(sensors, none, tried[1:]))
+    slopes = unknown_slopes(sensors, test_loads)
+    towards = np.linalg.pinv(load_slopes(sensors, none, test_loads[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])
-    known, pull, errors = np.eye(facts.shape[1]), np.zeros((facts.shape[1], 2)), []
+    information, pull, errors = np.eye(facts.shape[1]), np.zeros((facts.shape[1], 2)), []
     shifted = np.zeros((len(sensors.range.full_scales), 2))
     for k in order:
-        known, pull = known + facts[k], pull + pulls[k]
-        covariance = np.linalg.inv(known)
+        information, pull = information + facts[k], pull + pulls[k]
+        covariance = np.linalg.inv(information)
         square = wrong @ covariance @ np.swapaxes(wrong, 1, 2)
         shifted = np.mean((wrong @ covariance @ pull) ** 2, axis=0)
         errors.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0) + shifted.sum(axis=1)))
-    bare = np.sum((towards @ unknown_slopes(sensors, tried[1:], of_all=True)) ** 2, axis=2)
+    untold = np.sum((towards @ unknown_slopes(sensors, test_loads[1:], of_all=True)) ** 2, axis=2)
     scale = sensors.range.full_scales
-    return np.array(errors) * scale, np.sqrt(np.mean(bare, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
+    return np.array(errors) * scale, np.sqrt(np.mean(untold, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
 
 
 def table_head(sensors: Sensors) -> list[str]:

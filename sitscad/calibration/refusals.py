@@ -89,32 +89,33 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
 
-def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
+def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, note: str = "") -> None:
     """Raise BenchError if no sensor of the design reads as the table states.
 
     Reasons are: loads and readings disagree, a row contradicts all others, or an unknown is far beyond manufacture. Too
-    much noise, and a load under which the pad fails sideways, are refused, too. `said` is a further remark at the end
+    much noise, and a load under which the pad fails sideways, are refused, too. `note` is a further remark at the end
     of the message.
     """
     k = int(np.argmax(np.abs(fit.moved)))
-    of_shear = [n for n, one in enumerate(sensors.known) if one.name in SHEAR_ERRORS]
+    of_shear = [n for n, unknown in enumerate(sensors.known) if unknown.name in SHEAR_ERRORS]
     together = float(np.linalg.norm(fit.moved[of_shear]))
     if together > abs(fit.moved[k]):
         k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
-    one, far = sensors.known[k], float(fit.moved[k])
+    unknown, sigmas = sensors.known[k], float(fit.moved[k])
     where, off, odd, share = worst_row(table, points, sensors, fit)
     most = UNSETTLED if not fit.settled else WORST_OF_POSES if points.loads is None else WORST
     farthest = SURELY if fit.excess < SUSPECT else HARDLY
-    if fit.excess > most or (odd > CONTRADICTED and share > OUT_OF_LINE) or max(abs(far), together) > farthest:
-        why, also = [], "" if together <= abs(far) else f", with others of the pad's shear {together:.1f} sigma"
-        if max(abs(far), together) > farthest:
-            amount = f"{far * one.sigma:.3g} {'relative' if one.unit == '1' else one.unit}"
-            why.append(f"{one.name} would be {far:+.1f} sigma of manufacture off ({amount}{also}): {cause(one.name)}?")
+    if fit.excess > most or (odd > CONTRADICTED and share > OUT_OF_LINE) or max(abs(sigmas), together) > farthest:
+        why, also = [], "" if together <= abs(sigmas) else f", with others of the pad's shear {together:.1f} sigma"
+        if max(abs(sigmas), together) > farthest:
+            amount = f"{sigmas * unknown.sigma:.3g} {'relative' if unknown.unit == '1' else unknown.unit}"
+            why.append(f"{unknown.name} would be {sigmas:+.1f} sigma of manufacture off ({amount}{also}): "
+                       f"{cause(unknown.name)}?")
         if fit.excess > SUSPECT or odd > CONTRADICTED:
             best = "" if fit.settled else ", without a best fit"
             why.append(f"loads and readings disagree by {fit.excess:.1f} times what is expected{best}, this row most: "
                        f"{off}: a typing error, another load, order or unit, rows of several runs?")
-        why += ["Or is it another sensor's spec?", f"{said[:1].upper()}{said[1:]}"]
+        why += ["Or is it another sensor's spec?", f"{note[:1].upper()}{note[1:]}"]
         raise BenchError(" ".join([f"{where} no sensor of this design reads so:", *filter(None, why)]))
     noise = noise_share(points, sensors, fit)
     if noise > MOST_NOISE:
@@ -179,9 +180,9 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
             )
     # Frequencies must be within the scatter of coils and capacitors
     expected = foretold(sensors, np.zeros(len(sensors.known)), points)
-    spread = {each.name: each.sigma for each in sensors.known}
+    sigmas = {each.name: each.sigma for each in sensors.known}
     for k, coil in enumerate(sensors.coils):
-        most = SURELY * 0.5 * np.hypot(spread[f"capacitor.{coil}"], spread["inductance"])
+        most = SURELY * 0.5 * np.hypot(sigmas[f"capacitor.{coil}"], sigmas["inductance"])
         off = np.log(points.frequency[:, k] / expected[:, k])
         if np.abs(off).max() > most:
             worst, column = int(np.argmax(np.abs(off))), table.column(coil)
@@ -218,29 +219,31 @@ def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> Non
 
 def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
     settled = points.settled
-    seen = np.log(settled.frequency / settled.rest)
-    size = np.linalg.norm(seen)
-    as_given, others = None, []
+    measured = np.log(settled.frequency / settled.rest)
+    size = np.linalg.norm(measured)
+    as_given, alternatives = None, []
     expected: dict[bytes, list[Array]] = {}
-    for order, signs, said in _orders(sensors, points.loads is not None):
+    for order, signs, order_text in _orders(sensors, points.loads is not None):
         if signs.tobytes() not in expected:  # changes of ln f (n, coils) of the design with other moduli
             loads = None if points.loads is None else points.loads * signs
             poses = None if points.poses is None else points.poses * signs
             others_of = Points(loads, poses, points.frequency, points.at_rest)
-            errors = np.array([[modulus * (one.name == "modulus") for one in sensors.known] for modulus in MODULI])
-            told = [np.log(foretold(sensors, each, others_of)) for each in errors]
-            expected[signs.tobytes()] = [one - one[points.at_rest][:1] for one in told]
-        left = min(np.linalg.norm(one - seen[:, order]) for one in expected[signs.tobytes()]) / size
-        if not said:
-            as_given = left
+            is_modulus = np.array([unknown.name == "modulus" for unknown in sensors.known])
+            errors = np.array([modulus * is_modulus for modulus in MODULI])
+            expected_changes = [np.log(foretold(sensors, each, others_of)) for each in errors]
+            expected[signs.tobytes()] = [change - change[points.at_rest][:1] for change in expected_changes]
+        misfit = min(np.linalg.norm(change - measured[:, order]) for change in expected[signs.tobytes()]) / size
+        if not order_text:
+            as_given = misfit
         else:
-            others.append((left, said))
+            alternatives.append((misfit, order_text))
     assert as_given is not None
-    best = min(others, default=(np.inf, ""))
+    best = min(alternatives, default=(np.inf, ""))
     if as_given > UNLIKE and best[0] < BETTER * as_given:
-        alike = " or ".join(dict.fromkeys(said for left, said in others if left < ALIKE[0] * best[0] + ALIKE[1]))
+        most = ALIKE[0] * best[0] + ALIKE[1]
+        candidates = " or ".join(dict.fromkeys(order_text for misfit, order_text in alternatives if misfit < most))
         first = next(column for column in table.columns if column.is_coil)
-        raise BenchError(f"{table.path}:1:{first.number} {alike}: then the readings agree with the design to "
+        raise BenchError(f"{table.path}:1:{first.number} {candidates}: then the readings agree with the design to "
                          f"{100.0 * best[0]:.0f} %, as they stand they are {100.0 * as_given:.0f} % off")
 
 

@@ -112,14 +112,14 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     a soft and thin pad.
     """
     # poses with more lateral travel are moved back to `most`, with the rotations that go with it
-    aside, reached = np.hypot(reached[..., 0], reached[..., 1]), reached.copy()
-    reached[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(aside, most))[..., None]
+    shear, reached = np.hypot(reached[..., 0], reached[..., 1]), reached.copy()
+    reached[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(shear, most))[..., None]
     all_reached = reached.reshape(-1, 6)
     lean = np.array([_slope(all_reached[:, 1], all_reached[:, 3]), _slope(all_reached[:, 0], all_reached[:, 4])])
     alone = np.abs(upright(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
-    together, drawn = np.sqrt(np.sum(alone**2, axis=0)), upright(reached[0], lean)
+    together, upright_poses = np.sqrt(np.sum(alone**2, axis=0)), upright(reached[0], lean)
     together[:, 3:] = 0.0  # larger rotations hardly matter, and a wider surrogate is less accurate
-    plain = np.vstack([upright(all_reached, lean), drawn - together, drawn + together])
+    plain = np.vstack([upright(all_reached, lean), upright_poses - together, upright_poses + together])
     low, high = plain.min(axis=0), plain.max(axis=0)
     low[:2], high[:2] = np.maximum(low[:2], -most), np.minimum(high[:2], most)
     middle, half = 0.5 * (low + high), np.maximum(WIDER * 0.5 * (high - low), SMALLEST)
@@ -129,19 +129,20 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     checked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
     poses = np.vstack([upright(places, lean, 1.0), checked.reshape(-1, 6)])
     inductance, resistance = terminals(model, poses)
-    known = len(places)
-    taken = 1.0 - inductance[:known] / free
-    sign = np.sign(taken.sum(axis=0))
-    if np.any((-sign * taken).max(axis=0) > np.maximum(BOTH_WAYS * (sign * taken).max(axis=0), LEAST)):
+    count = len(places)
+    relative = 1.0 - inductance[:count] / free
+    sign = np.sign(relative.sum(axis=0))
+    if np.any((-sign * relative).max(axis=0) > np.maximum(BOTH_WAYS * (sign * relative).max(axis=0), LEAST)):
         raise NoResponse("the target adds inductance in some poses and takes it off in others, as magnetic metal does: "
                          "no map to newtons is made of what passes through nothing; copper or aluminium")
-    change = np.log(np.maximum(sign * taken, LEAST))
-    through = least_squares(places, np.hstack([change, resistance[:known]]), orders, middle - half, middle + half,
+    change = np.log(np.maximum(sign * relative, LEAST))
+    through = least_squares(places, np.hstack([change, resistance[:count]]), orders, middle - half, middle + half,
                             chebyshev)
-    found = Chart(lean, through, free, sign, 0.0)
-    told, true = (part.reshape(*checked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
+    fitted = Chart(lean, through, free, sign, 0.0)
+    predicted, true = (part.reshape(*checked.shape[:2], -1) for part in (fitted(poses[count:])[0], inductance[count:]))
     moves = true[:, 1:] - true[:, :1]
-    return replace(found, error=float(np.sqrt(np.mean((told[:, 1:] - told[:, :1] - moves) ** 2) / np.mean(moves**2))))
+    off = predicted[:, 1:] - predicted[:, :1] - moves
+    return replace(fitted, error=float(np.sqrt(np.mean(off**2) / np.mean(moves**2))))
 
 
 def _slope(travel: Array, turn: Array) -> float:
@@ -221,10 +222,10 @@ class Sensors:
     @cached_property
     def chart(self) -> Chart:
         """Surrogate over all poses of simulated sensors in the working range."""
-        drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
+        errors_drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
-        reached = np.stack([self.poses(errors, loads) for errors in drawn])
+        reached = np.stack([self.poses(errors, loads) for errors in errors_drawn])
         most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))
         return chart(self.model, self.alone[0], reached, self._moved(loads), most)
 
@@ -256,10 +257,10 @@ class Sensors:
 
     def _moved(self, loads: Array) -> Array:
         """Return the changes of pose under (n, 3) loads by each unknown's widest error: (ways, unknowns, n, 6)."""
-        drawn = self.poses(self._middle, loads)
+        nominal = self.poses(self._middle, loads)
         alone = WIDEST * np.diag(self.wide * [each.sigma for each in self.known])
         return np.array(
-            [[self.poses(self._middle + errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)]
+            [[self.poses(self._middle + errors, loads) - nominal for errors in way * alone] for way in (-1.0, 1.0)]
         )
 
     def poses(self, errors: Array, loads: Array) -> Array:
@@ -319,8 +320,8 @@ class Sensors:
         delay = self.model.tank.converter.limit("drive_delay")
         more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
         network = self.model.network
-        own = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
-        return oscillate_alike(own, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
+        unit = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
+        return oscillate_alike(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
         """Return frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""

@@ -80,18 +80,18 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
-    known, (x, y) = sigmas(spec), target.size
+    sigma_of, (x, y) = sigmas(spec), target.size
     inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual("coil_inductance"))
     by_metal, of_signal = behind_scatter(estimates.coils)
     listed = [
-        Unknown("gap", "m", known[PAD]),
-        Unknown("glue", "m", known[GLUE]),
-        Unknown("offset_x", "m", known[OFFSET_X]),
-        Unknown("offset_y", "m", known[OFFSET_Y]),
-        Unknown("tilt_x", "rad", math.hypot(known[TILT_X], known[PAD] / y)),
-        Unknown("tilt_y", "rad", math.hypot(known[TILT_Y], known[PAD] / x)),
-        Unknown("twist", "rad", known[YAW]),
-        Unknown("modulus", "1", known[MODULUS]),
+        Unknown("gap", "m", sigma_of[PAD]),
+        Unknown("glue", "m", sigma_of[GLUE]),
+        Unknown("offset_x", "m", sigma_of[OFFSET_X]),
+        Unknown("offset_y", "m", sigma_of[OFFSET_Y]),
+        Unknown("tilt_x", "rad", math.hypot(sigma_of[TILT_X], sigma_of[PAD] / y)),
+        Unknown("tilt_y", "rad", math.hypot(sigma_of[TILT_Y], sigma_of[PAD] / x)),
+        Unknown("twist", "rad", sigma_of[YAW]),
+        Unknown("modulus", "1", sigma_of[MODULUS]),
         Unknown("shear_modulus", "1", law),
         Unknown("pad_curve", "1", usual("pad_curve")),
         Unknown("softening", "1", law),
@@ -99,10 +99,10 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("exponent", "1", usual("exponent"), False),
         Unknown("inductance", "1", math.hypot(inductance, by_metal)),
         Unknown("target_change", "1", math.hypot(CHANGE_SIGMA, of_signal)),
-        Unknown("clock", "1", known[CLOCK], False),
+        Unknown("clock", "1", sigma_of[CLOCK], False),
     ]
     for coil in estimates.coils:
-        listed.append(Unknown(f"capacitor.{coil.name}", "1", known[CAPACITOR]))
+        listed.append(Unknown(f"capacitor.{coil.name}", "1", sigma_of[CAPACITOR]))
         listed.append(Unknown(f"inductance.{coil.name}", "1", usual("coil_inductance")))
     return tuple(each for each in listed if each.sigma > 0.0)
 
@@ -114,20 +114,20 @@ SURELY = 6.0
 """Standard deviations of manufacture beyond which unknowns and readings are refused as not of the design."""
 
 
-def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
+def units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Return errors (count, unknowns; m, rad, relative) of simulated sensors by a seed.
 
     They are normal, as in a fit, and limited to `WIDEST` standard deviations. Uniform distributions with the same
     standard deviation, as in studies, end at 1.7.
     """
     generator = np.random.default_rng(seed)
-    drawn = generator.normal(size=(count, len(known)))
-    while np.any(beyond := np.abs(drawn) > WIDEST):
-        drawn[beyond] = generator.normal(size=int(beyond.sum()))
-    return np.asarray(drawn * np.array([each.sigma for each in known]))
+    normals = generator.normal(size=(count, len(unknown_list)))
+    while np.any(beyond := np.abs(normals) > WIDEST):
+        normals[beyond] = generator.normal(size=int(beyond.sum()))
+    return np.asarray(normals * np.array([each.sigma for each in unknown_list]))
 
 
-def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
+def stratified(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Return errors (count, unknowns; m, rad, relative) of manufactured sensors by a seed.
 
     Each unknown takes the middles of equally likely parts of a normal distribution (a Latin hypercube). They are not
@@ -135,11 +135,11 @@ def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """
     generator, normal = np.random.default_rng(seed), NormalDist()
     middles = np.array([normal.inv_cdf((k + 0.5) / count) for k in range(count)])
-    drawn = np.stack([generator.permutation(middles) for _ in known], axis=1)
-    return np.asarray(drawn * np.array([each.sigma for each in known]))
+    ranks = np.stack([generator.permutation(middles) for _ in unknown_list], axis=1)
+    return np.asarray(ranks * np.array([each.sigma for each in unknown_list]))
 
 
-def named(known: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
+def named(unknown_list: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
     """Return errors of one sensor by name. Errors that the design cannot have are 0."""
     by_name = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
-    return by_name | {each.name: float(error) for each, error in zip(known, errors, strict=True)}
+    return by_name | {each.name: float(error) for each, error in zip(unknown_list, errors, strict=True)}

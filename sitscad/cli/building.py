@@ -86,11 +86,11 @@ def build(
     return code
 
 
-def _made(compares: bool, asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+def _made(compares: bool, request: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     """Build one package, or compare it with the result of a build."""
     from sitscad.package.building import stale
 
-    spec, policy = asked
+    spec, policy = request
     if compares:
         return stale(spec, **how, policy=policy)
     if how["progress"] is _stage_told:

@@ -133,8 +133,8 @@ def check(
     warn_of_unknown_specs(options.baseline, checked)
     if page:
         _append_job_summary(page, inspected)
-    for path, drawn in zip(drawings, inspected, strict=False):
-        _draw(path, drawn)
+    for path, inspection in zip(drawings, inspected, strict=False):
+        _draw(path, inspection)
     code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
     return code or _told_milder(checked, weight, "--strict" if strict else f"--fail-on {fail_on}")
 
@@ -222,8 +222,8 @@ def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
 
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}
-    for drawn in (pictures, {}):
-        page = job_summary(checked, drawn).encode("utf-8")
+    for shown_pictures in (pictures, {}):
+        page = job_summary(checked, shown_pictures).encode("utf-8")
         if len(page) <= SUMMARY_LIMIT:
             break
     with open(path, "ab") as stream:

@@ -146,12 +146,13 @@ def design(
     try:
         loaded = sitscad.Study.load(study)
     except sitscad.SpecError as error:
-        said = unreadable(study, error, "none")  # no command applies fixes to a study
-        show_findings([replace(said, findings=tuple(replace(finding, fixes=()) for finding in said.findings))])
+        inspection = unreadable(study, error, "none")  # no command applies fixes to a study
+        findings = tuple(replace(finding, fixes=()) for finding in inspection.findings)
+        show_findings([replace(inspection, findings=findings)])
         return 2
     folder = output or os.path.join("outputs", loaded.name if loaded.name.endswith("study") else f"{loaded.name}-study")
     executor = None
-    told: list[StudyAnswer] = []
+    reported: list[StudyAnswer] = []
     if scheduler is not None:
         from sitscad.apps.study.evaluating import cluster
 
@@ -160,18 +161,18 @@ def design(
         except ValueError as error:
             raise click.BadParameter(str(error), param_hint="--scheduler") from error
 
-    def before_yields(said: StudyAnswer) -> None:
-        _write(said, folder)
-        told.append(said)
+    def before_yields(answer: StudyAnswer) -> None:
+        _write(answer, folder)
+        reported.append(answer)
         if format_name == "text":
-            print_result(found_text(said))
-        say(f"wrote {folder}; now the yield of {counted(len(said.kept), 'design')}, {DRAWS} units each (--no-yield "
+            print_result(found_text(answer))
+        say(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each (--no-yield "
             "leaves it out)")
 
     try:
         answer = loaded.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
                            draws=0 if no_yield else DRAWS, before_yields=before_yields,
-                           interrupted=lambda found: _write_so_far(loaded, found, folder))
+                           interrupted=lambda unfinished: _write_so_far(loaded, unfinished, folder))
     except KeyboardInterrupt:
         options = {"-o": output, "--scheduler": scheduler, "--jobs": jobs if scheduler is None else None,
                    "--format": format_name if format_name != "text" else None}
@@ -188,7 +189,7 @@ def design(
     if format_name == "json":
         print_result(answer_json(answer))
     else:
-        print_result(f"\n{yields_text(answer, folder, told[0])}" if told else answer_text(answer, folder))
+        print_result(f"\n{yields_text(answer, folder, reported[0])}" if reported else answer_text(answer, folder))
     return 0 if answer.is_met else 1
 
 
@@ -208,14 +209,14 @@ def _write(answer: StudyAnswer, folder: str) -> None:
             os.unlink(os.path.join(folder, "designs", name))  # kept by an earlier answer only
 
 
-def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
+def _write_so_far(loaded: sitscad.Study, unfinished: Found, folder: str) -> None:
     """Write the page of an interrupted search."""
     from sitscad.apps.study.page import page_so_far
     from sitscad.package.folder import write_file
 
-    path, of = os.path.join(folder, SO_FAR), min(found.asked.evaluations, found.asked.space.size)
-    write_file(path, page_so_far(asked, found, of).encode("utf-8"))
-    say(f"wrote {path}: {counted(len(found.screened), 'design')} that were looked at")
+    path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
+    write_file(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
+    say(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
 
 
 SO_FAR = "so-far.html"
@@ -232,19 +233,19 @@ def _study_progress() -> StudyProgress:
     """
     from sitscad.apps.study.sweeping import shown
 
-    on_terminal, spent, made = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
-    last = told = time.monotonic()
+    on_terminal, spent, finished = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
+    last = last_report = time.monotonic()
 
     def show(state: StudyState) -> None:
-        nonlocal last, told
+        nonlocal last, last_report
         now = time.monotonic()
-        if state.made < made[state.stage]:
+        if state.made < finished[state.stage]:
             spent[state.stage] = 0.0  # units of replacement designs are counted anew
         spent[state.stage] += now - last  # stages alternate
-        last, made[state.stage] = now, state.made
-        if not on_terminal and now - told < TOLD_EVERY:
+        last, finished[state.stage] = now, state.made
+        if not on_terminal and now - last_report < TOLD_EVERY:
             return
-        told, rate = now, state.made / max(spent[state.stage], 1e-3)
+        last_report, rate = now, state.made / max(spent[state.stage], 1e-3)
         best = "".join(f", best {name} {shown(name, value)}" for name, value in state.best.items())
         remaining = (state.of - state.done) / rate
         left_in_words = f"{remaining:.0f} s" if remaining < 100.0 else f"{remaining / 60.0:.0f} min"

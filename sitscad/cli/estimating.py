@@ -32,7 +32,7 @@ from sitscad.cli.terminal import (
 
 
 def taken_points(
-    design: sitscad.Design, found: sitscad.Calibration, source: str, table: str, creep: float | None
+    design: sitscad.Design, calibration: sitscad.Calibration, source: str, table: str, creep: float | None
 ) -> bool:
     """Take the points of a plan and write each into a table. Return whether the table is complete.
 
@@ -53,7 +53,7 @@ def taken_points(
             raise NotTaken(f"{', '.join(wrong)} did not read back: the bus, or another part")
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         path.parent.mkdir(parents=True, exist_ok=True)
-        for text in Leading(board, origin, found, _asked, say).table(before):
+        for text in Leading(board, origin, calibration, _asked, say).table(before):
             write_file(path, text.encode("utf-8"))
     except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
         say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
@@ -63,9 +63,9 @@ def taken_points(
     return True
 
 
-def _asked(words: str) -> str:
+def _asked(prompt: str) -> str:
     """Prompt the user and return the typed line."""
-    click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
+    click.echo(f"{prompt}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
     # A blocking read loses a Ctrl-C just before it. On a terminal, wait with select first, then read
     is_typed = not (sys.stdin and sys.stdin.isatty() and os.name == "posix")
     while not is_typed:
@@ -147,11 +147,11 @@ def estimate(
     result = sitscad.check(loaded, layout, estimates if method is None else None, hints="none")
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
-    felt = PerformanceReport(design.performance, design.spec) if performance else None
+    report = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
     cells = design.cells.skin.table.document() if performance else None
-    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, cells, coils))
+    print_result(show(spec, estimates, checked, coloured(sys.stdout), report, cells, coils))
     missed = () if tolerance is None else missed_tolerance(estimates.coils, tolerance, method)
     for note in missed:
         say(note)
@@ -260,14 +260,14 @@ def response(
         readings = respond_to(design, motions, at, tolerance, progress, jacobian)
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
-    felt = PerformanceReport(design.performance, design.spec) if performance else None
+    report = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
     if output:
-        write_file(output, response_file(spec, readings, ending, felt))
+        write_file(output, response_file(spec, readings, ending, report))
         say(f"wrote {output}: {counted(len(readings), 'point')}")
     else:
-        print_result(show(spec, readings, coloured(sys.stdout), felt))
+        print_result(show(spec, readings, coloured(sys.stdout), report))
     result = sitscad.check(loaded, whole.layout, whole.estimates, hints="none")
     return exit_code_of(as_configured(loaded, result), spec)
 

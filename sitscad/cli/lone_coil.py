@@ -122,8 +122,8 @@ def coil(
     show = row_of(COIL_FORMATS, format_name, "--format")
     try:
         result = spiral({"shape": "circle", "layers": 1, **dimensions}, stackup, frequencies, temperature)
-        wanted = (svg, result.picture), (kicad_mod, result.footprint)
-        drawn = {path: draw() for path, draw in wanted if path is not None}
+        renderers = (svg, result.picture), (kicad_mod, result.footprint)
+        files = {path: draw() for path, draw in renderers if path is not None}
     except SpecError as error:
         for finding in error.findings:
             say(_with_options(finding.advised_message))
@@ -133,7 +133,7 @@ def coil(
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--kicad-mod") from error
     print_result(show(result, coloured(sys.stdout)))
-    _write(drawn)
+    _write(files)
     return 0
 
 

@@ -81,10 +81,10 @@ def read(
     keeps_scans = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
     try:
-        origin, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
+        origin, board_design = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         maps = _maps(calibration)
         forces = Forces([sitscad.map_of(path) for path in maps], tare)
-        board = origin.board(known)
+        board = origin.board(board_design)
         origin.paced = origin.paced or serve
         with live(board, forces, maps, port) if serve else nullcontext() as show:
             wrong = board.set_up()
@@ -158,8 +158,8 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
     from sitscad.estimates.circuits.bands import STATUS
     from sitscad.files.report.moving import live_page
 
-    known = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
-    showing = Showing(live_page(board.design.spec, board.design.estimates, known, served=True))
+    maps = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
+    showing = Showing(live_page(board.design.spec, board.design.estimates, maps, served=True))
     server, _ = served(showing, "127.0.0.1", port)
     last, newest = -math.inf, dict[int, tuple[int, int]]()
 

@@ -35,10 +35,10 @@ class Example(click.Command):
     Explanations in `words` stand before the exit codes, which are the last paragraph of its docstring.
     """
 
-    def __init__(self, name: str | None, *, example: str, words: str = "", **kwargs: Any) -> None:
+    def __init__(self, name: str | None, *, example: str, details: str = "", **kwargs: Any) -> None:
         text = kwargs["help"] or HELP_IS_GONE
         says, codes, last = inspect.cleandoc(text).rpartition("\n\nExit code")
-        whole_text = f"{says}\n\n{words.strip()}{codes}{last}" if words else text
+        whole_text = f"{says}\n\n{details.strip()}{codes}{last}" if details else text
         super().__init__(name, **{**kwargs, "help": whole_text, "epilog": f"\b\nExample:\n  {example}"})
 
 
@@ -121,11 +121,11 @@ def rules_for(pattern: str) -> list[Any]:
     from sitscad.checks.judging import all_rules
     from sitscad.checks.policy import stands_for
 
-    known = all_rules()
-    matching = [rule for rule in known if stands_for(pattern, rule.id, rule.name)]
+    rules = all_rules()
+    matching = [rule for rule in rules if stands_for(pattern, rule.id, rule.name)]
     if not matching:
-        meant = _meant(pattern, (r.name for r in known))
-        raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
+        suggestion = _meant(pattern, (r.name for r in rules))
+        raise click.UsageError(f"There is no rule {pattern!r}.{suggestion} `sitscad rules` lists them all.")
     return matching
 
 
@@ -136,11 +136,11 @@ def row_of(table: Any, name: str, option: str) -> Any:
     return table[name]
 
 
-def _meant(name: str, known: Iterable[str]) -> str:
+def _meant(name: str, names: Iterable[str]) -> str:
     """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
     import difflib
 
-    near = difflib.get_close_matches(name.lower(), list(known), n=1)
+    near = difflib.get_close_matches(name.lower(), list(names), n=1)
     return f" Did you mean {near[0]}?" if near else ""
 
 
@@ -178,17 +178,17 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
 
     def tell() -> None:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
-            words = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
+            line = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
                 import shutil
 
                 width = max(shutil.get_terminal_size().columns - 3, 20)
-                click.echo(f"\r\033[K  {printable(words)[:width]}", err=True, nl=False)
+                click.echo(f"\r\033[K  {printable(line)[:width]}", err=True, nl=False)
             else:
-                say(words)
+                say(line)
 
-    def step(words: str) -> None:
-        steps[0] = words
+    def step(line: str) -> None:
+        steps[0] = line
 
     thread = threading.Thread(target=tell, daemon=True)
     if is_long:
@@ -213,7 +213,7 @@ def coloured(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
+def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions:
     """Return the layout of findings on a stream: colours and line width.
 
     Lines are wrapped at the terminal's width, or at the number of columns in COLUMNS. In a pipe they are not wrapped,
@@ -226,7 +226,7 @@ def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
         import shutil  # loads archive modules
 
         width = shutil.get_terminal_size().columns
-    return OutputOptions(coloured(stream), named=named, width=width, **asked)
+    return OutputOptions(coloured(stream), named=named, width=width, **options)
 
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:

@@ -244,13 +244,13 @@ def _leftovers_of(name: str) -> re.Pattern[str]:
     return re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(path: Path, other: Path) -> bool:
     """Swap two folders in one step of the file system (Linux renameat2). False if that is not possible."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError, TypeError):
         return False
-    return rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0
+    return rename(_AT_FDCWD, os.fsencode(path), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0
 
 
 def _sync_folder(folder: Path) -> None:
@@ -288,8 +288,8 @@ class BuildRequest:
         files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
-        known = known_of(self.baseline, source.path, self.spec.name)
-        inputs = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), known)
+        baseline = known_of(self.baseline, source.path, self.spec.name)
+        inputs = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), baseline)
         return made_from(without_text(self.spec), *inputs, versions, *marks())
 
 
@@ -346,45 +346,45 @@ def build(
     A script that sets `jobs` to two or more has to guard its main part (``if __name__ == "__main__"``), as for
     `multiprocessing`.
     """
-    asked, design = _request(spec, out, only, force, policy, baseline)
-    left_out = {} if only is not None else unplotted(asked.spec)
-    asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out), strict=strict)
-    result = _build(asked, design or asked.spec, progress or (lambda *_: None), jobs)
+    request, design = _request(spec, out, only, force, policy, baseline)
+    left_out = {} if only is not None else unplotted(request.spec)
+    request = dataclasses.replace(request, wanted=request.wanted - set(left_out), strict=strict)
+    result = _build(request, design or request.spec, progress or (lambda *_: None), jobs)
     if not left_out or not result.written:
         return result
     return dataclasses.replace(result, left_out={**result.left_out, **left_out})
 
 
-def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
-    directory = asked.directory
+def _build(request: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
+    directory = request.directory
     before = _require_ours(directory)
-    key = asked.made_from(before)
-    if (same := _unchanged(asked, before, key)) is not None:
-        return BuildResult(directory, same.checked, written=False) if asked.stops(same.checked) else same
+    key = request.made_from(before)
+    if (same := _unchanged(request, before, key)) is not None:
+        return BuildResult(directory, same.checked, written=False) if request.stops(same.checked) else same
     from sitscad.package import stages  # loaded only if files have to be made
 
     with known_solutions(directory.name):
-        contents = stages.contents_of(spec, asked.policy, asked.baseline, asked.wanted)
-        return _made_anew(asked, contents, report, jobs, key)
+        contents = stages.contents_of(spec, request.policy, request.baseline, request.wanted)
+        return _made_anew(request, contents, report, jobs, key)
 
 
-def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
+def _made_anew(request: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
     from sitscad.package import stages
 
-    directory = asked.directory
+    directory = request.directory
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
-    stops = asked.stops(contents.checked)
+    stops = request.stops(contents.checked)
     report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
     if stops:
         return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
-        built = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
+        built = stages.make_all(contents, directory, old, request.wanted, report, request.force, jobs)
         contents = built.contents
-        if asked.stops(contents.checked):  # findings on the solids
+        if request.stops(contents.checked):  # findings on the solids
             return BuildResult(directory, contents.checked, written=False)
-        manifest = stages.manifest_of(contents, built, old, key, asked.wanted)
+        manifest = stages.manifest_of(contents, built, old, key, request.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
             return BuildResult(directory, contents.checked, True, built.results)
@@ -392,7 +392,7 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         kept_aside = put_in_place(staged, directory)
     # Stages without a file because the target's response cannot be solved
     none = [stage.name for stage in built.results
-            if stage.outcome == "none" and stage.name in asked.wanted & {"datasheet", "calibration"}]
+            if stage.outcome == "none" and stage.name in request.wanted & {"datasheet", "calibration"}]
     reason = contents.design.sensing.no_performance if none and is_felt(contents.spec) else ""
     return BuildResult(directory, contents.checked, True, built.results, kept_aside,
                        left_out=dict.fromkeys(none, reason) if reason else {})
@@ -430,8 +430,9 @@ def stale(
     differing = _differing(request.directory, old, files)
     if lacking:
         names = ", ".join(f"{stage} ({counted(files, 'file')})" for stage, files in lacking.items())
-        known = ",".join(stage for stage in STAGES if stage in old.built_for)
-        differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
+        built_for = ",".join(stage for stage in STAGES if stage in old.built_for)
+        note = f"it was built without {names}: with --only {built_for} it is compared as it was built"
+        differing = [note, *differing]
     return BuildResult(request.directory, built.contents.checked, False, built.results, stale=tuple(differing))
 
 
@@ -484,32 +485,32 @@ def _request(
 ) -> tuple[BuildRequest, Design | None]:
     base, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
     directory = Path(out) / require_package_name(base.name)
-    wanted = frozenset(STAGES if only is None else only)
-    unknown = sorted(wanted - set(STAGES))
-    if unknown or not wanted:
+    stages = frozenset(STAGES if only is None else only)
+    unknown = sorted(stages - set(STAGES))
+    if unknown or not stages:
         raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
-    implied = {"assembly"} if "mount" in wanted else set()
-    return BuildRequest(base, directory, wanted | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
+    implied = {"assembly"} if "mount" in stages else set()
+    return BuildRequest(base, directory, stages | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
 
 
-def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
+def _unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
     """Return the result for a whole package that was made from the same inputs, with all wanted stages.
 
     None for others.
 
     None also for packages that were built in spite of errors or with silenced errors: they are checked anew.
     """
-    directory = asked.directory
+    directory = request.directory
     try:
         if has_leftovers(directory.parent, directory.name):
             return None  # leftovers of a killed build: the next build removes them
-        is_same = old.built_from == key and not old.forced and asked.wanted <= set(old.built_for)
+        is_same = old.built_from == key and not old.forced and request.wanted <= set(old.built_for)
         contents = intact(directory, old.files) if is_same else None
         if contents is None or FINDINGS not in contents or foreign_files(directory, old):
             return None
     except (PackageError, OSError):
         return None
-    source = asked.spec.source
+    source = request.spec.source
     checked = read_findings(contents[FINDINGS], source.path, source.text)
     if checked is None:
         return None
@@ -542,11 +543,12 @@ def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> li
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
     """Raise PackageError if two specs would be built into the same folder."""
-    seen: dict[str, str] = {}
+    paths: dict[str, str] = {}
     for spec in specs:
-        if spec.name in seen:
-            raise PackageError(f"{seen[spec.name]} and {spec.source.path} both have the name {spec.name!r}; rename one")
-        seen[spec.name] = spec.source.path
+        if spec.name in paths:
+            pair = f"{paths[spec.name]} and {spec.source.path}"
+            raise PackageError(f"{pair} have the same name {spec.name!r}. Rename one of them.")
+        paths[spec.name] = spec.source.path
 
 
 def _require_ours(directory: Path) -> Manifest:

@@ -190,34 +190,34 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
     remake the mount.
     """
     spec = dataclasses.replace(layout.spec, fpc=dataclasses.replace(layout.spec.fpc, tail=None, boards=None))
-    far = layout.body[2] + NEAR
-    near = tuple(point for point in layout.outline.flattened(1e-6) if point.x < far)
+    limit = layout.body[2] + NEAR
+    near = tuple(point for point in layout.outline.flattened(1e-6) if point.x < limit)
     plate = layout.stiffener
-    if plate is not None and bounding_box((plate.outline.outline,))[0] > far:
+    if plate is not None and bounding_box((plate.outline.outline,))[0] > limit:
         plate = None
     return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, layout.spec.fpc.tail_layers)
 
 
-def calibration_files(found: Calibration) -> dict[str, bytes]:
+def calibration_files(calibration: Calibration) -> dict[str, bytes]:
     """Return the files of a calibration by name.
 
     They are ``calibration.json``, ``calibration.h`` with the program ``example.c``, and ``calibration.html``. Before
     any measurement ``plan.csv`` and ``plan.txt`` are added, with ``plan.svg`` if loads stand beside the middle.
     """
-    remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
+    remarks = [*_state(calibration), *(f"{note[0].upper()}{note[1:]}." for note in calibration.notes)]
     files = {
-        "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
-        "calibration.h": header(found.map, found.sensors.conversion, remarks, found.cell),
-        "example.c": program(found.cell),
-        "calibration.html": calibration_page(found),
+        "calibration.json": to_json({"sitscad": __version__, **calibration.document()}).encode("ascii"),
+        "calibration.h": header(calibration.map, calibration.sensors.conversion, remarks, calibration.cell),
+        "example.c": program(calibration.cell),
+        "calibration.html": calibration_page(calibration),
     }
-    if found.plan is not None:
+    if calibration.plan is not None:
         files |= {
-            "plan.csv": plan_table(found, found.plan),
-            "plan.txt": plan_words(found, found.plan),
+            "plan.csv": plan_table(calibration, calibration.plan),
+            "plan.txt": plan_words(calibration, calibration.plan),
         }
-        if found.sensors.range.has_moments:
-            files["plan.svg"] = plan_card(found, found.plan)
+        if calibration.sensors.range.has_moments:
+            files["plan.svg"] = plan_card(calibration, calibration.plan)
     return files
 
 
@@ -254,7 +254,7 @@ Newtons on a computer, with every cell-N/calibration.json that is in the folder 
 
 
 @checked_arguments
-def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
+def write_calibration(calibration: Calibration, folder: str | Path) -> tuple[Path, ...]:
     """Write the files of a calibration into a folder and return their paths. Other files stay.
 
     Raises
@@ -267,15 +267,15 @@ def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PackageError(f"cannot make the folder {folder}: {error.strerror or error}") from error
-    files = calibration_files(found)
+    files = calibration_files(calibration)
     for name, content in files.items():
         write_file(place / name, content)
     return tuple(place / name for name in files)
 
 
-def _state(found: Calibration) -> list[str]:
+def _state(calibration: Calibration) -> list[str]:
     """Return a line that states whether the sensor was measured, and how it was loaded."""
-    tilts = ROTATIONS[found.sensors.rotation]
-    if found.points is None:
+    tilts = ROTATIONS[calibration.sensors.rotation]
+    if calibration.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
-    return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.map.form}."]
+    return [f"Calibrated by {len(calibration.points)} points, the target {tilts}; {calibration.map.form}."]

@@ -175,13 +175,13 @@ def profile_lines(path: Path) -> tuple[str, ...]:
     If the spec has another profile, the second line states whether the board can be made with the recommended profile.
     """
     spec = load(path)
-    found = [("fpc.rules is", spec.fpc.rules)]
+    uses = [("fpc.rules is", spec.fpc.rules)]
     if spec.fpc.rules.name != RECOMMENDED:
         refused = ", ".join(refusals(rewritten_spec(spec, [("fpc.rules", RECOMMENDED)])))
         head = f"this board cannot be made ({refused}) with" if refused else "this board can be made with"
-        found.append((f"{head} fpc.rules", installed_rules(RECOMMENDED)))
+        uses.append((f"{head} fpc.rules", installed_rules(RECOMMENDED)))
     return tuple(f"{head}: {rules.name}" + (f" ({rules.purpose})" if rules.holder("purpose") == rules.name else "")
-                 for head, rules in found)
+                 for head, rules in uses)
 
 
 def refusals(spec: SensorSpec) -> list[str]:
@@ -252,9 +252,9 @@ def write_schema(folder: str | Path) -> Path | None:
 def _find(name: str) -> str:
     """Return the template that a name means. Raises PackageError, with the nearest name, if there is none."""
     names = templates.names()
-    wanted = name.lower().removesuffix(".yaml").removesuffix(".yml").replace("-", "_")
-    if wanted in names:
-        return wanted
-    near = difflib.get_close_matches(wanted, names, n=1)
-    meant = f" Did you mean {near[0]}?" if near else ""
-    raise PackageError(f"There is no template {name!r}.{meant} There are: {', '.join(names)}.")
+    template = name.lower().removesuffix(".yaml").removesuffix(".yml").replace("-", "_")
+    if template in names:
+        return template
+    near = difflib.get_close_matches(template, names, n=1)
+    suggestion = f" Did you mean {near[0]}?" if near else ""
+    raise PackageError(f"There is no template {name!r}.{suggestion} There are: {', '.join(names)}.")

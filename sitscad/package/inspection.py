@@ -102,18 +102,18 @@ def _inspected(
     design = Design(spec)
     is_ignored = ignored_anyway(spec.source, all_rules(), policy, options.select, options.ignore)
     checked = _checked(spec, reviewed(design, hints, least, is_ignored))
-    wanted = chosen_rules(all_rules(), options.select, options.ignore)
-    left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
+    selected = chosen_rules(all_rules(), options.select, options.ignore)
+    left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
-    drawn, picture = fit_drawing(design, checked) if draws_fit else "", ""
+    drawing, picture = fit_drawing(design, checked) if draws_fit else "", ""
     if draws:  # the board in letters, with numbers at the places of findings
         from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
 
         numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
         marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
         picture = dot_picture(design.layout, marks)
-    return Inspection(checked, picture, drawn)
+    return Inspection(checked, picture, drawing)
 
 
 def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
@@ -241,10 +241,10 @@ def mend(
         return inspect_text(of, path, "none", options).checked
 
     result = mended_text(text, said, may, verdict, progress)
-    tried = [one.remedy for one in result.rolled_back if not one.remedy.brings]
-    findings = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried))
+    failed = [undone.remedy for undone in result.rolled_back if not undone.remedy.brings]
+    findings = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in failed))
                 for each in result.said.findings)
-    said_last = replace(result.said, findings=tuple(findings)) if tried else result.said
+    said_last = replace(result.said, findings=tuple(findings)) if failed else result.said
     return MendedSpec(path, text, result.text, Inspection(said_last), result.applied, result.rolled_back)
 
 
@@ -256,6 +256,6 @@ def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | N
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in all_rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    known = error.source.text if error.source is not None else ""
-    shown = text if text is not None else known if path == STDIN else beginning(path)
+    source_text = error.source.text if error.source is not None else ""
+    shown = text if text is not None else source_text if path == STDIN else beginning(path)
     return CheckedSpec(path, shown, mended(error, hints), not_checked, error.texts)

@@ -417,30 +417,30 @@ def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> 
             for name, content in files.items()}
 
 
-def agree(one: bytes, other: bytes) -> bool:
+def agree(first: bytes, second: bytes) -> bool:
     """Whether two files have equal text, and numbers that agree within their tolerances.
 
     A number may differ by `TOLERANCE`, in a list by `LIST_TOLERANCE` of the largest, a whole number by
     `WHOLE_TOLERANCE`. A figure may also differ by a unit of its last digit, if that unit is at most `LAST_DIGIT` of the
     figure.
     """
-    if one == other:
+    if first == second:
         return True
-    if one.startswith(b"%PDF"):
-        one, other = (_PLACES.sub(b"", content) for content in (one, other))
-    texts, others = (_NUMBER.split(content) for content in (one, other))
-    if one == other or texts != others:
+    if first.startswith(b"%PDF"):
+        first, second = (_PLACES.sub(b"", content) for content in (first, second))
+    texts, other_texts = (_NUMBER.split(content) for content in (first, second))
+    if first == second or texts != other_texts:
         return False
-    pairs = list(zip(_NUMBER.findall(one), _NUMBER.findall(other), strict=True))
+    pairs = list(zip(_NUMBER.findall(first), _NUMBER.findall(second), strict=True))
     return all(_near(a, b, scale) for (a, b), scale in zip(pairs, _scales(texts, pairs), strict=True) if a != b)
 
 
-def _near(one: bytes, other: bytes, scale: float) -> bool:
-    a, b = float(one), float(other)
+def _near(first: bytes, second: bytes, scale: float) -> bool:
+    a, b = float(first), float(second)
     size, apart = max(abs(a), abs(b)), abs(a - b)
-    if one.lstrip(b"+-").isdigit() and other.lstrip(b"+-").isdigit():
+    if first.lstrip(b"+-").isdigit() and second.lstrip(b"+-").isdigit():
         return apart <= WHOLE_TOLERANCE * size
-    unit = 1.001 * min(_unit(one), _unit(other))  # tolerance for rounding of decimal digits
+    unit = 1.001 * min(_unit(first), _unit(second))  # tolerance for rounding of decimal digits
     return apart <= max(TOLERANCE * size, LIST_TOLERANCE * scale, min(unit, LAST_DIGIT * size))
 
 

@@ -77,18 +77,18 @@ class Made:
 
 
 def contents_of(
-    spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None, wanted: frozenset[str] = frozenset(),
+    spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None, chosen: frozenset[str] = frozenset(),
 ) -> Contents:
     """Return a spec's design with the policy and the baseline for its findings.
 
     If solids are wanted, STEP files named by the spec are read first. A faulty STEP file is a finding.
     """
     design = spec if isinstance(spec, Design) else Design(spec)
-    measured = "" if wanted.isdisjoint(SOLID_STAGES) else unread_files(design.spec.mount, design.spec.source)
+    measured = "" if chosen.isdisjoint(SOLID_STAGES) else unread_files(design.spec.mount, design.spec.source)
     return Contents(design, policy, baseline, measured)
 
 
-def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, wanted: frozenset[str]) -> Manifest:
+def manifest_of(contents: Contents, product: Made, old: Manifest, built_from: str, chosen: frozenset[str]) -> Manifest:
     """Return the manifest of a package.
 
     Stages of the old manifest are included if that package was built from the same inputs.
@@ -97,20 +97,20 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
     # Inputs besides the spec: policy and baseline for its findings, and plugins
     judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
     source = contents.design.spec.source
-    known = known_of(contents.baseline, source.path, contents.spec.name)
-    beside = {"baseline": known, "plugins": dict(marks())}
+    baseline = known_of(contents.baseline, source.path, contents.spec.name)
+    beside = {"baseline": baseline, "plugins": dict(marks())}
     layout = contents.layout
     pins = {net: tuple(sorted(pad.pin for pad in layout.all_pads if pad.net == net)) for net in layout.nets}
     return Manifest(
         spec={"name": contents.spec.name, "file": contents.file_name, "sha256": source.sha256},
-        forced=contents.is_forced, nets=pins, files=made.entries,
+        forced=contents.is_forced, nets=pins, files=product.entries,
         configuration={**judged_by, **{key: value for key, value in beside.items() if value}}, built_from=built_from,
-        built_for=tuple(sorted({*wanted, *before})),
+        built_for=tuple(sorted({*chosen, *before})),
     )
 
 
 def make_all(
-    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False,
+    contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1, figures: Mapping[str, bytes] | None = None,
 ) -> Made:
     """Make the wanted stages, or keep their files from the old package. Keep valid files of other stages.
@@ -121,11 +121,11 @@ def make_all(
     and later files are made from it (`sitscad.package.manifest`).
     """
     rendered: dict[str, Rendered] = {}
-    built = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
+    built = _made(contents, directory, old, chosen, progress, jobs, figures or {}, rendered)
     if not force or built.contents.forced == contents.forced:
         return built
-    known = dataclasses.replace(contents, measured=built.contents.measured)
-    return _made(known, directory, old, wanted, lambda *_: None, 1, figures or {}, rendered)
+    measured_contents = dataclasses.replace(contents, measured=built.contents.measured)
+    return _made(measured_contents, directory, old, chosen, lambda *_: None, 1, figures or {}, rendered)
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
@@ -146,7 +146,7 @@ leaves its solids as they are.
 
 
 def _made(
-    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int,
+    contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, jobs: int,
     figures: Mapping[str, bytes], rendered: dict[str, Rendered],
 ) -> Made:
     # `rendered` holds the parts of the first pass by the hash of their inputs
@@ -154,54 +154,55 @@ def _made(
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
     by_value, begun = list[str](), {CHECK_STAGE}
-    second = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
+    second = _begun_aside(contents, directory, old, chosen) if jobs > 1 else None
     try:
         for stage, numbers in PARTS:
             began = time.perf_counter()
-            so_far = {name: content for each in ORDER for name, content in new[each].items()}
+            previous = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [message for each in ORDER for message in failures[each]]
-            there = _stages_there(wanted, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
+            there = _stages_there(chosen, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
             made_of = _made_of(contents, stage, numbers, entries, failed)
-            made = _kept(directory, old, stage, made_of)
-            if made is not None and stage in wanted and NOTES in made and not is_current(made[NOTES].decode(), there):
-                made = None  # the steps name other files as missing than those that are missing
-            if made is None and stage in wanted and stage not in begun:
+            part_files = _kept(directory, old, stage, made_of)
+            if part_files is not None and stage in chosen and NOTES in part_files:
+                # None if the steps name other files as missing than those that are missing
+                part_files = part_files if is_current(part_files[NOTES].decode(), there) else None
+            if part_files is None and stage in chosen and stage not in begun:
                 progress(stage, "start", 0.0)
                 begun.add(stage)
-            if made is not None:
+            if part_files is not None:
                 kept_parts.append((stage, numbers))
-            elif stage not in wanted:
-                made = {}
+            elif stage not in chosen:
+                part_files = {}
             elif stage == CHECK_STAGE:
-                made = _distinct(stage, so_far, _checked_files(contents, failed, so_far), theirs)
+                part_files = _distinct(stage, previous, _checked_files(contents, failed, previous), theirs)
             else:
                 if second is not None and (stage, numbers) in second.parts:
                     rendered[made_of] = second.next_of()
                 elif made_of not in rendered:
-                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], so_far, there)
+                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], previous, there)
                 part = rendered[made_of]
-                made = _distinct(stage, so_far, part.files, theirs)
+                part_files = _distinct(stage, previous, part.files, theirs)
                 failures[stage] += part.failures
                 theirs |= part.theirs
-            as_rendered, made = made, with_equal_figures(made, figures)
-            by_value += (name for name in made if made[name] != as_rendered[name])
-            if FIT in made:
-                contents = dataclasses.replace(contents, measured=made[FIT].decode("ascii"))
-            new[stage] |= made
-            entries |= {name: Entry(sha256(content), stage, made_of) for name, content in made.items()}
+            as_rendered, part_files = part_files, with_equal_figures(part_files, figures)
+            by_value += (name for name in part_files if part_files[name] != as_rendered[name])
+            if FIT in part_files:
+                contents = dataclasses.replace(contents, measured=part_files[FIT].decode("ascii"))
+            new[stage] |= part_files
+            entries |= {name: Entry(sha256(content), stage, made_of) for name, content in part_files.items()}
             spent[stage] += time.perf_counter() - began
             if stage not in (CHECK_STAGE, "assembly") or numbers:
-                progress(stage, _outcome(stage, new[stage], kept_parts, old, wanted), spent[stage])
+                progress(stage, _outcome(stage, new[stage], kept_parts, old, chosen), spent[stage])
     finally:
         if second is not None:
             second.process.terminate()
-    results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, wanted), len(new[stage]), spent[stage])
+    results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, chosen), len(new[stage]), spent[stage])
                for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
     return Made(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
 
 
-def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
+def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
     """Return the stages that the package has or is to have.
 
     The old report stays, even if it is not wanted, if all other files stay the same.
@@ -209,7 +210,7 @@ def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Man
     before = {name: entry for name, entry in old.files.items()
               if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
     is_kept = bool(old.of_stage(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
-    return wanted | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
+    return chosen | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
 
 
 def _made_of(
@@ -231,11 +232,11 @@ def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str,
 
 
 def _outcome(
-    stage: str, new: dict[str, bytes], kept: list[tuple[str, bool]], old: Manifest, wanted: frozenset[str]
+    stage: str, new: dict[str, bytes], kept_parts: list[tuple[str, bool]], old: Manifest, chosen: frozenset[str]
 ) -> str:
-    if new and all(part in kept for part in PARTS if part[0] == stage):
+    if new and all(part in kept_parts for part in PARTS if part[0] == stage):
         return "kept"
-    if stage in wanted:
+    if stage in chosen:
         return "made" if new else "none"
     return "dropped" if old.of_stage(stage) else "none"
 
@@ -275,15 +276,15 @@ class Aside:
         return part
 
 
-def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str]) -> Aside | None:
+def _begun_aside(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> Aside | None:
     """Start a process that makes the wanted solids. None if there are none, or if no other stage takes long.
 
     The process is a fresh one. A copy of this process would have the locks of threads that it does not have, and could
     wait for them forever. Plugins are not loaded in the new process, so with plugins this process makes the solids.
     """
-    solids = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
+    solids = [(stage, False) for stage in SOLID_STAGES if stage in chosen]
     parts = tuple(part for part in solids if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
-    if not parts or "datasheet" not in wanted or marks():
+    if not parts or "datasheet" not in chosen or marks():
         return None
     context = multiprocessing.get_context("spawn")
     received, sent = context.Pipe(duplex=False)
@@ -318,13 +319,13 @@ def _ingredients(
 ) -> tuple[object, ...]:
     """Return everything that a stage's files, or its writers of figures, depend on, except sitscad itself."""
     source = contents.design.spec.source
-    known = known_of(contents.baseline, source.path, contents.spec.name)
-    judged_by = (json.dumps(contents.policy.as_json()), known)
+    baseline = known_of(contents.baseline, source.path, contents.spec.name)
+    judged_by = (json.dumps(contents.policy.as_json()), baseline)
     text = (contents.spec, source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in source.kept.items()}
-        felt = entries[FELT].sha256 if FELT in entries else None
-        return (*text, read, failures, any(name.startswith("fpc/") for name in entries), felt)
+        sensing_sum = entries[FELT].sha256 if FELT in entries else None
+        return (*text, read, failures, any(name.startswith("fpc/") for name in entries), sensing_sum)
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     kernels = {package: version_of(package) for package in KERNELS} if stage in SOLID_STAGES else {}
@@ -387,15 +388,16 @@ def _written(
         if not writer.applies(contents.spec):
             continue
         try:
-            so_far = {"files": beside | new, "package": package}
-            made = writer.render(*(so_far[name] if name in so_far else contents.value(name) for name in writer.takes))
+            inputs = {"files": beside | new, "package": package}
+            values = (inputs[name] if name in inputs else contents.value(name) for name in writer.takes)
+            files = writer.render(*values)
         except ValueError as error:
             if not contents.is_forced:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
-        new |= _distinct(writer.maker, new, made, theirs)
-        theirs |= {name.lower(): writer.maker for name in made if writer.function is not None}
+        new |= _distinct(writer.maker, new, files, theirs)
+        theirs |= {name.lower(): writer.maker for name in files if writer.function is not None}
     return new
 
 
@@ -406,32 +408,32 @@ def _distinct(
 
     If a plugin took a name of sitscad's before, the plugin is refused. Raises PackageError.
     """
-    taken = {name.lower() for name in (*before, MANIFEST)}
+    names = {name.lower() for name in (*before, MANIFEST)}
     for name in new:
         if not FILE_NAME.fullmatch(name):
             raise PackageError(f"{maker} would write {name!r}, which is not a file name that a package may hold")
-        if name.lower() in taken:
+        if name.lower() in names:
             first = theirs.get(name.lower())
             whose = "which is there already" if first is None else f"which is a file of sitscad's ({maker})"
             raise PackageError(f"{first or maker} would write {name}, {whose}; nothing was changed")
     return new
 
 
-def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, bytes]) -> dict[str, bytes]:
+def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return findings and estimate as JSON, the spec's files, and the note of a forced package.
 
     If the package has Gerber files, the note also lies beside them.
     """
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
-    felt = {name: value for name, value in _felt(given).items() if name in ("performance", "cells")}
+    sensing = {name: value for name, value in _felt(earlier).items() if name in ("performance", "cells")}
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
-        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | felt).encode("ascii"),
+        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | sensing).encode("ascii"),
     }
     files |= _spec_files(contents)
     if not checked.is_orderable:
         note = contents.forced_note(failures).encode("utf-8")
-        beside_gerbers = any(name.startswith("fpc/") for name in given)
+        beside_gerbers = any(name.startswith("fpc/") for name in earlier)
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
 
@@ -480,17 +482,17 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
     from sitscad.files.report.page import render
     from sitscad.layout.tail_tracks import contact_rows
 
-    design, felt = contents.design, _felt(files)
-    drawn = _pictures(contents, files)
+    design, sensing = contents.design, _felt(files)
+    pictures = _pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
-        contents.checked, design.spec, contents.estimates, drawn, sizes, contact_rows(contents.layout), felt,
-        incoming(design).board, _moving(contents, files, felt), is_built,
+        contents.checked, design.spec, contents.estimates, pictures, sizes, contact_rows(contents.layout), sensing,
+        incoming(design).board, _moving(contents, files, sensing), is_built,
     )
     return page.encode("utf-8")
 
 
-def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the data of the page's interactive views, for those whose files the package has."""
     from sitscad.estimates.states.cells import live_cells
     from sitscad.files.report.moving import pushed_document, solids_document
@@ -500,9 +502,9 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
         views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
     design, has_cells = contents.design.bare, contents.spec.cells is not None
     text = files.get(f"calibration/{f'cell-{design.cells.weakest_number}/' if has_cells else ''}calibration.json")
-    known = None if text is None else json.loads(text)
+    calibration = None if text is None else json.loads(text)
     weakest = design.cells.weakest
-    if (pushed := pushed_document(weakest.layout, weakest.estimates, felt, known)) is not None:
+    if (pushed := pushed_document(weakest.layout, weakest.estimates, sensing, calibration)) is not None:
         cells = {"cells": live_cells(design.spec, design.estimates, design.cells.skin.crosstalk)} if has_cells else {}
         views["pushed"] = pushed | cells
     return views
@@ -541,7 +543,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
         "What does not fit: too much in red, limits in black.": FIT_PICTURE,
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
     }
-    drawn = {caption: files[name].decode("utf-8") for caption, name in wrong.items() if name in files} | {
+    pictures = {caption: files[name].decode("utf-8") for caption, name in wrong.items() if name in files} | {
         f"{body}, seen from the top, to scale; lower copper shows as narrow lines.": picture(
             layout, None, layout.body, marks, "body"
         ),
@@ -549,11 +551,11 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
         "The board's layers; heights to scale, lengths not.": svg(layers),
     }
     if (jaws := _jaws(contents)) is not None:
-        drawn["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
+        pictures["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
     if (over := plan_view.drawing(layout, contents.is_forced)) is not None:
-        drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
+        pictures["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name == "mount/assembly.svg")  # the jaw drawing is shown above
-    return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
+    return pictures | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
 
 
 def _jaws(contents: Contents) -> str | None:

@@ -289,9 +289,9 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
     archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
     archive = f"fpc/{manifest.spec['name']}-order.zip"
     text = f"is an order archive, but not of the sensor {manifest.spec['name']}"
-    others = tuple(f"{name} {text}" for name in archives if name != archive)
+    other_archives = tuple(f"{name} {text}" for name in archives if name != archive)
     if archive not in archives:
-        return others or None
+        return other_archives or None
     note = folder / "fpc" / FORCED_NOTE
     forced = note.read_text("utf-8", "replace").partition(NOT_WRITTEN)[0] if note.is_file() else ""
     ours = (name for name in manifest.files if name.startswith("fpc/") and name != archive)
@@ -303,7 +303,7 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
             texts = tuple(differences(content, files, manifest.spec["name"], forced, not has_plugins))
     except ExtractionError as error:
         texts = (str(error),)
-    return (*others, *(f"{archive}: {difference}" for difference in texts))
+    return (*other_archives, *(f"{archive}: {difference}" for difference in texts))
 
 
 _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
@@ -328,11 +328,11 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
         for contact in (each for each in net.contacts if not each.net.startswith(UNUSED)):
             joined.setdefault(contact.net, set()).add(contact.function or contact.pin)
     for name in sorted({*intended, *joined}):
-        wanted, there = set(intended.get(name, ())), joined.get(name, set())
-        if len(wanted) < 2:
+        intended_pads, there = set(intended.get(name, ())), joined.get(name, set())
+        if len(intended_pads) < 2:
             yield f"coil {name} does not lead from one contact to another: the layout found no way out for it"
-        if wanted != there:
-            yield f"net {name} joins {_names(there)} where the layout joins {_names(wanted)}"
+        if intended_pads != there:
+            yield f"net {name} joins {_names(there)} where the layout joins {_names(intended_pads)}"
 
 
 def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
@@ -376,26 +376,26 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
     # The hash includes CAD kernels if the package before had solids, so two hashes are possible
-    keys = [replace(request, wanted=wanted).made_from(Manifest()) for wanted in (request.wanted, frozenset(STAGES))]
+    keys = [replace(request, wanted=chosen).made_from(Manifest()) for chosen in (request.wanted, frozenset(STAGES))]
     key = manifest.built_from if manifest.built_from in keys else keys[0]
     document = stages.manifest_of(built.contents, built, manifest, key, request.wanted)
     return built, replace(document, built_for=manifest.built_for)
 
 
-def rebuilt_differences(folder: Path, manifest: Manifest, made: Made, document: Manifest) -> Iterator[str]:
+def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: Made, document: Manifest) -> Iterator[str]:
     """Yield a description of each difference between a package and a new build of its spec."""
-    stale = {entry.stage for name, entry in manifest.files.items() if made.entries.get(name, entry) != entry}
+    stale = {entry.stage for name, entry in manifest.files.items() if rebuilt.entries.get(name, entry) != entry}
     recorded = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
-    is_so = {(entry.stage, entry.made_from) for entry in made.entries.values()}
+    is_so = {(entry.stage, entry.made_from) for entry in rebuilt.entries.values()}
     other = stale & {stage for stage, _ in recorded ^ is_so}
-    for name, content in sorted(made.files.items()):
+    for name, content in sorted(rebuilt.files.items()):
         path = folder / name
         if path.is_symlink() or not path.is_file():
             yield f"{name} is missing: {SPEC_FOLDER}/ makes it"
         elif path.read_bytes() != content:
             yield f"{name} is not what {SPEC_FOLDER}/ makes"
     there = set(list_files(folder)) & set(manifest.files)
-    yield from (f"{name} is not made by {SPEC_FOLDER}/" for name in sorted(there - set(made.files)))
+    yield from (f"{name} is not made by {SPEC_FOLDER}/" for name in sorted(there - set(rebuilt.files)))
     if (folder / MANIFEST).read_bytes() != document.as_bytes():
         yield f"{MANIFEST} is not the one of such a build" + (
             f": {', '.join(sorted(other))} of another spec, code, CAD kernel or SOURCE_DATE_EPOCH" if other else ""
@@ -415,17 +415,17 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
             f"{folder} was built with the plugins {configuration.get('plugins') or 'none'}, and those in force are "
             f"{dict(marks()) or 'none'}: name the files that it was built with as --plugin"
         )
-    wanted = {*manifest.built_for, *(entry.stage for entry in manifest.files.values())}
-    if unknown := sorted(wanted - {*STAGES, CHECK_STAGE}):
+    stages = {*manifest.built_for, *(entry.stage for entry in manifest.files.values())}
+    if unknown := sorted(stages - {*STAGES, CHECK_STAGE}):
         raise PackageError(f"{folder} was built for {', '.join(unknown)}: no stage of sitscad's")
     spec = _kept_spec(folder, manifest)
     try:
         policy = kept_policy(configuration) if "select" in configuration else Policy()
-        known = configuration.get("baseline")
-        baseline = None if known is None else kept_baseline(spec.source.path, spec.name, known)
+        baseline_json = configuration.get("baseline")
+        baseline = None if baseline_json is None else kept_baseline(spec.source.path, spec.name, baseline_json)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise PackageError(f"{folder / MANIFEST}: its configuration cannot be read ({error})") from error
-    return BuildRequest(spec, folder, frozenset(wanted), True, policy, baseline)
+    return BuildRequest(spec, folder, frozenset(stages), True, policy, baseline)
 
 
 def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:

@@ -59,8 +59,8 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
 
     Raises PluginError if a plugin cannot be loaded.
     """
-    wanted = f"[{GROUP}]".encode()
-    if not any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
+    heading = f"[{GROUP}]".encode()
+    if not any(heading in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
         return ()
     from importlib.metadata import entry_points  # slow to import, and seldom needed
 

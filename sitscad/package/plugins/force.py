@@ -41,21 +41,21 @@ def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
     return plugin
 
 
-def _listed(name: str, module: ModuleType, attribute: str, wanted: type[Row]) -> tuple[Row, ...]:
+def _listed(name: str, module: ModuleType, attribute: str, kind: type[Row]) -> tuple[Row, ...]:
     listed = getattr(module, attribute, ())
-    if isinstance(listed, (list, tuple)) and all(isinstance(row, wanted) for row in listed):
+    if isinstance(listed, (list, tuple)) and all(isinstance(row, kind) for row in listed):
         return tuple(listed)
-    raise PluginError(f"plugin {name}: {attribute} is no list of values of sitscad.{wanted.__name__}")
+    raise PluginError(f"plugin {name}: {attribute} is no list of values of sitscad.{kind.__name__}")
 
 
 def _require_fit(name: str, rule: Rule) -> None:
     """Refuse a rule that has another rule's id or name, needs an unknown part of a spec, or has no function."""
-    taken = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
+    rival = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
     texts = (rule.summary, rule.why, rule.mend, rule.source)
     for is_wrong, why in (
         (not _ID.fullmatch(str(rule.id)) or str(rule.id).startswith("SIT"), "its id is not like LAB001 (SIT is ours)"),
         (not _NAME.fullmatch(str(rule.name)), "its name is not like coil-mass"),
-        (taken is not None, f"{taken.id} {taken.name} is there already" if taken else ""),
+        (rival is not None, f"{rival.id} {rival.name} is there already" if rival else ""),
         (not isinstance(rule.severity, Severity), "its severity is no sitscad.Severity"),
         (not all(isinstance(text, str) and text for text in texts), "summary, why, mend and source are texts"),
         (not set(rule.needs) <= set(NEEDS), f"it may need {', '.join(NEEDS)}"),
@@ -67,9 +67,9 @@ def _require_fit(name: str, rule: Rule) -> None:
 
 def _require_writable(name: str, writer: Writer) -> None:
     """Refuse a writer with an unknown stage or unknown arguments, or without a new name and a function."""
-    known = {other.name for other in added_writers()}
+    names = {other.name for other in added_writers()}
     for is_wrong, why in (
-        (not isinstance(writer.name, str) or not writer.name or writer.name in known, "its name is missing or taken"),
+        (not isinstance(writer.name, str) or not writer.name or writer.name in names, "its name is missing or taken"),
         (writer.stage not in STAGES, f"its stage is none of {', '.join(STAGES)}"),
         (
             not isinstance(writer.takes, tuple) or not set(writer.takes) <= set(TAKES),
