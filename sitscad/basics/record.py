@@ -145,7 +145,8 @@ def _compiled_init(cls: type) -> Callable[..., None]:
 def _init_pattern(count: int, with_factory: tuple[int, ...]) -> CodeType:
     """Return the code of a constructor with `count` numbered fields.
 
-    The fields `with_factory` have default factories. A class's constructor is this code with other names. Renaming takes a tenth of the time of compiling.
+    The fields `with_factory` have default factories. A class's constructor is this code with other names. Renaming
+    takes a tenth of the time of compiling.
     """
     names = _numbered(count)
     values = [f"new_{k}() if {name} is missing else {name}" if k in with_factory else name

@@ -547,7 +547,7 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
     for spec in specs:
         if spec.name in paths:
             pair = f"{paths[spec.name]} and {spec.source.path}"
-            raise PackageError(f"{pair} have the same name {spec.name!r}. Rename one of them.")
+            raise PackageError(f"{pair} both have the name {spec.name!r}; rename one")
         paths[spec.name] = spec.source.path
 
 

@@ -135,8 +135,8 @@ class Registers:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
-        drawn = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
-        normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
+        words = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
+        normal = (sum((word >> 16) + (word & 0xFFFF) for word in words) + 6.0) / 65536.0 - 6.0
         result = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
             self.glitch.discard(channel)
@@ -326,15 +326,15 @@ class SimulatedConverter(Registers):
         device = design.spec.readout.device
         if not device.has_driver:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
-        shares = device.shares(len(design.estimates.coils))
-        if not 0 <= number < len(shares):
+        channels = device.shares(len(design.estimates.coils))
+        if not 0 <= number < len(channels):
             raise ValueError(f"the design has no converter {number}")
-        self._first = first = sum(shares[:number])
-        self.coils = design.estimates.coils[first : first + shares[number]]
+        self._first = first = sum(channels[:number])
+        self.coils = design.estimates.coils[first : first + channels[number]]
         self.faults = _faults(faults, [coil.name for coil in design.estimates.coils])
-        known = self.coils[0].states
-        if state not in (*known, REST):
-            raise ValueError(f"state={state}: the design has the states {', '.join(known)}")
+        names = self.coils[0].states
+        if state not in (*names, REST):
+            raise ValueError(f"state={state}: the design has the states {', '.join(names)}")
         states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
         self._ohms = [each.parallel_resistance for each in states]
         self._times, self._read = _course(design, states, loads, frequencies, first)
@@ -396,8 +396,8 @@ class SimulatedConverter(Registers):
         return frequency, ohms
 
 
-def _faults(given: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
-    each = [given] if isinstance(given, str) else given
+def _faults(texts: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
+    each = [texts] if isinstance(texts, str) else texts
     faults = tuple(Fault.read(fault_text) if isinstance(fault_text, str) else fault_text for fault_text in each)
     for fault in faults:
         unknown = [name for name in fault.coils if name not in names]
@@ -413,8 +413,10 @@ def _course(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""
     if loads is None:
-        drawn = [[state.frequency for state in states]]
-        by_time = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]
+        if frequencies is None:
+            by_time = np.array([[state.frequency for state in states]])
+        else:
+            by_time = np.atleast_2d(frequencies)[:, first : first + len(states)]
         return np.arange(len(by_time), dtype=float), by_time
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
     if rows.shape[-1] not in (4, 6):

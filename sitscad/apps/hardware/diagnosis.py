@@ -69,10 +69,10 @@ def _line(board: LineBoard) -> Verdict:
 
 
 def _identity(board: Board) -> Verdict:
-    wanted = (at.MANUFACTURER, board.design.spec.readout.device.device_id)
+    expected = (at.MANUFACTURER, board.design.spec.readout.device.device_id)
     identities = board.identities()
     text = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in identities)
-    is_so = all(each == wanted for each in identities)
+    is_so = all(each == expected for each in identities)
     return Verdict("identity", MET if is_so else NOT_MET, text + ("" if is_so else ": another part, or a bad bus"))
 
 
@@ -116,7 +116,7 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
     read = np.array([board.frequency(row.counts) for row in rows])
     frequency = float(np.median(read))
     off = (band.design / frequency) ** 2 - 1.0
-    seen = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
+    reading = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
     low, high = min(band.low, bands_of_coil.working.low), max(band.high, bands_of_coil.working.high)
     # results farther from the median of three neighbours than noise can explain
     middle = np.median(np.stack([read[:-2], read[1:-1], read[2:]]), axis=0) if len(read) > 2 else read[1:-1]
@@ -127,13 +127,13 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
             if off < 0.0
             else "another capacitor, more turns or a longer cable"
         )
-        return Verdict(name, NOT_MET, f"{seen}: {more}")
+        return Verdict(name, NOT_MET, f"{reading}: {more}")
     stuck = len(rows) >= FEWEST and len({row.counts for row in rows[-FEWEST:]}) == 1
     if stuck:
-        return Verdict(name, NOT_MET, f"{seen}: the last {FEWEST} results are the same to the bit: stuck")
+        return Verdict(name, NOT_MET, f"{reading}: the last {FEWEST} results are the same to the bit: stuck")
     if jumps:
-        return Verdict(name, NOT_MET, f"{seen}: {jumps} of {len(rows)} results far off: disturbed bus or clock")
-    return Verdict(name, MET, seen)
+        return Verdict(name, NOT_MET, f"{reading}: {jumps} of {len(rows)} results far off: disturbed bus or clock")
+    return Verdict(name, MET, reading)
 
 
 def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
@@ -155,26 +155,25 @@ def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
         return Verdict(name, NOT_EVALUATED, f"{len(good)} good results, {FEWEST} are wanted")
     second = np.diff(np.array(good, dtype=float), 2)
     sigma = float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0)) * board.frequency(1)
-    wanted = board.conversion.noise(board.bands[coil].assembled.design)
-    seen = f"{show(sigma, 'Hz', 3)} (one sigma), design {show(wanted, 'Hz', 3)}"
-    if sigma > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * wanted:
-        return Verdict(name, NOT_MET, f"{seen}: supply, clock or ground; or the target shakes")
-    return Verdict(name, MET, seen)
+    design_noise = board.conversion.noise(board.bands[coil].assembled.design)
+    reading = f"{show(sigma, 'Hz', 3)} (one sigma), design {show(design_noise, 'Hz', 3)}"
+    if sigma > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * design_noise:
+        return Verdict(name, NOT_MET, f"{reading}: supply, clock or ground; or the target shakes")
+    return Verdict(name, MET, reading)
 
 
 def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
-    wanted = board.design.estimates.readout.scan_rate
+    design_rate = board.design.estimates.readout.scan_rate
     if isinstance(board, LineBoard):
-        wanted /= board.serial.scans_per_line
+        design_rate /= board.serial.scans_per_line
     counted = [(len(rows) - 1) / (rows[-1].time - rows[0].time) for rows in readings if len(rows) >= FEWEST]
     if not counted:
         return Verdict("rate", NOT_EVALUATED, f"fewer than {FEWEST} results of every coil")
-    seen = f"{min(counted):.1f} a second, design {wanted:.1f}"
-    if min(counted) < SLOW * wanted:
-        return Verdict(
-            "rate", NOT_MET, f"{seen}: a slow bus, a channel that does not oscillate, lost settings, or another clock"
-        )
-    return Verdict("rate", MET, seen)
+    reading = f"{min(counted):.1f} a second, design {design_rate:.1f}"
+    if min(counted) < SLOW * design_rate:
+        causes = "a slow bus, a channel that does not oscillate, lost settings, or another clock"
+        return Verdict("rate", NOT_MET, f"{reading}: {causes}")
+    return Verdict("rate", MET, reading)
 
 
 def _order(board: Board) -> Verdict:
@@ -255,8 +254,8 @@ class Forces:
             return None
         if self.mean is not None:
             return list(map(float, self.mean))
-        known = {name: float(rest) for each in self.maps for name, rest in zip(each.coils, each.rest, strict=True)}
-        return [known.get(band.coil) for band in board.bands]
+        rests = {name: float(rest) for each in self.maps for name, rest in zip(each.coils, each.rest, strict=True)}
+        return [rests.get(band.coil) for band in board.bands]
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
         """Yield every map with the prefix of its axes, the counts of its coils (1, coils), and the counts at rest."""
@@ -309,15 +308,18 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
 
     Counts and frequency are empty if a scan has no result of the coil.
     """
-    names = [one.coil for one in board.bands]
+    names = [result.coil for result in board.bands]
     lines: list[list[object]] = [
         ["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))]
     ]
     for scan in rows:
         row: list[object] = [f"{_when(scan):.6f}"]
         for k in range(len(names)):
-            one = scan.get(k)
-            row += ["", "", STALE] if one is None else [one.counts, f"{board.frequency(one.counts):.1f}", one.status]
+            result = scan.get(k)
+            if result is None:
+                row += ["", "", STALE]
+            else:
+                row += [result.counts, f"{board.frequency(result.counts):.1f}", result.status]
         lines.append(row)
     return csv_text(lines).encode("utf-8")
 

@@ -48,12 +48,12 @@ class NotTaken(ValueError):
     """Raised for a point that cannot be taken. The text gives the reason."""
 
 
-def head(board: Board, found: Calibration) -> str:
+def head(board: Board, calibration: Calibration) -> str:
     """Return the first lines of the table. They identify the sensor and the plan of a table."""
-    assert found.plan is not None
-    design, points = board.design, len(found.plan.loads)
+    assert calibration.plan is not None
+    design, points = board.design, len(calibration.plan.loads)
     of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
-    return "\n".join([of, *table_head(found.sensors)]) + "\n"
+    return "\n".join([of, *table_head(calibration.sensors)]) + "\n"
 
 
 @record(eq=False)
@@ -137,13 +137,13 @@ class Leading:
         shown = forces * shown_scales(scope.axes)
         return ",".join([*(f"{force:.6g}" for force in shown), *(f"{count:.1f}" for count in counts)]) + "\n"
 
-    def _put_on(self, load: Array, words: str, is_first: bool) -> tuple[Array | None, bool]:
+    def _put_on(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
         """Return the applied forces (axes; N), and whether the user typed them.
 
         The forces are None if the user wants to repeat the point before.
         """
         scope = self.found.sensors.range
-        while typed := self.ask(words).replace(",", " ").split():
+        while typed := self.ask(prompt).replace(",", " ").split():
             if typed == [BACK] and not is_first:
                 return None, False
             with suppress(ValueError):
@@ -152,10 +152,10 @@ class Leading:
                     forces = forces / shown_scales(scope.axes)
                 if len(forces) == len(scope.columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
                     return forces, True
-            wanted = "0 for every axis: this is the tare"
+            form = "0 for every axis: this is the tare"
             if load.any():
-                wanted = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
-            self.tell(f"{' '.join(typed)!r} is not {wanted}; nothing and Enter: as asked for; {BACK}: the one before")
+                form = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
+            self.tell(f"{' '.join(typed)!r} is not {form}; nothing and Enter: as asked for; {BACK}: the one before")
         return np.asarray(load[scope.columns]), False
 
     def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
@@ -177,8 +177,8 @@ class Leading:
 MOMENTS_TOO = ", moments in newton millimetres"
 
 
-def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequence[int]) -> Array:
-    """Return the mean counts of the coils `own` (by number, from 0) once they are stable.
+def taken(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
+    """Return the mean counts of the coils `coils` (by number, from 0) once they are stable.
 
     They are stable if the means of two windows in a row differ by no more than noise. Raises NotTaken if a coil has no
     good readings, or if readings are unstable after `PATIENCE`.
@@ -191,23 +191,23 @@ def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequen
     assert rate is not None
     last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
     while source.now() < end:
-        mean, sigma = window(board, list(scans(board, source, source.now() + long)), own)
+        mean, sigma = window(board, list(scans(board, source, source.now() + long)), coils)
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
             if np.all(moves <= MOVED):
                 return mean
-            tell(f"{board.bands[own[int(np.argmax(moves))]].coil} still moves")
+            tell(f"{board.bands[coils[int(np.argmax(moves))]].coil} still moves")
         last = mean, sigma
     raise NotTaken(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
 
 
-def window(board: Board, rows: list[Scan], own: Sequence[int]) -> tuple[Array, Array]:
-    """Return mean counts of the coils `own`, and one standard deviation of the mean by the design's noise.
+def window(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array, Array]:
+    """Return mean counts of the coils `coils`, and one standard deviation of the mean by the design's noise.
 
     Single outliers are left out. If there are many, the mean is NaN. Raises NotTaken if a coil has no good readings.
     """
     means, sigmas = [], []
-    for coil in own:
+    for coil in coils:
         band = board.bands[coil]
         read = [row[coil] for row in rows if coil in row]
         good = np.array([reading.counts for reading in read if reading.is_good], dtype=float)

@@ -171,11 +171,11 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
             import smbus2
         except ImportError as error:
             raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
-        wanted, paths = devices(design.spec.readout, design.estimates.coils, design.estimates.readout), text.split(",")
-        if len(paths) != wanted[-1].bus + 1:
-            raise ValueError(f"{text}: the converters are on {wanted[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
+        places, paths = devices(design.spec.readout, design.estimates.coils, design.estimates.readout), text.split(",")
+        if len(paths) != places[-1].bus + 1:
+            raise ValueError(f"{text}: the converters are on {places[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
         buses = [smbus2.SMBus(path) for path in paths]
-        return Source([Wired(buses[each.bus], each.address) for each in wanted]), design
+        return Source([Wired(buses[each.bus], each.address) for each in places]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
         baud = serial_settings(design.spec.array.placements, design.spec.cells, estimates.readout.scan_rate).baud
@@ -268,33 +268,33 @@ def _ramps(texts: Iterable[str]) -> np.ndarray:
 
     Raises ValueError for another text, and for an axis that occurs twice.
     """
-    loads, known = np.zeros((RAMP, len(AXES))), set()
-    for one in (one for text in texts for one in text.split(",")):
-        axis, *ends = one.split(":")
+    loads, axes_set = np.zeros((RAMP, len(AXES))), set()
+    for part in (part for text in texts for part in text.split(",")):
+        axis, *ends = part.split(":")
         if axis not in AXES or len(ends) not in (1, 2):
             raise ValueError(
                 f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)} (moments in N mm), of several "
-                f"axes with a comma between (load=normal:5,shear_x:2), not {one!r}"
+                f"axes with a comma between (load=normal:5,shear_x:2), not {part!r}"
             )
-        if axis in known:
+        if axis in axes_set:
             raise ValueError(f"load says twice what {axis} is")
-        known.add(axis)
+        axes_set.add(axis)
         first, last = motion_number(axis, ends[0]), motion_number(axis, ends[-1])
         if axis == "normal" and min(first, last) < 0.0:
-            raise ValueError(f"load={one}: a normal force presses towards the board, 0 or more")
+            raise ValueError(f"load={part}: a normal force presses towards the board, 0 or more")
         loads[:, AXES.index(axis)] = np.linspace(first, last, RAMP)
     return loads
 
 
-def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
+def _in_range(option: str, least: float, most: float, is_whole: bool) -> float:
     """Return the number of KEY=NUMBER. Raises ValueError, with the allowed range, if it is not in the range."""
     try:
-        value = (int if is_whole else float)(said.partition("=")[2])
+        value = (int if is_whole else float)(option.partition("=")[2])
     except ValueError:
         value = math.nan
     if not least <= value <= most:
         kind = "whole number" if is_whole else "number"
-        raise ValueError(f"sim: {said}: a {kind} from {least:g} to {most:.10g} is wanted")
+        raise ValueError(f"sim: {option}: a {kind} from {least:g} to {most:.10g} is wanted")
     return value
 
 

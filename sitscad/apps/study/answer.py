@@ -82,7 +82,7 @@ class Kept:
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
 
 
-def bindings(asked: Asked, found: Found) -> list[Binding]:
+def bindings(request: Asked, results: Found) -> list[Binding]:
     """Return the rules and requirements that refuse designs, sorted by the fraction that each alone refuses.
 
     A design that cannot be drawn is not checked further. Its rule counts as refusing it alone, although other rules
@@ -90,20 +90,20 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
     """
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[tuple[bool, float], Breach, Point]] = {}
-    for point in found.screened:
-        broken = violations(asked, found.of(point))
+    for point in results.screened:
+        broken = violations(request, results.of(point))
         every.update(list(broken))
         alone.update(list(broken) if len(broken) == 1 else ())
         for name, breach in broken.items():
-            far = len(broken) > 1, breach.size
-            if name not in nearest or far < nearest[name][0]:
-                nearest[name] = far, breach, point
-    total = max(1, len(found.screened))
+            distance = len(broken) > 1, breach.size
+            if name not in nearest or distance < nearest[name][0]:
+                nearest[name] = distance, breach, point
+    total = max(1, len(results.screened))
     order = sorted(every, key=lambda name: (-alone[name], -every[name], name))
     return [Binding(name, every[name] / total, alone[name] / total, *nearest[name][1:]) for name in order]
 
 
-def relaxation(asked: Asked, found: Found) -> Relaxation | None:
+def relaxation(request: Asked, results: Found) -> Relaxation | None:
     """Return the smallest relaxation that admits a design.
 
     It relaxes the fewest names, and among these it has the smallest breaches. Designs evaluated at the full level go
@@ -112,8 +112,8 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
     """
     best: tuple[bool, bool, int, float, int] | None = None
     chosen: Relaxation | None = None
-    for k, point in enumerate(found.screened):
-        broken, is_guess = violations(asked, found.of(point)), point not in found.full
+    for k, point in enumerate(results.screened):
+        broken, is_guess = violations(request, results.of(point)), point not in results.full
         if not broken and not is_guess:
             return None
         if not broken or is_unmade(broken):
@@ -124,88 +124,94 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
     return chosen
 
 
-def unjudged(asked: Asked, found: Found) -> int:
+def unjudged(request: Asked, results: Found) -> int:
     """Return the number of designs that pass the screen and were not evaluated at the full level."""
-    return sum(not violations(asked, each) for point, each in found.screened.items() if point not in found.full)
+    return sum(not violations(request, each) for point, each in results.screened.items() if point not in results.full)
 
 
-def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
+def agreement(goals: Sequence[Goal], results: Found) -> Agreement:
     """Return the agreement of screen and full level on designs that both evaluated and whose leads were drawn."""
     from scipy.stats import spearmanr
 
-    both = [(found.screened[point], full) for point, full in found.full.items()
-            if point in found.screened and found.screened[point].level != FULL and not UNDRAWN & full.refused.keys()]
-    differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
-    open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
+    pairs_of = [(results.screened[point], full) for point, full in results.full.items()
+                if point in results.screened and results.screened[point].level != FULL
+             and not UNDRAWN & full.refused.keys()]
+    differ = sum(screen.verdict != UNKNOWN and screen.verdict != other.verdict for screen, other in pairs_of)
+    open_ones = sum(screen.verdict == UNKNOWN for screen, _ in pairs_of)
     ranks: dict[str, float | None] = {}
     for name in (goal.measure for goal in goals):
-        pairs = np.array([(one.values[name][0], other.values[name][0]) for one, other in both
-                          if name in one.values and name in other.values])
+        pairs = np.array([(screen.values[name][0], other.values[name][0]) for screen, other in pairs_of
+                          if name in screen.values and name in other.values])
         varies = len(pairs) > 2 and np.ptp(pairs, axis=0).all()
         ranks[name] = round(float(spearmanr(*pairs.T).statistic), 6) if varies else None
-    return Agreement(len(both), open_ones, differ, ranks)
+    return Agreement(len(pairs_of), open_ones, differ, ranks)
 
 
-def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
+def front(request: Asked, results: Found, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs at the full level that meet everything and that no other design beats.
 
     They are sorted by the first goal, the best first. Designs in `but` are left out.
     """
-    return best_of(asked, {point: each for point, each in found.full.items() if point not in but})
+    return best_of(request, {point: each for point, each in results.full.items() if point not in but})
 
 
-def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def best_of(request: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs in `judged` that meet everything and that no other beats, the best by the first goal first."""
-    good = passing(asked, judged)
-    ranks = ranked([costs(asked, judged[point]) for point in good])
+    good = passing(request, judged)
+    ranks = ranked([costs(request, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
-    return sorted(first, key=lambda point: (_goals(asked.goals, judged[point]), point))
+    return sorted(first, key=lambda point: (_goals(request.goals, judged[point]), point))
 
 
-def passing(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def passing(request: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs that meet everything."""
-    return [point for point, each in judged.items() if not violations(asked, each)]
+    return [point for point, each in judged.items() if not violations(request, each)]
 
 
-def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
-    return tuple(goal.cost(one.values[goal.measure][0]) if goal.measure in one.values else math.inf for goal in goals)
+def _goals(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
+    values = evaluation.values
+    return tuple(goal.cost(values[goal.measure][0]) if goal.measure in values else math.inf for goal in goals)
 
 
-def beaten_by_base(asked: Asked, base: Evaluation, kept: Sequence[Kept]) -> int:
+def beaten_by_base(request: Asked, base: Evaluation, designs: Sequence[Kept]) -> int:
     """Return the number of kept designs that the base beats.
 
     It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
     """
-    own, counts = _goals(asked.goals, base), bool(changed(asked, asked.base_point)) and not violations(asked, base)
-    others = [_goals(asked.goals, design.evaluation) for design in kept] if counts else []
-    return sum(own != other and all(mine <= its for mine, its in zip(own, other, strict=True)) for other in others)
+    if violations(request, base) or not changed(request, request.base_point):
+        return 0
+    base_costs = _goals(request.goals, base)
+    design_costs = (_goals(request.goals, design.evaluation) for design in designs)
+    return sum(base_costs != costs and all(mine <= its for mine, its in zip(base_costs, costs, strict=True))
+               for costs in design_costs)
 
 
 NEAR = 0.1
 """Smallest difference between kept designs of a single goal: a fraction of the keys' ranges, averaged over the keys."""
 
 
-def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
+def kept_points(request: Asked, results: Found, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs to keep, without those in `but`.
 
     For a single goal, they are the best designs that differ from each other. For several goals, they are the designs
     that cover most of the front (greedy hypervolume).
     """
-    if len(asked.goals) == 1:
-        good = [point for point in passing(asked, found.full) if point not in but]
-        order = sorted(good, key=lambda point: (_goals(asked.goals, found.full[point]), point))
-        return _apart(asked, order)
-    points = front(asked, found, but)
-    return _by_hypervolume(np.array([_goals(asked.goals, found.full[point]) for point in points]), points, asked.keep)
+    if len(request.goals) == 1:
+        good = [point for point in passing(request, results.full) if point not in but]
+        order = sorted(good, key=lambda point: (_goals(request.goals, results.full[point]), point))
+        return _apart(request, order)
+    points = front(request, results, but)
+    goals = np.array([_goals(request.goals, results.full[point]) for point in points])
+    return _by_hypervolume(goals, points, request.keep)
 
 
-def _apart(asked: Asked, order: Sequence[Point]) -> list[Point]:
+def _apart(request: Asked, order: Sequence[Point]) -> list[Point]:
     """Return the first designs of an order that differ from each other by `NEAR`."""
-    spans = np.maximum(np.array(asked.space.shape) - 1, 1)
+    spans = np.maximum(np.array(request.space.shape) - 1, 1)
     points: list[Point] = []
     for point in order:
-        far = (float(np.mean(np.abs(np.array(point) - np.array(other)) / spans)) for other in points)
-        if len(points) < asked.keep and all(apart >= NEAR for apart in far):
+        distances = (float(np.mean(np.abs(np.array(point) - np.array(other)) / spans)) for other in points)
+        if len(points) < request.keep and all(apart >= NEAR for apart in distances):
             points.append(point)
     return points
 
@@ -245,10 +251,10 @@ def hypervolume(values: Array) -> float:
     return float(np.sum(np.prod(sizes, axis=0)[covered]))
 
 
-def changed(asked: Asked, point: Point) -> dict[str, Any]:
+def changed(request: Asked, point: Point) -> dict[str, Any]:
     """Return the keys that differ from the base, with values as in a spec."""
-    before = asked.base.values(())
-    return {key: value for key, value in asked.space.changes(point) if apart(at_key(before, key), value)}
+    before = request.base.values(())
+    return {key: value for key, value in request.space.changes(point) if apart(at_key(before, key), value)}
 
 
 def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:

@@ -160,9 +160,9 @@ def _interval(ends: Sequence[float]) -> str:
 
 def sigma_table(designs: AnswerTable) -> AnswerTable:
     """Return one standard deviation of measures: to first order by the estimates, and from the drawn units."""
-    rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": drawn}
+    rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": sigma}
             for row in designs.rows if row["yield"] is not None
-            for name, drawn in row["yield"]["sigmas"].items() if f"sigma.{name}" in row["values"]]
+            for name, sigma in row["yield"]["sigmas"].items() if f"sigma.{name}" in row["values"]]
     return AnswerTable("One sigma from unit to unit", rows, {
         "design": _number,
         "measure": lambda row: row["measure"],
@@ -204,29 +204,29 @@ MOST_BINDING = 6
 UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was asked of them."
 
 
-def answer_text(said: StudyAnswer, folder: str = "") -> str:
+def answer_text(answer: StudyAnswer, folder: str = "") -> str:
     """Return the answer for people: the verdict, the limits, the designs, their yields, and the next steps."""
-    return f"{found_text(said)}\n{yields_text(said, folder)}"
+    return f"{found_text(answer)}\n{yields_text(answer, folder)}"
 
 
-def found_text(said: StudyAnswer) -> str:
+def found_text(answer: StudyAnswer) -> str:
     """Return the part of the answer that is known before yields are computed."""
-    refusals = refusal_table(said).shown(most=MOST_BINDING, without=(WITH,))
-    fallen = [f"dropped, for their units have too small a yield: {said.fallen}"] if said.fallen else []
-    return _joined(verdict_lines(said), refusals, refusal_lines(said), design_table(said).shown(), fallen,
-                   trust_lines(said))
+    refusals = refusal_table(answer).shown(most=MOST_BINDING, without=(WITH,))
+    fallen = [f"dropped, for their units have too small a yield: {answer.fallen}"] if answer.fallen else []
+    return _joined(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).shown(), fallen,
+                   trust_lines(answer))
 
 
-def yields_text(said: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
+def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
     """Return the rest of the answer.
 
     If the kept designs differ from those in `before` (the answer without yields), they are listed again.
     """
-    designs = design_table(said)
-    others = before is not None and [each.point for each in before.kept] != [each.point for each in said.kept]
-    again = (verdict_lines(said), designs.shown()) if others else ()
-    return _joined(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(said),
-                   onward(said, folder))
+    designs = design_table(answer)
+    is_other = before is not None and [each.point for each in before.kept] != [each.point for each in answer.kept]
+    again = (verdict_lines(answer), designs.shown()) if is_other else ()
+    return _joined(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(answer),
+                   onward(answer, folder))
 
 
 def _joined(*parts: Table | Iterable[str]) -> str:
@@ -235,63 +235,67 @@ def _joined(*parts: Table | Iterable[str]) -> str:
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-def verdict_lines(said: StudyAnswer) -> Iterator[str]:
+def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines with the verdict and the number of evaluated designs."""
-    asked, found = said.asked, said.found
-    count = f"{len(found.screened)} of {asked.space.size} designs were looked at by {found.method}, "
-    count += f"{len(found.full)} in full"
-    good = len(said.front)
-    if said.is_met:
-        but = f" but for the yield that is asked ({_least_yield(said)}), which is not known" if said.lacks_yield else ""
+    request, results = answer.asked, answer.found
+    count = f"{len(results.screened)} of {request.space.size} designs were looked at by {results.method}, "
+    count += f"{len(results.full)} in full"
+    good = len(answer.front)
+    if answer.is_met:
+        but = ""
+        if answer.lacks_yield:
+            but = f" but for the yield that is asked ({_least_yield(answer)}), which is not known"
         yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
-        if beaten := beaten_by_base(asked, said.base, said.kept):
-            of = "every design that is kept" if beaten == len(said.kept) else f"{beaten} of the {len(said.kept)} kept"
+        if beaten := beaten_by_base(request, answer.base, answer.kept):
+            is_each = beaten == len(answer.kept)
+            of = "every design that is kept" if is_each else f"{beaten} of the {len(answer.kept)} kept"
             yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
-    elif said.fallen:
-        yield (f"No design was found that has the yield that is asked ({_least_yield(said)}): {count}; units "
-               f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
+    elif answer.fallen:
+        yield (f"No design was found that has the yield that is asked ({_least_yield(answer)}): {count}; units "
+               f"were drawn of the best {answer.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
-        if more := unjudged(asked, found):
+        if more := unjudged(request, results):
             yield (f"Of {counted(more, 'more design')} the screen refuses nothing, but they were not judged in full: "
                    "vary less, or search longer (search.evaluations).")
-    for number, key in enumerate(asked.space.variables):
-        at = {one.point[number] for one in said.kept}
+    for number, key in enumerate(request.space.variables):
+        at = {design.point[number] for design in answer.kept}
         if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
             end, = at
             yield (f"{key.key}: {key.values[end]} in every design that is kept, the {'last' if end else 'first'} value "
                    "of its range: a wider one may hold better designs.")
-    if off := changed(asked, asked.base_point):
-        before = asked.base.values(())
+    if off := changed(request, request.base_point):
+        before = request.base.values(())
         values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())
         yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
-    if asked.space.size > len(found.screened) and not said.is_met:
+    if request.space.size > len(results.screened) and not answer.is_met:
         yield "That is a search and no proof: what was not looked at may do."
-    for goal in said.alike:
+    for goal in answer.alike:
         yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
 
 
-def _least_yield(said: StudyAnswer) -> str:
-    return next(each.written for each in said.asked.require if each.measure == "yield")
+def _least_yield(answer: StudyAnswer) -> str:
+    return next(each.written for each in answer.asked.require if each.measure == "yield")
 
 
-def refusal_lines(said: StudyAnswer) -> Iterator[str]:
+def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield an explanation of refusals, and the smallest tried relaxation that admits a design."""
-    if is_unmade(each.name for each in said.bindings):
+    if is_unmade(each.name for each in answer.bindings):
         yield UNMADE
-    if (least := said.relaxation) is not None:
+    if (least := answer.relaxation) is not None:
         titles = rule_titles()
         texts = [f"let go of {titles.get(name, name)} {breach_words(name, least.breaches[name])}".rstrip()
                  for name in least.names]
         yield f"The smallest relaxation that was tried and admits a design: {'; '.join(texts)}"
-        yield f"with {keys_words(said.asked.space.chosen(least.point))}"
+        yield f"with {keys_words(answer.asked.space.chosen(least.point))}"
 
 
-def trust_lines(said: StudyAnswer) -> Iterator[str]:
+def trust_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines on the agreement of both levels."""
-    agreement = said.agreement
-    if unscreened := said.found.unscreened:
-        yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
+    agreement = answer.agreement
+    if unscreened := answer.found.unscreened:
+        designs = counted(len(answer.found.screened), "design")
+        yield f"{unscreened} of {designs} took the full level at once: {NO_SCREEN}."
     if agreement.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in agreement.rank_correlation.items() if rank is not None)
         text = (f"{agreement.verdicts_differ} verdicts differ, {agreement.undecided} were left to the full level"
@@ -300,14 +304,14 @@ def trust_lines(said: StudyAnswer) -> Iterator[str]:
                + (f"; rank correlation {ranks}." if ranks else "."))
 
 
-def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
+def onward(answer: StudyAnswer, folder: str) -> Iterator[str]:
     """Yield the next steps."""
-    if not said.kept:
+    if not answer.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
     elif folder:
         design = shlex.quote(f"{folder}/designs/1.yaml")
         yield f"Next: sitscad build {design}"
-        if range_of_one := sweep_range(said.asked.space):
+        if range_of_one := sweep_range(answer.asked.space):
             yield f"One key alone: sitscad sweep {design} {shlex.quote(range_of_one)}"
 
 
@@ -326,33 +330,34 @@ def sweep_range(space: Space) -> str:
     return ""
 
 
-def answer_json(said: StudyAnswer) -> str:
+def answer_json(answer: StudyAnswer) -> str:
     """Return the answer for programs. It depends on study, seed and version only."""
-    asked, found, least = said.asked, said.found, said.relaxation
-    _, *kept = design_table(said).rows or [{}]
+    request, results, least = answer.asked, answer.found, answer.relaxation
+    _, *designs = design_table(answer).rows or [{}]
     return to_json({
-        "sitscad": __version__, "code": code_version(), "study": said.name,
-        "met": None if said.lacks_yield else said.is_met,
-        "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
-        "full": len(found.full), "unjudged": unjudged(asked, found), "goals": [goal.words for goal in asked.goals],
-        "require": {one.measure: one.written for one in asked.require},
-        "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
-        "bindings": refusal_table(said).rows,
+        "sitscad": __version__, "code": code_version(), "study": answer.name,
+        "met": None if answer.lacks_yield else answer.is_met,
+        "method": results.method, "seed": request.seed, "designs": request.space.size,
+        "screened": len(results.screened), "full": len(results.full), "unjudged": unjudged(request, results),
+        "goals": [goal.words for goal in request.goals],
+        "require": {requirement.measure: requirement.written for requirement in request.require},
+        "fallen_by_yield": answer.fallen, "alike": [goal.measure for goal in answer.alike],
+        "bindings": refusal_table(answer).rows,
         "relaxation": None if least is None else {
             "lets_go": {name: asdict(least.breaches[name]) for name in least.names},
-            "at": asked.space.chosen(least.point),
+            "at": request.space.chosen(least.point),
         },
-        "agreement": asdict(said.agreement),
-        "base": said.base.as_json(), "base_differs": changed(asked, asked.base_point), "kept": kept,
+        "agreement": asdict(answer.agreement),
+        "base": answer.base.as_json(), "base_differs": changed(request, request.base_point), "kept": designs,
     })
 
 
-def front_csv(said: StudyAnswer) -> str:
+def front_csv(answer: StudyAnswer) -> str:
     """Return the front, one row per design, the best by the first goal first. Kept designs have their number."""
-    request, nothing = said.asked, (float("nan"),) * 2
+    request, nothing = answer.asked, (float("nan"),) * 2
     named = [title for name in request.measures for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*(v.key for v in request.space.variables), *named, "design"]]
-    for row in front_table(said).rows:
+    for row in front_table(answer).rows:
         figures = [cell(value) for name in request.measures for value in row["values"].get(name, nothing)]
         rows.append([*row["at"].values(), *figures, row["design"]])
     return csv_text(rows)

@@ -168,29 +168,29 @@ class Asked:
         return next((each.limit for each in self.require if each.measure == "yield"), None)
 
 
-def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
-    """Return the request of a document for a base. Faults are added to `said`."""
-    variables = tuple(_variables(document, base, said))
-    space = Space(variables, _same(document, base, said), _brought(document, base, variables, said))
-    _fights(document, said)
-    goals = tuple(_goals(document, said))
-    require = tuple(_requirements(document, said))
-    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, said)}
-    if not said.flaws:
-        _out_of_reach(base, goals, require, space, said)
+def asked_for(document: StudyDocument, base: Base, remarks: Remarks) -> Asked:
+    """Return the request of a document for a base. Faults are added to `remarks`."""
+    variables = tuple(_variables(document, base, remarks))
+    space = Space(variables, _same(document, base, remarks), _brought(document, base, variables, remarks))
+    _fights(document, remarks)
+    goals = tuple(_goals(document, remarks))
+    require = tuple(_requirements(document, remarks))
+    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, remarks)}
+    if not remarks.flaws:
+        _out_of_reach(base, goals, require, space, remarks)
         if search["method"] == "grid" and space.size > MOST_GRID:
-            said.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
-                      "larger steps, fewer keys, or method: auto")
+            remarks.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
+                         "larger steps, fewer keys, or method: auto")
         if search["method"] == "de" and len(goals) > 1:
-            said.flaw("SIT009", "search.method", "differential evolution has one goal", "one goal, or method: nsga2")
-    return Asked(base, space, goals, require, document.accept, dict(_spreads(document, said)), keep=document.keep,
+            remarks.flaw("SIT009", "search.method", "differential evolution has one goal", "one goal, or method: nsga2")
+    return Asked(base, space, goals, require, document.accept, dict(_spreads(document, remarks)), keep=document.keep,
                  **search)
 
 
-def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[Variable]:
+def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterator[Variable]:
     """Yield the varied keys with their values."""
     if not 1 <= len(document.vary) <= MOST_KEYS:
-        said.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
+        remarks.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
     for name, written in document.vary.items():
         place = dotted("vary", name)
         try:
@@ -201,53 +201,54 @@ def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[V
             else:
                 raise RangeError(f"{described(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
         except RangeError as error:
-            said.flaw("SIT006", place, str(error), error.hint)
+            remarks.flaw("SIT006", place, str(error), error.hint)
             continue
         if not is_ordered:
-            _note_twice(place, values, said)
-        if _is_usable(base, name, values, place, said):
+            _note_twice(place, values, remarks)
+        if _is_usable(base, name, values, place, remarks):
             yield Variable(name, values, is_ordered)
 
 
-def _note_twice(place: str, values: tuple[Any, ...], said: Remarks) -> None:
+def _note_twice(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
     """Note values that occur twice in a list, in whatever units they are written."""
-    seen: dict[Any, Any] = {}
+    first: dict[Any, Any] = {}
     for k, value in enumerate(values):
-        if (one := same_value(value)) in seen:
-            said.flaw("SIT009", dotted(place, k), f"{described(value)} is {described(seen[one])}, which is listed, too",
-                      "each value once")
-        seen.setdefault(one, value)
+        if (figure := same_value(value)) in first:
+            message = f"{described(value)} is {described(first[figure])}, which is listed, too"
+            remarks.flaw("SIT009", dotted(place, k), message,
+                         "each value once")
+        first.setdefault(figure, value)
 
 
-def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said: Remarks) -> bool:
+def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, remarks: Remarks) -> bool:
     """Whether the spec has the key and accepts such values. Faults are noted."""
     try:
         require_key(base, name, values)
     except SpecError as error:
         for finding in error.findings[:1]:
-            said.flaw(finding.rule, place, finding.message, finding.hint)
+            remarks.flaw(finding.rule, place, finding.message, finding.hint)
         return False
     return True
 
 
-def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
+def _same(document: StudyDocument, base: Base, remarks: Remarks) -> dict[str, str]:
     followers = {}
     for name, other in document.same.items():
         place = dotted("same", name)
         if not isinstance(other, str) or other not in document.vary:
-            known = ", ".join(document.vary)
-            said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
+            varied = ", ".join(document.vary)
+            remarks.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {varied}")
             continue
         written = document.vary[other]
         first = [each for each in written[:1] if each is not None] if isinstance(written, list) else []
         first = [written.get("from")] if isinstance(written, dict) else first
-        if first and _is_usable(base, name, tuple(first), place, said):
+        if first and _is_usable(base, name, tuple(first), place, remarks):
             followers[name] = other
     return followers
 
 
 def _brought(
-    document: StudyDocument, base: Base, variables: Iterable[Variable], said: Remarks
+    document: StudyDocument, base: Base, variables: Iterable[Variable], remarks: Remarks
 ) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the keys that values of varied keys set in addition."""
     implied: dict[str, dict[str, dict[str, Any]]] = {}
@@ -255,25 +256,25 @@ def _brought(
     for name, choices in document.with_.items():
         place, variable = dotted("with", name), by_key.get(name)
         if not isinstance(choices, dict) or not all(isinstance(each, dict) for each in choices.values()):
-            said.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
-                      "coil.layers: {2: {fpc.stackup: flex-2l}}")
+            remarks.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
+                         "coil.layers: {2: {fpc.stackup: flex-2l}}")
             continue
         if name not in document.vary:
-            said.flaw("SIT007", place, f"{name} is not varied", f"one of {', '.join(document.vary)}")
+            remarks.flaw("SIT007", place, f"{name} is not varied", f"one of {', '.join(document.vary)}")
             continue
-        known = [str(value) for value in variable.values] if variable is not None else list(choices)
+        allowed = [str(value) for value in variable.values] if variable is not None else list(choices)
         for choice, brings in choices.items():
-            if variable is not None and choice not in known:
-                near = f"the nearest is {known[variable.nearest(choice)]}"
-                said.flaw("SIT007", dotted(place, choice), f"{choice} is no value of {name}",
-                          near if variable.is_ordered else f"one of {', '.join(known)}")
+            if variable is not None and choice not in allowed:
+                near = f"the nearest is {allowed[variable.nearest(choice)]}"
+                remarks.flaw("SIT007", dotted(place, choice), f"{choice} is no value of {name}",
+                             near if variable.is_ordered else f"one of {', '.join(allowed)}")
             for other, value in brings.items():
-                _is_usable(base, other, (value,), dotted(dotted(place, choice), other), said)
+                _is_usable(base, other, (value,), dotted(dotted(place, choice), other), remarks)
         implied[name] = {choice: dict(brings) for choice, brings in choices.items()}
     return implied
 
 
-def _fights(document: StudyDocument, said: Remarks) -> None:
+def _fights(document: StudyDocument, remarks: Remarks) -> None:
     """Note keys that would have two values, directly or as part of a section.
 
     The values can come from vary, same and with, or from two varied keys.
@@ -283,7 +284,7 @@ def _fights(document: StudyDocument, said: Remarks) -> None:
         for other, of_other in settled.items():
             if meet(name, other) and (by != of_other or not by.startswith("with.")):
                 whose = of_other if name == other else f"{other} under {of_other}"
-                said.flaw("SIT009", place, f"{name} is decided by {whose}, too", "one of both")
+                remarks.flaw("SIT009", place, f"{name} is decided by {whose}, too", "one of both")
         settled.setdefault(name, by)
 
 
@@ -299,30 +300,30 @@ def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
                 yield other, f"with.{name}", dotted(dotted(dotted("with", name), choice), other)
 
 
-def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
+def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
     if len(document.goals) > MOST_GOALS:
-        said.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
-                  "turn the others into requirements")
-    seen = set[str]()
+        remarks.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
+                     "turn the others into requirements")
+    measures = set[str]()
     for k, written in enumerate(document.goals):
         place = dotted("goals", k)
         keys = list(written) if isinstance(written, dict) else []
         if len(keys) != 1 or keys[0] not in ("minimize", "maximize"):
-            said.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
-        elif _is_measure(name := written[keys[0]], dotted(place, keys[0]), said):
+            remarks.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
+        elif _is_measure(name := written[keys[0]], dotted(place, keys[0]), remarks):
             if name == "yield":
-                said.flaw("SIT009", dotted(place, keys[0]), "yield is worked out for the designs that are kept",
-                          'require it: {yield: ">= 95 %"}')
-            if name in seen:
-                said.flaw("SIT009", dotted(place, keys[0]), f"{name} is a goal already", "one goal of each measure")
-            seen.add(name)
+                remarks.flaw("SIT009", dotted(place, keys[0]), "yield is worked out for the designs that are kept",
+                             'require it: {yield: ">= 95 %"}')
+            if name in measures:
+                remarks.flaw("SIT009", dotted(place, keys[0]), f"{name} is a goal already", "one goal of each measure")
+            measures.add(name)
             yield Goal(name, keys[0] == "minimize")
 
 
-def _is_measure(name: Any, place: str, said: Remarks) -> bool:
+def _is_measure(name: Any, place: str, remarks: Remarks) -> bool:
     if isinstance(name, str) and name in MEASURES:
         return True
-    said.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
+    remarks.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
     return False
 
 
@@ -335,19 +336,19 @@ EXAMPLES = {
 _LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
 
 
-def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requirement]:
+def _requirements(document: StudyDocument, remarks: Remarks) -> Iterator[Requirement]:
     for name, written in document.require.items():
         place = dotted("require", name)
-        if not _is_measure(name, place, said):
+        if not _is_measure(name, place, remarks):
             continue
         match, unit = _LIMIT.fullmatch(str(written)), MEASURES[name].unit
         factor = _factors(unit).get(match[3]) if match else None
         if match is None or factor is None:
-            said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
-                      f"like {EXAMPLES[unit]!r}; units: {', '.join(each or 'none' for each in _factors(unit))}")
+            remarks.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
+                         f"like {EXAMPLES[unit]!r}; units: {', '.join(each or 'none' for each in _factors(unit))}")
             continue
         if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
-            said.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
+            remarks.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
             continue
         yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
 
@@ -363,7 +364,7 @@ def _factors(unit: str) -> dict[str, float]:
     return next({name: float(factor) for name, factor in units.items()} for units in UNITS.values() if unit in units)
 
 
-def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
+def _search(document: StudyDocument, remarks: Remarks) -> dict[str, Any]:
     checks: dict[str, tuple[Callable[[Any], bool], str]] = {
         "method": (lambda value: value in METHODS, f"one of {', '.join(METHODS)}"),
         "evaluations": (lambda value: _is_whole(value, 1, MOST_GRID), f"a number from 1 to {MOST_GRID}"),
@@ -373,9 +374,9 @@ def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
     for name, value in document.search.items():
         place = dotted("search", name)
         if name not in checks:
-            said.flaw("SIT002", place, f"{described(name)} is no key in search", f"allowed: {', '.join(checks)}")
+            remarks.flaw("SIT002", place, f"{described(name)} is no key in search", f"allowed: {', '.join(checks)}")
         elif not checks[name][0](value):
-            said.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
+            remarks.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
         else:
             parameters[name] = value
     return parameters
@@ -385,26 +386,27 @@ def _is_whole(value: Any, low: int, high: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, float]]:
+def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, float]]:
     """Yield one standard deviation of keys, relative."""
     from sitscad.apps.study.spreads import SPREADS
 
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
         if name not in SPREADS:
-            said.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
-                      f"one of {', '.join(SPREADS)}")
+            remarks.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
+                         f"one of {', '.join(SPREADS)}")
         elif SPREADS[name].unit != "1":
-            said.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
-                      "write its tolerance into the spec's section assembly")
+            remarks.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
+                         "write its tolerance into the spec's section assembly")
         elif match is None or not 0.0 <= float(match[1]) <= 100.0:
-            said.flaw("SIT006", place, f"{described(written)} is no sigma", "one sigma of the figure itself, like 30 %")
+            hint = "one sigma of the figure itself, like 30 %"
+            remarks.flaw("SIT006", place, f"{described(written)} is no sigma", hint)
         else:
             yield name, 0.01 * float(match[1])
 
 
 def _out_of_reach(
-    base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, said: Remarks
+    base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, remarks: Remarks
 ) -> None:
     """Note goals that no varied key can change, and measures that no design can have.
 
@@ -414,15 +416,15 @@ def _out_of_reach(
     for goal, (_, place) in zip(goals, places, strict=True):
         keys = MEASURES[goal.measure].decided_by
         if keys and not space.moves(keys):
-            said.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
-                      "here varies: all designs have the same", "vary it, or choose another goal")
+            remarks.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
+                         "here varies: all designs have the same", "vary it, or choose another goal")
 
     places += [(each.measure, dotted("require", each.measure)) for each in require]
     for name, place in places:
         for need in MEASURES[name].needs:
             if not need.is_had(base.spec) and not space.moves(need.keys):
-                said.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
-                          "varies: no design has it", "give it to the base, or ask for another measure")
+                remarks.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
+                             "varies: no design has it", "give it to the base, or ask for another measure")
                 break
 
 
@@ -503,11 +505,11 @@ def _range(low: float, high: float) -> str:
 
 def _worth(spec: SensorSpec) -> Iterator[str]:
     """Yield two goals for a spec."""
-    felt = spec.target is not None and spec.elastomer is not None
-    yield "minimize: resolution.normal" if felt else "maximize: rp"
+    is_tactile = spec.target is not None and spec.elastomer is not None
+    yield "minimize: resolution.normal" if is_tactile else "maximize: rp"
     if spec.jaw is not None:
         yield "minimize: fit.closed_pair"
-    elif felt and spec.requirements.shear_force:
+    elif is_tactile and spec.requirements.shear_force:
         yield "minimize: resolution.shear_x"
     elif spec.fpc.body is None:
         yield "minimize: board.area"

@@ -84,11 +84,11 @@ def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[fl
 def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
     """Return the rules with findings of a severity, each with its largest breach, in the order of the rules."""
     by_rule: dict[str, Breach] = {}
-    for finding in sorted(findings, key=lambda one: one.rule):
+    for finding in sorted(findings, key=lambda breach: breach.rule):
         if finding.severity is severity:
             sigma = finding.sigma if finding.keeps_limit else None
-            one = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
-            by_rule[finding.rule] = max(by_rule.get(finding.rule, one), one, key=lambda each: each.size)
+            breach = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
+            by_rule[finding.rule] = max(by_rule.get(finding.rule, breach), breach, key=lambda each: each.size)
     return by_rule
 
 
@@ -188,9 +188,9 @@ def screen_errors(has_body: bool = False) -> Mapping[str, float]:
 def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
     layout = sketch(spec)
     design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
-    wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
-    values, absent = figures(design, wanted)
-    absent |= {name: IN_FULL for name in measures if name not in wanted}
+    screened = [name for name in measures if SCREEN in MEASURES[name].levels]
+    values, absent = figures(design, screened)
+    absent |= {name: IN_FULL for name in measures if name not in screened}
     wide = [name for name in OF_BOARD if name in values]
     if not _is_sized(spec):
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
@@ -230,24 +230,24 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     wider = Design(design.spec, sketch(design.spec, WIDER), design.estimates) if _is_sized(design.spec) else design
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
-            others = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
-            of_rule = _said(rule, design, others)
+            variants = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
+            of_rule = _said(rule, design, variants)
             findings += of_rule or ()
             unknown |= {rule.id} if of_rule is None else set()
     return findings, unknown
 
 
-def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding] | None:
+def _said(rule: Rule, design: Design, variants: Sequence[Design]) -> list[Finding] | None:
     """Return the findings of a rule. None if they are not known at the screen level.
 
-    They are unknown, too, if one of the `others`, designs within the errors of the screen, has other severities.
+    They are unknown, too, if one of the `variants`, designs within the errors of the screen, has other severities.
     """
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
         return None
     findings, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
         return None
-    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(findings) for other in others):
+    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(findings) for other in variants):
         return None
     return findings
 
@@ -272,14 +272,15 @@ def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> E
 def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
-    def state(one: StateEstimate) -> StateEstimate:
+    def state(estimate: StateEstimate) -> StateEstimate:
         """Return a state with the tank better by these factors."""
         of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
-        more = {name: getattr(one, name) * by_l for name in of_inductance if getattr(one, name) is not None}
-        more |= {name: getattr(one, name) * by_r for name in ("parallel_resistance", "quality_factor", "amplitude")}
-        return replace(one, frequency=one.frequency * by_f, resistance=one.resistance / by_r, **more)
+        more = {name: getattr(estimate, name) * by_l for name in of_inductance if getattr(estimate, name) is not None}
+        of_resistance = ("parallel_resistance", "quality_factor", "amplitude")
+        more |= {name: getattr(estimate, name) * by_r for name in of_resistance}
+        return replace(estimate, frequency=estimate.frequency * by_f, resistance=estimate.resistance / by_r, **more)
 
-    states = {name: state(one) for name, one in coil.states.items()}
+    states = {name: state(estimate) for name, estimate in coil.states.items()}
     for pressed in [name for name in states if name not in (FREE, REST) and REST in states]:
         part = 1.0 + side * errors["signal.normal"]  # factor of the change from rest
         pairs = {name: (getattr(states[REST], name), getattr(states[pressed], name))
@@ -313,7 +314,7 @@ Task = tuple[Callable[..., Any], tuple[Any, ...]]
 class Executor(Protocol):
     """An executor of work elsewhere: `concurrent.futures`, or a Dask client."""
 
-    def submit(self, work: Any, /, *given: Any) -> Any:
+    def submit(self, work: Any, /, *arguments: Any) -> Any:
         """Return an object whose `result` returns the result of the work."""
 
 
@@ -345,13 +346,13 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
     return [next(computed) if each is None else each for each in evaluations], time.perf_counter() - started
 
 
-def tidily(made: Iterable[Made]) -> Iterator[Made]:
+def tidily(results: Iterable[Made]) -> Iterator[Made]:
     """Yield the results, and free the memory of each before the next.
 
     A design consists of reference cycles with few objects that hold tens of megabytes. Python collects cycles by the
     number of objects, and so too late.
     """
-    for each in made:
+    for each in results:
         yield each
         del each
         gc.collect()
@@ -404,9 +405,9 @@ class Workers:
             self._speed[level] = len(evaluated) / max(seconds, 1e-3)
             yield from evaluated
 
-    def each(self, work: Callable[..., Made], given: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
+    def each(self, work: Callable[..., Made], calls: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
         """Yield the results of `work` for each tuple of arguments, in their order."""
-        yield from self._in_order((work, arguments) for arguments in given)
+        yield from self._in_order((work, arguments) for arguments in calls)
 
     def _size(self, level: str) -> int:
         if self._is_here:
@@ -474,8 +475,8 @@ def cluster(address: str) -> tuple[Executor, int]:
         client = Client(address, timeout=SECONDS_TO_ANSWER)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{address!r} is no scheduler's address ({error}): like tcp://host:8786") from error
-    ours, others = code_version(), client.run(code_version, on_error="return")
-    if apart := [f"{worker} has {theirs!s}" for worker, theirs in sorted(others.items()) if theirs != ours]:
+    ours, theirs_by_worker = code_version(), client.run(code_version, on_error="return")
+    if apart := [f"{worker} has {theirs!s}" for worker, theirs in sorted(theirs_by_worker.items()) if theirs != ours]:
         client.close()
         raise ValueError(f"workers have another program than {ours}, and could judge otherwise: {', '.join(apart)}")
     return client, max(1, sum(client.nthreads().values()))

@@ -56,8 +56,8 @@ class Breach:
         """
         if self.measured is None or self.limit is None:
             return 1.0
-        far = abs(self.measured - self.limit) * (1.0 if self.sigma is None else 1.0 / max(self.sigma, 1e-9) - 1.0)
-        return BROKEN + far / max(abs(self.limit), abs(self.measured), 1e-300)
+        distance = abs(self.measured - self.limit) * (1.0 if self.sigma is None else 1.0 / max(self.sigma, 1e-9) - 1.0)
+        return BROKEN + distance / max(abs(self.limit), abs(self.measured), 1e-300)
 
     def as_json(self) -> list[Any]:
         """Return figure, limit, unit, and the sigma if it is set."""
@@ -115,17 +115,17 @@ class Evaluation:
         }
 
 
-def of_json(said: Mapping[str, Any]) -> Evaluation:
+def of_json(data: Mapping[str, Any]) -> Evaluation:
     """Return the evaluation from plain values of `Evaluation.as_json`.
 
     Equal texts and tuples of many designs share one object. Raises KeyError, TypeError or ValueError for other values.
     """
-    values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in said["values"].items()}
-    absent = {intern(name): intern(why) for name, why in said["absent"].items()}
-    refused, warned = ({intern(rule): _breach(*breach) for rule, breach in said[part].items()}
+    values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in data["values"].items()}
+    absent = {intern(name): intern(why) for name, why in data["absent"].items()}
+    refused, warned = ({intern(rule): _breach(*breach) for rule, breach in data[part].items()}
                        for part in ("refused", "warned"))
-    unknown = _alike(tuple(map(intern, said["unknown"])))
-    level = {FULL: FULL, SCREEN: SCREEN}[said["level"]]
+    unknown = _alike(tuple(map(intern, data["unknown"])))
+    level = {FULL: FULL, SCREEN: SCREEN}[data["level"]]
     return Evaluation(values, absent or NONE, refused or NONE, warned or NONE, unknown, level)
 
 
@@ -160,9 +160,9 @@ class UnitJudged:
         return [self.is_good, list(self.broken), self.is_computed, dict(self.values)]
 
 
-def unit_of_json(said: Sequence[Any]) -> UnitJudged:
+def unit_of_json(data: Sequence[Any]) -> UnitJudged:
     """Return the unit from plain values of `UnitJudged.as_json`. Raises the errors of `of_json`."""
-    is_good, broken, is_computed, values = said
+    is_good, broken, is_computed, values = data
     figures = {intern(name): _figure(value) for name, value in values.items()}
     return UnitJudged(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
@@ -243,9 +243,9 @@ class Archive:
             return dict(stored)
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
-    def add(self, key: str, changes: Iterable[tuple[str, Any]], said: Mapping[str, Any]) -> None:
+    def add(self, key: str, changes: Iterable[tuple[str, Any]], values: Mapping[str, Any]) -> None:
         """Add plain values under a key. On return, their line has been passed to the operating system."""
-        line = {"key": key, "changes": dict(changes), **said}
+        line = {"key": key, "changes": dict(changes), **values}
         body = json.dumps(line, allow_nan=False).encode("ascii")
         self._starts[key.encode()] = self._write(_head(body) + body[1:] + b"\n")
 

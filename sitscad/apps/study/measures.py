@@ -113,10 +113,10 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
     """Return a reader of one standard deviation of manufacture of a figure, at its worst tank."""
 
     def read(design: Design) -> Figure:
-        spread = _worst_tank(design, pick, name)[1].spread
-        if spread is None:
+        sigmas = _worst_tank(design, pick, name)[1].spread
+        if sigmas is None:
             raise AbsentError("no tank of this design oscillates")
-        return float(getattr(spread, name)), 0.0
+        return float(getattr(sigmas, name)), 0.0
 
     return read
 
@@ -138,12 +138,12 @@ def _signal(design: Design) -> Figure:
 
 
 def _felt(design: Design) -> Felt:
-    felt = design.sensing.felt
-    if felt is None:
+    sensing = design.sensing.felt
+    if sensing is None:
         raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
-    if not all(felt.held):
+    if not all(sensing.held):
         raise AbsentError("the pad gives way sideways within the required normal force")
-    return felt
+    return sensing
 
 
 def _error_of(design: Design) -> float:
@@ -158,10 +158,10 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
 
     def along(axis: str) -> Reader:
         def read(design: Design) -> Figure:
-            felt = _felt(design)
-            if axis not in felt.bench.range.axes:
+            sensing = _felt(design)
+            if axis not in sensing.bench.range.axes:
                 raise AbsentError(f"the coils do not tell {axis} apart")
-            value = of(felt, axis)
+            value = of(sensing, axis)
             if not math.isfinite(value):
                 raise AbsentError(f"no reading tells {axis}")
             return value, _error_of(design) * value
@@ -171,19 +171,19 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
     return along
 
 
-def _resolution(found: Felt, axis: str) -> float:
-    k = found.bench.range.axes.index(axis)
-    return max(float(point.noise[k]) for point in found.points)
+def _resolution(sensing: Felt, axis: str) -> float:
+    k = sensing.bench.range.axes.index(axis)
+    return max(float(point.noise[k]) for point in sensing.points)
 
 
-def _by_tilt(found: Felt, axis: str) -> float:
-    k = found.bench.range.axes.index(axis)
-    return max(float(point.tilt_errors(point.tilt)[k].max()) for point in found.points)
+def _by_tilt(sensing: Felt, axis: str) -> float:
+    k = sensing.bench.range.axes.index(axis)
+    return max(float(point.tilt_errors(point.tilt)[k].max()) for point in sensing.points)
 
 
 def _by_warmth(place: int) -> Callable[[Felt, str], float]:
     """Return a reader of the drift at one of the loads, from rest (0) to full load (-1)."""
-    return lambda found, axis: float(found.warmed[place].drift[found.bench.range.axes.index(axis)])
+    return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
 
 def _range(axis: str) -> Reader:
@@ -205,12 +205,12 @@ def _range(axis: str) -> Reader:
 def _crosstalk(design: Design) -> Figure:
     from sitscad.estimates.performance.inversion import crosstalk
 
-    felt = _felt(design)
-    if len(felt.bench.range.axes) == 1:
+    sensing = _felt(design)
+    if len(sensing.bench.range.axes) == 1:
         raise AbsentError("one coil tells one axis")
-    if not felt.is_range_held:
+    if not sensing.is_range_held:
         raise AbsentError("the pad gives way sideways within the required loads")
-    tables = [crosstalk(felt.working, point.load, point.inverse)[0] for point in felt.points]
+    tables = [crosstalk(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
     value = max(error for table in tables for row in table.values() for error in row.values())
     return value, _error_of(design) * value
 
@@ -218,15 +218,15 @@ def _crosstalk(design: Design) -> Figure:
 def _by_gap(design: Design) -> Figure:
     from sitscad.estimates.loads.pressing import GLUE, PAD
 
-    felt = _felt(design)
-    if not felt.is_range_held:
+    sensing = _felt(design)
+    if not sensing.is_range_held:
         raise AbsentError("the pad gives way sideways within the required loads")
-    units, full = felt.units, felt.bench.range.normal
+    units, full = sensing.units, sensing.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
     causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
-    is_force = [name in FORCES for name in felt.bench.range.axes]
+    is_force = [name in FORCES for name in sensing.bench.range.axes]
     value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
     return value, _error_of(design) * value
 
@@ -320,9 +320,9 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
                         "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),
-                        _fit(lambda found: found[CLOSED_PAIR].worst))
+                        _fit(lambda fits: fits[CLOSED_PAIR].worst))
     yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", (JAW,),
-                        _fit(lambda found: min(measure.margin for measure in found.values())))
+                        _fit(lambda fits: min(measure.margin for measure in fits.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
                         _exact(lambda design: design.layout.body_size[1]))
     yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
@@ -338,9 +338,9 @@ def _rows() -> Iterator[DesignMeasure]:
                         _exact(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
-            own, tank = name.lower(), quantities[name]
-            meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
-            yield DesignMeasure(f"sigma.{own}", tank.unit, meaning, (), _sigma(pick, tank.field))
+            lower, tank = name.lower(), quantities[name]
+            meaning = f"one sigma of {lower} from unit to unit, to first order, where {lower} is at its worst"
+            yield DesignMeasure(f"sigma.{lower}", tank.unit, meaning, (), _sigma(pick, tank.field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
                         "spreads of manufacture", (),
                         _exact(lambda design: None, "it is a study's: of the designs that it keeps"))

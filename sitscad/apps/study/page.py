@@ -81,8 +81,8 @@ class ChartAxis:
 
 def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
     """Return an axis that holds all finite figures, with ticks at round numbers."""
-    known = [value for value in values if math.isfinite(value)] or [0.0]
-    low, high = min(known), max(known)
+    finite = [value for value in values if math.isfinite(value)] or [0.0]
+    low, high = min(finite), max(finite)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     low, high = low - room, high + room
     power = 10.0 ** math.floor(math.log10((high - low) / TICKS))
@@ -118,21 +118,21 @@ def field(
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
     """Return a chart of designs by two figures. Designs beyond the axes are left out."""
-    size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
+    size, (start, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
     sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
     for value, label in across.ticks:
-        x = left + across.at(value) * (right - left)
+        x = start + across.at(value) * (right - start)
         sheet.line(x, low, x, top, Pen(1.0, LINE))
         sheet.text(x, low - 16.0, label, 11.0, "middle", colour=SOFT)
     for value, label in up.ticks:
         y = low + up.at(value) * (top - low)
-        sheet.line(left, y, right, y, Pen(1.0, LINE))
-        sheet.text(left - 6.0, y - 4.0, label, 11.0, "end", colour=SOFT)
-    sheet.text((left + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
-    sheet.text(left - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
+        sheet.line(start, y, right, y, Pen(1.0, LINE))
+        sheet.text(start - 6.0, y - 4.0, label, 11.0, "end", colour=SOFT)
+    sheet.text((start + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
+    sheet.text(start - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
 
     def point(at: tuple[float, float]) -> Point:
-        return Point(left + across.at(at[0]) * (right - left), low + up.at(at[1]) * (top - low))
+        return Point(start + across.at(at[0]) * (right - start), low + up.at(at[1]) * (top - low))
 
     for mark in in_order(marks):
         at = place(mark)
@@ -193,20 +193,20 @@ Values = Mapping[str, float]
 class StudyPage:
     """The page of an answer. `share` is the fraction of `MOST_OTHERS` and `MOST_SKETCHES` that it uses."""
 
-    def __init__(self, said: StudyAnswer, share: float = 1.0) -> None:
-        self.said, self.asked, self.share = said, said.asked, share
-        self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
-        self.numbers = {design.point: k for k, design in enumerate(said.kept, 1)}
-        self.nearest = None if said.kept or said.relaxation is None else said.relaxation.point
+    def __init__(self, answer: StudyAnswer, share: float = 1.0) -> None:
+        self.said, self.asked, self.share = answer, answer.asked, share
+        self.names = [name for name in answer.asked.measures if not name.startswith("sigma.")]
+        self.numbers = {design.point: k for k, design in enumerate(answer.kept, 1)}
+        self.nearest = None if answer.kept or answer.relaxation is None else answer.relaxation.point
         self.points = self._points()
 
     def _points(self) -> list[DesignPoint]:
         """Return the whole front, and other designs up to a limit, evenly selected among the evaluated designs."""
         nearest = [] if self.nearest is None else [self.nearest]
         front = [*dict.fromkeys((*self.numbers, *nearest, *self.said.front))]
-        others = [point for point in self.said.found.screened if point not in set(front)]
-        count = min(len(others), int(self.share * MOST_OTHERS))
-        return front + [others[k * len(others) // count] for k in range(count)]
+        beaten = [point for point in self.said.found.screened if point not in set(front)]
+        count = min(len(beaten), int(self.share * MOST_OTHERS))
+        return front + [beaten[k * len(beaten) // count] for k in range(count)]
 
     @cached_property
     def scales(self) -> dict[str, tuple[float, str]]:
@@ -220,9 +220,10 @@ class StudyPage:
             scales[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
         return scales
 
-    def scaled(self, one: Evaluation) -> dict[str, float]:
+    def scaled(self, evaluation: Evaluation) -> dict[str, float]:
         """Return the figures of an evaluation in the units of the charts."""
-        return {name: one.values[name][0] * self.scales[name][0] for name in self.names if name in one.values}
+        values = evaluation.values
+        return {name: values[name][0] * self.scales[name][0] for name in self.names if name in values}
 
     @cached_property
     def figures(self) -> list[dict[str, float]]:
@@ -247,16 +248,16 @@ class StudyPage:
     def axes(self) -> dict[str, ChartAxis]:
         """Axis of each measure. It covers the front, or the better four fifths of all designs if the front is small."""
         axes = {}
-        wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
-        is_few = len(wanted) < FEW
+        shown_marks = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
+        is_few = len(shown_marks) < FEW
         better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
         for name in self.names:
             values = sorted(values[name] for k, values in enumerate(self.figures)
-                            if name in values and (k in wanted or is_few))
+                            if name in values and (k in shown_marks or is_few))
             if is_few:
                 most = 4 * len(values) // 5
                 values = values[: most + 1] if better.get(name, True) else values[len(values) - most :]
-                values += [self.figures[k][name] for k in wanted if name in self.figures[k]]
+                values += [self.figures[k][name] for k in shown_marks if name in self.figures[k]]
             low, high = (min(values), max(values)) if values else (0.0, 1.0)
             base = self.scaled(self.said.base).get(name)
             near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
@@ -293,10 +294,10 @@ class StudyPage:
 
     def so_far(self, of: int) -> str:
         """Return the page of a search of `of` designs in progress: results of the screen, without kept designs."""
-        said, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
-        words = f"{len(said.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
-        head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", words), ())
-        return page(f"{said.name}: sweep", [
+        answer, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
+        verdict = f"{len(answer.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
+        head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", verdict), ())
+        return page(f"{answer.name}: sweep", [
             head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
             part("The front so far", self.front(), "front"),
             part("Why designs were refused", self.in_the_way(), "refused"),
@@ -304,21 +305,21 @@ class StudyPage:
 
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
         """Return the name, the verdict, and the best value of each goal beside the base."""
-        said, (kind, words) = self.said, verdict
+        answer, (kind, verdict_text) = self.said, verdict
         asks = [f"{each.measure} {each.written}" for each in self.asked.require]
         tiles = []
         for goal in self.asked.goals:
-            every = (said.found.of(point).values for point in said.front)
+            every = (answer.found.of(point).values for point in answer.front)
             values = [values[goal.measure][0] for values in every if goal.measure in values]
             if values:
-                base = said.base.values.get(goal.measure)
+                base = answer.base.values.get(goal.measure)
                 beside = f"; the base has {shown(goal.measure, base[0])}" if base else ""
                 best = shown(goal.measure, min(values, key=goal.cost))
                 words_of = escape(f"best {goal.measure}{beside}")
                 tiles.append(f"<div class='tile'><b>{escape(best)}</b><span>{words_of}</span></div>")
         return (
-            f"<header><h1>{escape(said.name)}</h1><p class='soft'>{escape(', '.join(goals))}"
-            f"{escape('; require ' + ', '.join(asks) if asks else '')}</p><p class='verdict {kind}'>{words}</p>"
+            f"<header><h1>{escape(answer.name)}</h1><p class='soft'>{escape(', '.join(goals))}"
+            f"{escape('; require ' + ', '.join(asks) if asks else '')}</p><p class='verdict {kind}'>{verdict_text}</p>"
             f"{''.join(_paragraphs(lines))}</header>"
             + (f"<div class='tiles'>{''.join(tiles)}</div>" if tiles else "")
         )
@@ -330,13 +331,13 @@ class StudyPage:
 
     def designs(self) -> str:
         """Return the base and the kept designs: a table, then a drawing of each kept design."""
-        drawn = ""
+        articles = ""
         for number, layout in enumerate(self.said.layouts, 1):
             x0, y0, x1, y1 = layout.body
             board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
             caption = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
-            drawn += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
-        return _table(design_table(self.said)) + drawn
+            articles += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
+        return _table(design_table(self.said)) + articles
 
     def yields(self) -> str:
         """Return the yield of each kept design with its interval, its deciding spreads, and one sigma of figures."""
@@ -349,24 +350,24 @@ class StudyPage:
         """Return charts of designs by each pair of goals, the chosen design, and the front as a table."""
         goals = [goal.measure for goal in self.asked.goals]
         pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.asked.space.variables[0].key, goals[0])]
-        drawn, base = "", self.scaled(self.said.base)
+        fields, base = "", self.scaled(self.said.base)
         for k, (across, up) in enumerate(pairs):
             axes = self._key_axis(across) if across not in self.axes else self.axes[across], self.axes[up]
 
             def place(mark: DesignMark, across: str = across, up: str = up) -> tuple[float, float] | None:
                 keys = zip((v.key for v in self.asked.space.variables), self.points[mark.number], strict=True)
-                own = self.figures[mark.number] | {key: float(k) for key, k in keys}
-                return (own[across], own[up]) if across in own and up in own else None
+                figures = self.figures[mark.number] | {key: float(k) for key, k in keys}
+                return (figures[across], figures[up]) if across in figures and up in figures else None
 
-            own = (base[across], base[up]) if across in base and up in base else None
+            figures = (base[across], base[up]) if across in base and up in base else None
             places = [place(mark) for mark in self.marks]
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
-            drawn += figure(field(f"field-{k}", axes, self.marks, place, own), CAPTION + (
+            fields += figure(field(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
-        words = f"The front as a table: {counted(len(self.said.front), 'design')}"
+        summary = f"The front as a table: {counted(len(self.said.front), 'design')}"
         table = _table(front_table(self.said))
-        whole = f"<details class='front'><summary>{words}</summary>{table}</details>" if table else ""
-        return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
+        whole = f"<details class='front'><summary>{summary}</summary>{table}</details>" if table else ""
+        return f"<div class='fields'>{fields}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> ChartAxis:
         """Return the axis of a key's values by number. The first, the middle and the last value have labels."""
@@ -407,11 +408,11 @@ class StudyPage:
                 continue
             plates = [target.outline() for target in bodies.targets(layout.spec)]
             windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
-            drawn = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
-            room -= len(drawn)
+            board = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
+            room -= len(board)
             if room < 0:
                 return
-            yield str(mark.number), drawn
+            yield str(mark.number), board
 
 
 FILES = ("front.csv has the front, study.json the whole answer, archive.jsonl every design that was looked at: the "
@@ -450,8 +451,8 @@ article .paper { max-width: 44rem; }
 """
 
 
-def _table(found: AnswerTable) -> str:
-    return page_tables([found.shown()])
+def _table(table: AnswerTable) -> str:
+    return page_tables([table.shown()])
 
 
 def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
@@ -463,32 +464,32 @@ def _digits(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.5g}")
 
 
-def study_page(said: StudyAnswer) -> str:
+def study_page(answer: StudyAnswer) -> str:
     """Return the page of an answer as HTML text. Text from the study or its base is escaped."""
     share = 1.0
-    while len(text := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
+    while len(text := StudyPage(answer, share).html()) > MOST_PAGE and share > 0.01:
         share *= 0.5  # the page has many keys, many measures or large boards
     return text
 
 
-def page_so_far(study: Study, found: Found, of: int) -> str:
-    """Return the page of a search in progress, with `found` of `of` designs: results of the screen."""
-    asked, found = study.asked, replace(found, full={})
+def page_so_far(study: Study, results: Found, of: int) -> str:
+    """Return the page of a search in progress, with `results` of `of` designs: results of the screen."""
+    request, results = study.asked, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
-    base = screened([asked.base.spec], asked.measures)[0]
-    front = tuple(best_of(asked, found.screened))
-    said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)),
-                       None if front else relaxation(asked, found), nothing, (), front, (), ())
-    return StudyPage(said).so_far(of)
+    base = screened([request.base.spec], request.measures)[0]
+    front = tuple(best_of(request, results.screened))
+    answer = StudyAnswer(study.name, request, base, results, tuple(bindings(request, results)),
+                         None if front else relaxation(request, results), nothing, (), front, (), ())
+    return StudyPage(answer).so_far(of)
 
 
-def answer_files(said: StudyAnswer) -> dict[str, bytes]:
+def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
     """Return the files of a study's folder besides its archive, and the files that the kept designs read."""
-    request = said.asked
-    specs = (request.base.design(request.space.changes(design.point)) for design in said.kept)
+    request = answer.asked
+    specs = (request.base.design(request.space.changes(design.point)) for design in answer.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
-    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
-    whole = {"front.csv": front_csv(said), "study.json": answer_json(said), "study.html": study_page(said)}
+    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(answer.texts, 1)}
+    whole = {"front.csv": front_csv(answer), "study.json": answer_json(answer), "study.html": study_page(answer)}
     return files | {name: text.encode("utf-8") for name, text in whole.items()}
 
 
@@ -503,7 +504,7 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
     """
     request = study.asked
     points = first_set(request.space, request.evaluations, request.seed, [request.base_point])
-    found = Found(request, SCREEN)
+    results = Found(request, SCREEN)
     last = 0.0
     with Workers(request.base, 1) as workers:
         for k, point in enumerate(points, 1):
@@ -511,21 +512,21 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
             key = f"{request.base.key(changes, SCREEN)} {request.measures}"
             if key not in evaluated:
                 evaluated[key] = next(workers.evaluations([changes], request.measures, SCREEN))
-            found.screened[point] = evaluated[key]
+            results.screened[point] = evaluated[key]
             if time.perf_counter() - last > PAUSE or k == len(points):
-                page = page_so_far(study, found, len(points)).encode() if serves else b""
-                yield numbers(found, len(points)), page
+                page = page_so_far(study, results, len(points)).encode() if serves else b""
+                yield numbers(results, len(points)), page
                 last = time.perf_counter()
 
 
-def numbers(found: Found, of: int) -> dict[str, Any]:
+def numbers(results: Found, of: int) -> dict[str, Any]:
     """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
-    asked, good = found.asked, passing(found.asked, found.screened)
-    texts = {"designs": f"{len(found.screened)} of {of}", "keep everything": str(len(good))}
-    for goal in asked.goals:
-        known = (point for point in good if goal.measure in found.screened[point].values)
-        values = {point: found.screened[point].values[goal.measure][0] for point in known}
+    request, good = results.asked, passing(results.asked, results.screened)
+    texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
+    for goal in request.goals:
+        points = (point for point in good if goal.measure in results.screened[point].values)
+        values = {point: results.screened[point].values[goal.measure][0] for point in points}
         if values:
             best = min(values, key=lambda point: goal.cost(values[point]))
-            texts[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(asked.space.chosen(best))}"
+            texts[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(request.space.chosen(best))}"
     return texts

@@ -57,10 +57,10 @@ Evaluate = Callable[[list[Point]], list[Costs]]
 """Function that returns the costs of points. It is called once per point."""
 
 
-def method_for(asked: str, space: Space, evaluations: int, goals: int) -> str:
+def method_for(method: str, space: Space, evaluations: int, goals: int) -> str:
     """Return the search method: the named one, or for "auto" the grid if it is small enough, else another method."""
-    if asked != "auto":
-        return asked
+    if method != "auto":
+        return method
     if space.size <= evaluations:
         return "grid"
     return "nsga2" if find_spec("pymoo") is not None else "de" if goals == 1 else "sobol"
@@ -75,16 +75,16 @@ def search(
         _in_turn(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
         return
     first = first_set(space, evaluations, seed, begin)
-    known = dict(zip(first, _in_turn(first, evaluate), strict=True))
+    evaluated = dict(zip(first, _in_turn(first, evaluate), strict=True))
     go_on = _nsga2 if method == "nsga2" else _differential_evolution
-    go_on(space, evaluations, seed, goals, known, evaluate)
+    go_on(space, evaluations, seed, goals, evaluated, evaluate)
 
 
 def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] = ()) -> list[Point]:
     """Return the first points of a search with this number of evaluations."""
     count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
-    drawn = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
-    return _distinct((*begin, *drawn), evaluations)
+    points = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
+    return _distinct((*begin, *points), evaluations)
 
 
 def _distinct(points: Iterable[Point], most: int) -> list[Point]:
@@ -119,7 +119,7 @@ def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
 
 
 def _nsga2(
-    space: Space, evaluations: int, seed: int, goals: int, known: dict[Point, Costs], evaluate: Evaluate
+    space: Space, evaluations: int, seed: int, goals: int, evaluated: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
     """Search with NSGA-II (Deb 2002) on the numbers of the values.
 
@@ -139,18 +139,18 @@ def _nsga2(
     problem = Problem(n_var=len(low), n_obj=goals, n_ieq_constr=1, xl=low, xu=high, vtype=int)
     whole: Any = {"vtype": float, "repair": RoundingRepair()}
     size = min(POPULATION, max(8, evaluations // 8))
-    algorithm = NSGA2(pop_size=size, sampling=np.array(_best(known, size)), crossover=SBX(prob=0.9, eta=10, **whole),
-                      mutation=PM(eta=10, **whole), eliminate_duplicates=True)
+    algorithm = NSGA2(pop_size=size, sampling=np.array(_best(evaluated, size)), eliminate_duplicates=True,
+                      crossover=SBX(prob=0.9, eta=10, **whole), mutation=PM(eta=10, **whole))
     algorithm.setup(problem, termination=("n_gen", evaluations), seed=seed, verbose=False)
     still = 0
-    while len(known) < evaluations and still < STILL:
+    while len(evaluated) < evaluations and still < STILL:
         candidates = algorithm.ask()
         if candidates is None or not len(candidates):
             return
         points = [tuple(map(int, row)) for row in np.rint(candidates.get("X"))]
-        still = 0 if _ask(points, evaluations, known, evaluate) else still + 1
+        still = 0 if _ask(points, evaluations, evaluated, evaluate) else still + 1
         nothing = Costs((None,) * goals, WORST)  # beyond the limit of evaluations: given the worst costs
-        values, violations = _figures([known.get(point, nothing) for point in points])
+        values, violations = _figures([evaluated.get(point, nothing) for point in points])
         algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), candidates)
         algorithm.tell(infills=candidates)
 
@@ -159,35 +159,35 @@ STILL = 50
 """Number of generations without a new design after which the search ends."""
 
 
-def _ask(points: Sequence[Point], evaluations: int, known: dict[Point, Costs], evaluate: Evaluate) -> int:
+def _ask(points: Sequence[Point], evaluations: int, evaluated: dict[Point, Costs], evaluate: Evaluate) -> int:
     """Evaluate unknown points while evaluations are left. Return their number."""
-    new = [point for point in dict.fromkeys(points) if point not in known][: evaluations - len(known)]
+    new = [point for point in dict.fromkeys(points) if point not in evaluated][: evaluations - len(evaluated)]
     if new:
-        known |= dict(zip(new, evaluate(new), strict=True))
+        evaluated |= dict(zip(new, evaluate(new), strict=True))
     return len(new)
 
 
-def _best(known: dict[Point, Costs], size: int) -> list[Point]:
+def _best(evaluated: dict[Point, Costs], size: int) -> list[Point]:
     """Return the first population: the points with the least violation.
 
     Among valid points, the best fronts go first.
     """
-    points = list(known)
-    ranks = ranked([known[point] for point in points])
+    points = list(evaluated)
+    ranks = ranked([evaluated[point] for point in points])
     return [points[k] for k in np.argsort(ranks, kind="stable")[:size]]
 
 
-def ranked(costs: Sequence[Costs], wanted: int | None = None) -> NDArray[np.int64]:
+def ranked(costs: Sequence[Costs], least: int | None = None) -> NDArray[np.int64]:
     """Return the number of the front of each point, from 0.
 
-    Valid points are ranked by their goals. All others come after them, by their violation. Once `wanted` points have a
+    Valid points are ranked by their goals. All others come after them, by their violation. Once `least` points have a
     front, the remaining valid points share the next one.
     """
     goals, violations = _figures(costs)
     ranks = np.full(len(costs), -1, dtype=np.int64)
     good, front = np.flatnonzero(violations[:, 0] <= 0.0), 0
     while len(good):
-        is_enough = wanted is not None and np.count_nonzero(ranks >= 0) >= wanted
+        is_enough = least is not None and np.count_nonzero(ranks >= 0) >= least
         first = np.ones(len(good), dtype=bool) if is_enough else _unbeaten(goals[good])
         ranks[good[first]] = front
         good, front = good[~first], front + 1
@@ -205,8 +205,8 @@ def _unbeaten(values: Array) -> Flags:
     remaining, unbeaten = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
     while len(remaining):
         best, unbeaten[remaining[0]] = values[remaining[0]], True
-        others = values[remaining[1:]]
-        remaining = remaining[1:][np.any(others < best, axis=1) | np.all(others == best, axis=1)]
+        rest = values[remaining[1:]]
+        remaining = remaining[1:][np.any(rest < best, axis=1) | np.all(rest == best, axis=1)]
     return unbeaten
 
 
@@ -219,7 +219,7 @@ REFUSED = 1e12
 
 
 def _differential_evolution(
-    space: Space, evaluations: int, seed: int, goals: int, known: dict[Point, Costs], evaluate: Evaluate
+    space: Space, evaluations: int, seed: int, goals: int, evaluated: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
     """Search with differential evolution (Storn and Price 1997) on the numbers of the values.
 
@@ -227,7 +227,7 @@ def _differential_evolution(
     """
     from scipy.optimize import differential_evolution
 
-    bounds, size = [(0, count - 1) for count in space.shape], min(32, max(8, evaluations // 8), len(known))
+    bounds, size = [(0, count - 1) for count in space.shape], min(32, max(8, evaluations // 8), len(evaluated))
     free = [k for k, (low, high) in enumerate(bounds) if high > low]
     still = 0
 
@@ -239,12 +239,12 @@ def _differential_evolution(
             for k, value in zip(free, row, strict=True):
                 point[k] = int(value)
             points.append(tuple(point))
-        still = 0 if _ask(points, evaluations, known, evaluate) else still + 1
-        if still >= STILL or any(point not in known for point in points):
+        still = 0 if _ask(points, evaluations, evaluated, evaluate) else still + 1
+        if still >= STILL or any(point not in evaluated for point in points):
             raise _SpentError
-        return np.array([_single(known[point]) for point in points])
+        return np.array([_single(evaluated[point]) for point in points])
 
-    start = np.array(_best(known, size), dtype=float)[:, free]
+    start = np.array(_best(evaluated, size), dtype=float)[:, free]
     if len(start) < 5 or not free:
         return
     with suppress(_SpentError):
@@ -345,44 +345,44 @@ def unranked() -> frozenset[str]:
     return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
 
-def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
+def violations(request: Asked, evaluation: Evaluation) -> dict[str, Breach]:
     """Return the breaches of a design: rules with errors, warnings that may not stay, and broken requirements.
 
     A missing measure is a breach, too, unless only the full level computes it. A design that cannot be drawn has only
     the breaches of the rules that refuse its spec, because no others are known.
     """
-    broken = dict(found.refused)
+    broken = dict(evaluation.refused)
     if is_unmade(broken):
         return broken
-    names = {rule.id: rule.name for rule in all_rules()} if found.warned else {}
-    broken |= {rule: breach for rule, breach in found.warned.items() if rule != IN_VAIN and not any(
-        word == ALL or stands_for(word, rule, names.get(rule, "")) for word in asked.accept)}
-    for requirement in asked.require:
+    names = {rule.id: rule.name for rule in all_rules()} if evaluation.warned else {}
+    broken |= {rule: breach for rule, breach in evaluation.warned.items() if rule != IN_VAIN and not any(
+        word == ALL or stands_for(word, rule, names.get(rule, "")) for word in request.accept)}
+    for requirement in request.require:
         if requirement.measure == "yield":
             continue
-        value, unit = found.values.get(requirement.measure), MEASURES[requirement.measure].unit
-        if found.absent.get(requirement.measure) == IN_FULL:
+        value, unit = evaluation.values.get(requirement.measure), MEASURES[requirement.measure].unit
+        if evaluation.absent.get(requirement.measure) == IN_FULL:
             continue
         if value is None or not requirement.holds(value[0]):
             broken[requirement.measure] = Breach(None if value is None else value[0], requirement.limit, unit)
-        elif (sigma := found.values.get(f"sigma.{requirement.measure}")) is not None and asked.least_yield is not None:
-            far = NormalDist().inv_cdf(asked.least_yield) * sigma[0]
-            worst = value[0] - far if requirement.is_floor else value[0] + far
+        elif request.least_yield is not None and f"sigma.{requirement.measure}" in evaluation.values:
+            margin = NormalDist().inv_cdf(request.least_yield) * evaluation.values[f"sigma.{requirement.measure}"][0]
+            worst = value[0] - margin if requirement.is_floor else value[0] + margin
             if not requirement.holds(worst):  # too many units would break it (to first order, each limit separately)
                 broken[f"yield by {requirement.measure}"] = Breach(worst, requirement.limit, unit)
     if not broken:
-        lacking = [goal.measure for goal in asked.goals
-                   if goal.measure not in found.values and found.absent.get(goal.measure) != IN_FULL]
+        lacking = [goal.measure for goal in request.goals
+                   if goal.measure not in evaluation.values and evaluation.absent.get(goal.measure) != IN_FULL]
         broken |= dict.fromkeys(lacking, Breach())
     return broken
 
 
-def costs(asked: Asked, found: Evaluation) -> Costs:
+def costs(request: Asked, evaluation: Evaluation) -> Costs:
     """Return the costs of a design for the search."""
-    goals = tuple(goal.cost(found.values[goal.measure][0]) if goal.measure in found.values else None
-                  for goal in asked.goals)
-    unmade = NOT_MADE if is_unmade(found.refused) else 0.0
-    return Costs(goals, unmade + sum(breach.size for breach in violations(asked, found).values()))
+    goals = tuple(goal.cost(evaluation.values[goal.measure][0]) if goal.measure in evaluation.values else None
+                  for goal in request.goals)
+    unmade = NOT_MADE if is_unmade(evaluation.refused) else 0.0
+    return Costs(goals, unmade + sum(breach.size for breach in violations(request, evaluation).values()))
 
 
 def is_unmade(broken: Iterable[str]) -> bool:
@@ -410,13 +410,13 @@ class LevelTally:
     made: int = 0
     best: dict[str, float] = field(default_factory=dict)
 
-    def note(self, one: Evaluation, is_made: bool) -> None:
+    def note(self, evaluation: Evaluation, is_made: bool) -> None:
         """Count one evaluation."""
         self.done += 1
-        if not violations(self.asked, one):
+        if not violations(self.asked, evaluation):
             self.good += 1
-            for goal in (goal for goal in self.asked.goals if goal.measure in one.values):
-                value = one.values[goal.measure][0]
+            for goal in (goal for goal in self.asked.goals if goal.measure in evaluation.values):
+                value = evaluation.values[goal.measure][0]
                 self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
         self.made += is_made
         if is_made:
@@ -427,35 +427,36 @@ class LevelTally:
 class StudyRun:
     """One run of a study, with its workers, its archive and its progress function."""
 
-    def __init__(self, asked: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
-        self._asked, self._workers, self._archive = asked, workers, archive
+    def __init__(self, request: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
+        self._asked, self._workers, self._archive = request, workers, archive
         self._progress = progress or (lambda state: None)
         self._costs: dict[Point, Costs] = {}
-        total = min(asked.evaluations, asked.space.size)
-        self._told = {level: LevelTally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
-        self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)),
+        total = min(request.evaluations, request.space.size)
+        self._tallies = {level: LevelTally(request, level, of, self._progress)
+                         for level, of in ((SCREEN, total), (FULL, 0))}
+        self.found = Found(request, method_for(request.method, request.space, request.evaluations, len(request.goals)),
                            damaged=archive.damaged)
 
     def evaluate(self, points: Sequence[Point], level: str) -> None:
         """Evaluate points on a level, each once. Evaluations in the archive are reused."""
-        known = self.found.full if level == FULL else self.found.screened
+        results = self.found.full if level == FULL else self.found.screened
         base, measures = self._asked.base, self._asked.measures
-        changes = {point: self._asked.space.changes(point) for point in points if point not in known}
+        changes = {point: self._asked.space.changes(point) for point in points if point not in results}
         keys = {point: base.key(changes[point], level) for point in changes}
         evaluated = {point: self._archive.evaluation(key, measures) for point, key in keys.items()}
         missing = [point for point, each in evaluated.items() if each is None]
         self.found.reused += len(evaluated) - len(missing)
         for each in filter(None, evaluated.values()):
-            self._told[level].note(each, is_made=False)
+            self._tallies[level].note(each, is_made=False)
         computed = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, each in zip(missing, computed, strict=True):
             self._archive.add(keys[point], changes[point], each.as_json())
             evaluated[point] = self._archive.evaluation(keys[point], measures)  # as a later run reads it
-            self._told[level].note(each, is_made=True)
+            self._tallies[level].note(each, is_made=True)
         for point, evaluation in evaluated.items():
             if evaluation is None:
                 continue
-            known[point] = evaluation
+            results[point] = evaluation
             if evaluation.level == FULL:
                 self.found.full[point] = evaluation
             self._costs[point] = costs(self._asked, evaluation)
@@ -476,11 +477,11 @@ class StudyRun:
             on_front = np.count_nonzero(ranked([self._costs[point] for point in good], 1) == 0)
             count = max(LEAST_FULL, 4 * study.keep, min(MOST_FRONT, int(on_front)))
             first = (point for points in (likely, good) for point in self.best(count, points))
-            wanted = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
-            if not wanted:
+            new = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
+            if not new:
                 break
-            self._told[FULL].of = self._told[FULL].done + len(wanted)
-            self.evaluate(wanted, FULL)
+            self._tallies[FULL].of = self._tallies[FULL].done + len(new)
+            self.evaluate(new, FULL)
             is_in_vain = bool(good) and not any(self._costs[point].violation <= 0.0 for point in self.found.full)
             in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
 
@@ -540,14 +541,14 @@ class StudyRun:
 
         Parts of all designs are computed in parallel.
         """
-        base, sigmas, drawn = self._asked.base, dict(self._asked.spread), draws(count)
+        base, sigmas, draw_rows = self._asked.base, dict(self._asked.spread), draws(count)
         names = tuple(dict.fromkeys((*(each.measure for each in self._asked.require if each.measure != "yield"),
                                      *self._asked.scattered)))
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {(point, k): base.key(computed, "units", count, k, sorted(sigmas.items()), names)
                 for point, computed in changes.items() for k in range(0, count, PART)}
         missing = [at for at, key in keys.items() if self._archive.units(key) is None]
-        arguments = [(base, changes[point], sigmas, names, drawn[k : k + PART]) for point, k in missing]
+        arguments = [(base, changes[point], sigmas, names, draw_rows[k : k + PART]) for point, k in missing]
         archived = [each for key in keys.values() for each in self._archive.units(key) or ()]
         done, good = len(archived), sum(each.is_good for each in archived)
         of, computed = done + sum(len(each[-1]) for each in arguments), 0

@@ -87,18 +87,18 @@ class Base:
         """Return the text of a design, with the base's comments. Raises `SpecError`."""
         return rewritten_spec(self.spec, changes).source.text
 
-    def key(self, changes: Changes, level: str, *asked: Any) -> str:
+    def key(self, changes: Changes, level: str, *parameters: Any) -> str:
         """Return the hash under which a design's evaluation is stored.
 
         It covers the values, everything that the evaluation depends on, the program, the level, and the further values
-        in `asked`.
+        in `parameters`.
         """
         try:
             values: Any = self.values(changes)
         except SpecError:
             values = [list(change) for change in changes]
         judged_by = [*self._judged_by, self._own_files(changes, values)]
-        text = json.dumps([judged_by, level, values, *asked], sort_keys=True, ensure_ascii=False)
+        text = json.dumps([judged_by, level, values, *parameters], sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
     @cached_property
@@ -230,12 +230,12 @@ def at_key(data: Any, key: str) -> Any:
     return data
 
 
-def apart(one: Any, other: Any) -> Decimal:
+def apart(value: Any, other: Any) -> Decimal:
     """Return the difference of two values in any units: 0 if they are equal, infinite if they cannot be compared."""
-    if one == other:
+    if value == other:
         return Decimal(0)
     try:
-        return abs(_size(one) - _size(other))
+        return abs(_size(value) - _size(other))
     except RangeError:
         return Decimal("Infinity")
 
@@ -295,15 +295,15 @@ def counted(low: Any, high: Any, count: int) -> tuple[Any, ...]:
 
 def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, str], tuple[Decimal, str]]:
     """Return both ends of a range as numbers with one unit."""
-    one, other = _number(low), _number(high)
-    if one[1] != other[1]:
+    bottom, top = _number(low), _number(high)
+    if bottom[1] != top[1]:
         raise RangeError(f"{low} and {high} have different units", "write both with one unit, like 75 um and 125 um")
-    if not may_fall and one[0] >= other[0]:
-        if one[0] == other[0]:
+    if not may_fall and bottom[0] >= top[0]:
+        if bottom[0] == top[0]:
             raise RangeError(f"the range from {low} to {high} is empty",
                              f"two values that differ, or a list of one: [{low}]")
         raise RangeError(f"the range from {low} to {high} is reversed", "write the smaller value first")
-    return one, other
+    return bottom, top
 
 
 def _number(value: Any) -> tuple[Decimal, str]:

@@ -55,20 +55,20 @@ def draws(count: int) -> Array:
     return np.asarray(np.clip(numbers, 1e-12, 1.0 - 1e-12))
 
 
-def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
-    """Return the spec of one unit from its draws (spreads,). `own` are standard deviations that replace the tables'."""
+def unit(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpec:
+    """Return the spec of one unit from its draws (spreads,). `sigmas` replace the tables' standard deviations."""
     from scipy.special import ndtri
 
     for (key, cause), u in zip(SPREADS.items(), row, strict=True):
         assert cause.moved is not None
-        sigma = own.get(key, cause.sigma(spec))
+        sigma = sigmas.get(key, cause.sigma(spec))
         off = sigma * (float(ndtri(u)) if cause.is_logarithmic else math.sqrt(3.0) * (2.0 * float(u) - 1.0))
         spec = cause.moved(spec, off)
     return spec
 
 
 def judge_units(
-    base: Base, changes: Changes, own: Mapping[str, float], measures: Sequence[str], rows: Array
+    base: Base, changes: Changes, sigmas: Mapping[str, float], measures: Sequence[str], rows: Array
 ) -> list[UnitJudged]:
     """Return evaluated units of a design, from their draws (n, spreads).
 
@@ -79,7 +79,7 @@ def judge_units(
     if spec.readout.capacitance is None:  # every unit has the capacitor that is chosen for the design
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
-    specs = (unit(spec, row, own) for row in rows)
+    specs = (unit(spec, row, sigmas) for row in rows)
     return list(tidily(_judged(Design(each, as_made(nominal.layout, each)), measures) for each in specs))
 
 
@@ -127,13 +127,13 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
     mended = [each.is_computed and not set(rules) - set(BY_CALIBRATION)
               for each, rules in zip(judged, broken, strict=True)]
     names = sorted({name for rules in broken for name in rules})
-    shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
-    drawn = {name: [each.values[name] for each in judged if name in each.values]
-             for name in sorted({name for each in judged for name in each.values})}
-    sigmas = {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
+    ratios = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
+    values_of = {name: [each.values[name] for each in judged if name in each.values]
+                 for name in sorted({name for each in judged for name in each.values})}
+    sigmas = {name: float(np.std(values, ddof=1)) for name, values in values_of.items() if len(values) > 1}
     count = len(judged)
     return Yield(count, int(good.sum()), sum(not each.is_computed for each in judged), wilson(int(good.sum()), count),
-                 shares, _first_order(good.astype(float), draws(count)), sigmas, sum(mended))
+                 ratios, _first_order(good.astype(float), draws(count)), sigmas, sum(mended))
 
 
 def wilson(good: int, count: int) -> tuple[float, float]:

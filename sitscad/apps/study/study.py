@@ -166,74 +166,75 @@ class Study:
                 if interrupted is not None and run.found.screened:
                     interrupted(run.found)
                 raise
-            said = _keeping(self._found(run.found), answer.kept_points(request, run.found), {})
-            if not said.kept or not draws:
-                return said
+            result = _keeping(self._found(run.found), answer.kept_points(request, run.found), {})
+            if not result.kept or not draws:
+                return result
             if before_yields is not None:
-                before_yields(said)
-            return _with_yields(said, run, draws)
+                before_yields(result)
+            return _with_yields(result, run, draws)
 
-    def _found(self, found: Found) -> StudyAnswer:
+    def _found(self, results: Found) -> StudyAnswer:
         """Return the answer without kept designs."""
-        asked = self.asked
-        decided_by_nothing = tuple(
-            goal for goal in asked.goals if len(found.screened) > 1 and
-            len({one.values[goal.measure][0] for one in found.screened.values() if goal.measure in one.values}) == 1)
+        request = self.asked
+        all_values = [evaluation.values for evaluation in results.screened.values()]
+        undecided_goals = tuple(
+            goal for goal in request.goals if len(all_values) > 1 and
+            len({values[goal.measure][0] for values in all_values if goal.measure in values}) == 1)
         return StudyAnswer(
-            self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
-            answer.relaxation(asked, found), answer.agreement(asked.goals, found),
-            decided_by_nothing, tuple(answer.front(asked, found)), (), (),
+            self.name, request, judged(request.base.spec, request.measures), results,
+            tuple(answer.bindings(request, results)), answer.relaxation(request, results),
+            answer.agreement(request.goals, results), undecided_goals, tuple(answer.front(request, results)), (), (),
         )
 
 
-def _keeping(said: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
+def _keeping(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
     """Return the answer with kept designs and their spec texts."""
-    asked, full = said.asked, said.found.full
-    kept = tuple(Kept(point, answer.changed(asked, point), full[point], yields.get(point)) for point in points)
-    return replace(said, kept=kept, texts=tuple(_text(asked, design, k) for k, design in enumerate(kept, 1)))
+    request, full = result.asked, result.found.full
+    designs = tuple(Kept(point, answer.changed(request, point), full[point], yields.get(point)) for point in points)
+    return replace(result, kept=designs, texts=tuple(_text(request, design, k) for k, design in enumerate(designs, 1)))
 
 
-def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
+def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     """Return the answer with the yields of its designs.
 
     A design with too small a yield is dropped and the next one is tried, until as many designs are dropped as can be
     kept.
     """
-    asked, fallen = said.asked, set[Point]()
+    request, fallen = result.asked, set[Point]()
     yields: dict[Point, Yield] = {}
-    limits = [each for each in asked.require if each.measure == "yield"]
-    points = [one.point for one in said.kept]
+    limits = [each for each in request.require if each.measure == "yield"]
+    points = [design.point for design in result.kept]
     while True:
         units = run.units([point for point in points if point not in yields], draws)
-        broken = partial(answer.limits_broken, asked.require)
+        broken = partial(answer.limits_broken, request.require)
         yields |= {point: yield_of(judged, broken) for point, judged in units.items()}
         low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
-        is_last = not low or len(fallen) >= asked.keep
+        is_last = not low or len(fallen) >= request.keep
         fallen |= low
         if is_last:
             break
-        points = answer.kept_points(asked, run.found, fallen)
+        points = answer.kept_points(request, run.found, fallen)
     if not fallen:
-        return replace(said, kept=tuple(replace(one, units=yields[one.point]) for one in said.kept))
-    kept = [point for point in points if point not in low]
-    rest = tuple(answer.front(asked, run.found, fallen))
-    return _keeping(replace(said, fallen=len(fallen), front=rest), kept, yields)
+        return replace(result, kept=tuple(replace(design, units=yields[design.point]) for design in result.kept))
+    passing = [point for point in points if point not in low]
+    rest = tuple(answer.front(request, run.found, fallen))
+    return _keeping(replace(result, fallen=len(fallen), front=rest), passing, yields)
 
 
-def _text(asked: Asked, one: Kept, number: int) -> str:
+def _text(request: Asked, design: Kept, number: int) -> str:
     """Return the whole spec of a kept design under its own name.
 
     It keeps the base's comments, except waivers that silence no finding. A first line names the changed keys.
     """
-    base = asked.base
+    base = request.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
-    text = base.written((*one.changed.items(), ("name", name)))
+    text = base.written((*design.changed.items(), ("name", name)))
     spec = Base(text, base.path, base.profiles).spec
     result = as_configured(spec, checked(Design(spec), "none"))
     in_vain = [each.line for each in result.findings
                if each.rule == IN_VAIN and each.line and each.severity is Severity.WARNING]
     stem = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
-    changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
+    changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in design.changed.items()) or "nothing"
     head = f"# Design {number} of a study of {stem}, with other values of {changed}. Comments below are the base's.\n"
     mark = text[: text.startswith("\ufeff")]  # byte order mark, which stays first
     rows = text.removeprefix(mark).split("\n")
@@ -247,10 +248,10 @@ _IGNORE = re.compile(r"[ \t]*#[ \t]*sitscad:[ \t]*ignore[^\n]*")
 
 def _read(text: str, path: str) -> Study:
     document, source = read_section(text, path, StudyDocument, f"sitscad_study: {VERSION}")
-    said = Remarks()
+    remarks = Remarks()
     base = os.path.join(os.path.dirname(path), document.base)
     try:
-        request = asked_for(document, Base.opened(base), said)
+        request = asked_for(document, Base.opened(base), remarks)
     except SpecError as error:
         first = error.findings[0]
         where = f" (line {first.line})" if first.line else ""
@@ -260,9 +261,9 @@ def _read(text: str, path: str) -> Study:
     unknown = [rule for rule in document.accept
                if rule != "all" and not any(stands_for(rule, each.id, each.name) for each in all_rules())]
     for rule in unknown:
-        said.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
-    if said.flaws:
-        raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in said.flaws]), source=source)
+        remarks.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
+    if remarks.flaws:
+        raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in remarks.flaws]), source=source)
     stem = os.path.splitext(os.path.basename(path))[0]
     return Study(stem, request)
 

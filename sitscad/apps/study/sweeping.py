@@ -188,14 +188,14 @@ def _measures_of(level: str, measures: Sequence[str] | None) -> tuple[str, ...]:
 
 def _table(
     path: str, level: str, axes: Mapping[str, tuple[Any, ...]], shape: tuple[int, ...], names: Sequence[str],
-    found: Sequence[Evaluation],
+    evaluations: Sequence[Evaluation],
 ) -> SweepTable:
     nothing = (np.nan, np.nan)
-    pairs = {name: np.array([each.values.get(name, nothing) for each in found]) for name in names}
+    pairs = {name: np.array([each.values.get(name, nothing) for each in evaluations]) for name in names}
     return SweepTable(
         path, level, _columns(axes), {name: pair[:, 0] for name, pair in pairs.items()},
-        {name: pair[:, 1] for name, pair in pairs.items()}, tuple(each.verdict for each in found),
-        tuple(each.refused_by for each in found), tuple(each.warned_by for each in found), shape,
+        {name: pair[:, 1] for name, pair in pairs.items()}, tuple(each.verdict for each in evaluations),
+        tuple(each.refused_by for each in evaluations), tuple(each.warned_by for each in evaluations), shape,
     )
 
 

@@ -56,12 +56,12 @@ class Worker:
 def started(path: str, serves: bool) -> Worker:
     """Start a worker for a spec's path. It loads the modules for every save and waits."""
     context = multiprocessing.get_context("spawn")
-    (theirs, asked), (told, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
+    (theirs, receiver), (sender, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
     process = context.Process(target=work, args=(theirs, mine, path, serves), daemon=True)
     process.start()
     theirs.close()
     mine.close()
-    return Worker(process, asked, told)
+    return Worker(process, receiver, sender)
 
 
 class Watch:
@@ -77,19 +77,19 @@ class Watch:
         self.worker, self.spare = started(path, serves), started(path, serves)
         self.stamps: dict[str, Stamp] = {path: None}
 
-    def run(self, told: Told, until: Callable[[], bool] = lambda: False) -> None:
+    def run(self, report: Told, until: Callable[[], bool] = lambda: False) -> None:
         """Watch until interrupted, or until `until` returns True.
 
-        `told` is called with the revision, each event, and the last event of its stage.
+        `report` is called with the revision, each event, and the last event of its stage.
         """
         try:
             while not until():
                 self.look()
                 if self.overtaken:
                     self.overtaken = False
-                    told(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
+                    report(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
                 for revision, event in self.heard():
-                    told(revision, event, self.last.get(event.stage))
+                    report(revision, event, self.last.get(event.stage))
                     if event.stage != "failed" and not event.data.get("unreadable"):
                         self.last[event.stage] = event
         finally:
@@ -182,15 +182,15 @@ ROWS = 5
 """Number of terminal rows for the findings of a save. One row for the rest, and one for moved findings, are added."""
 
 
-def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
+def _gravest(changes: Mapping[str, Any], width: int) -> list[str]:
     """Return rows of new findings, the gravest first and errors in two rows, then the findings that are gone.
 
     A finding of an earlier rule and key with another text is changed (~), not new and gone.
     """
-    was, now = ({(each["rule"], each["key"]) for each in found[kind]} for kind in ("gone", "new"))
-    signed = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
+    was, now = ({(each["rule"], each["key"]) for each in changes[kind]} for kind in ("gone", "new"))
+    signed = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in changes["new"]]
     signed.sort(key=lambda each: list(Severity).index(each[1]["severity"]))
-    signed += [("-", each) for each in found["gone"] if (each["rule"], each["key"]) not in now]
+    signed += [("-", each) for each in changes["gone"] if (each["rule"], each["key"]) not in now]
     rows: list[str] = []
     for k, (sign, each) in enumerate(signed):
         most = 2 if sign != "-" and each["severity"] == Severity.ERROR else 1
@@ -200,7 +200,7 @@ def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
             rows.append(f"{len(signed) - k} findings more: -v, or sitscad check")
             break
         rows += folded
-    moved = len(found["moved"])
+    moved = len(changes["moved"])
     return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
 
 
@@ -216,20 +216,20 @@ def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
     return [textwrap.shorten(line, width, placeholder=" ...") for line in lines]
 
 
-def _numbers(found: Mapping[str, list[Any]]) -> list[str]:
+def _numbers(changes: Mapping[str, list[Any]]) -> list[str]:
     """Return one line per quantity: the number with the largest change, and the count of other changed numbers."""
     groups: dict[str, list[str]] = {}
-    for name in found:
+    for name in changes:
         groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
     lines = []
     for names in groups.values():
-        (line,) = _all_numbers({name: found[name] for name in [max(names, key=lambda name: _moved(*found[name]))]})
+        (line,) = _all_numbers({name: changes[name] for name in [max(names, key=lambda name: _moved(*changes[name]))]})
         lines.append(line + (f" ({len(names) - 1} more)" if len(names) > 1 else ""))
     return lines
 
 
-def _all_numbers(found: Mapping[str, list[Any]]) -> list[str]:
-    return [f"{name}: {value if old is None else f'{old} -> {value}'}" for name, (old, value) in found.items()]
+def _all_numbers(changes: Mapping[str, list[Any]]) -> list[str]:
+    return [f"{name}: {value if old is None else f'{old} -> {value}'}" for name, (old, value) in changes.items()]
 
 
 def _moved(old: str | None, new: str) -> float:
@@ -244,8 +244,8 @@ def _moved(old: str | None, new: str) -> float:
 def verdict(data: Mapping[str, Any]) -> str:
     """Return the verdict on a design in a few words."""
     counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
-    stands = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
-    return f"{stands}: {', '.join(counts) or 'nothing found'}"
+    state = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
+    return f"{state}: {', '.join(counts) or 'nothing found'}"
 
 
 def _line(finding: Mapping[str, Any]) -> str:

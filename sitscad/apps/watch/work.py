@@ -198,7 +198,7 @@ def _felt(point: Document) -> Document:
     }
 
 
-def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
+def work(revisions: Connection, events: Connection, path: str, serves: bool) -> None:
     """Run the process: for each revision received, do the work and send its events, and None at the end.
 
     An error is sent as an event of the stage ``failed``.
@@ -210,16 +210,16 @@ def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
     before = Before()
     while True:
         try:
-            revision = asked.recv()
+            revision = revisions.recv()
         except EOFError:
             sys.exit(0)
         try:
             for event in worked_out(path, before, serves):
-                told.send((revision, event))
+                events.send((revision, event))
         except (PolicyError, OSError) as error:
-            told.send((revision, Event("failed", {"message": str(error)})))
+            events.send((revision, Event("failed", {"message": str(error)})))
         except Exception as error:
             before.designs.clear()
-            told.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
-        told.send((revision, None))
+            events.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
+        events.send((revision, None))
         gc.collect()  # designs have reference cycles, and Python does not count their arrays
