@@ -48,7 +48,7 @@ CHECK_WORDS = """
 """
 
 
-@click.command(cls=Example, words=CHECK_WORDS, example="sitscad check sensor.yaml --format json")
+@click.command(cls=Example, details=CHECK_WORDS, example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option(
     "--format", "format_name", default="text", show_default=True, metavar="text|json|sarif|junit|github",

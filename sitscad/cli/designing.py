@@ -117,7 +117,7 @@ Files:
 """
 
 
-@click.command(cls=Example, words=STUDY_FILES, example="sitscad design study.yaml --jobs 2")
+@click.command(cls=Example, details=STUDY_FILES, example="sitscad design study.yaml --jobs 2")
 @click.argument("study", type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False),
               help="Folder of the files (default: outputs/NAME-study).")

@@ -198,7 +198,7 @@ Sensing performance (--performance); JSON has it for each load:
 """
 
 
-@click.command(cls=Example, words=RESPONSE_WORDS,
+@click.command(cls=Example, details=RESPONSE_WORDS,
                example="sitscad response sensor.yaml --pose z=-0.2,ry=1 --load normal=4.8,shear_x=1")
 @click.argument("spec", type=click.Path())
 @click.option("--pose", "poses", multiple=True, metavar="x=0.5,...", help="A pose: x, y, z (mm), rx, ry, rz (degrees).")
@@ -299,7 +299,7 @@ Files:
 """
 
 
-@click.command(cls=Example, words=CALIBRATION_FILES,
+@click.command(cls=Example, details=CALIBRATION_FILES,
                example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
 @click.argument("spec", required=False, metavar="SPEC", type=click.Path())
 @click.argument("data", required=False, type=click.Path())

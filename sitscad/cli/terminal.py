@@ -32,7 +32,7 @@ HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help te
 class Example(click.Command):
     """A command whose help ends with one example.
 
-    Explanations in `words` stand before the exit codes, which are the last paragraph of its docstring.
+    Explanations in `details` stand before the exit codes, which are the last paragraph of its docstring.
     """
 
     def __init__(self, name: str | None, *, example: str, details: str = "", **kwargs: Any) -> None:
