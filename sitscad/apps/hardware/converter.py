@@ -32,9 +32,6 @@ READ, WRITE = 122_500, 97_500
 WAKE = 377_512
 """Time (ns) from sleep to the first settling: 16384 periods of the internal oscillator's typical 43.4 MHz (7.4.2)."""
 
-RECOVERY = 5_200_000
-"""Recovery time (ns) after a watchdog timeout (6.5)."""
-
 NEVER = 2**64 - 1
 DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_max"
 """Limits of the amplitude: below the first the tank does not oscillate; outside the others it is flagged."""
@@ -119,8 +116,9 @@ class Registers:
             return
         settling = law.settle_periods(self._of(at.SETTLECOUNT, channel)) if is_settling else 0.0
         periods = settling + law.conversion_periods(self._of(at.RCOUNT, channel))
-        dead = RECOVERY if self._amplitude(channel) < self.device.limit(DEAD) else 0
-        self.due = self.time + after + int(periods * 1e9 / self._reference(channel)) + dead
+        self.due = self.time + after + int(periods * 1e9 / self._reference(channel))
+        if self._amplitude(channel) < self.device.limit(DEAD):
+            self.due += round(at.WATCHDOG_RECOVERY * 1e9)
 
     def _drawn(self) -> int:
         """Return the next pseudo-random number of 32 bits (xorshift by 13, 17 and 5)."""

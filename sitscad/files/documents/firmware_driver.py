@@ -23,13 +23,11 @@ from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import comment_text, is_felt
 from sitscad.kernels.converters.conversion import Conversion, ConverterPart
 from sitscad.kernels.converters.converter import Channel, Converter
+from sitscad.kernels.converters.ldc_registers import WATCHDOG_RECOVERY
 from sitscad.kernels.converters.reference_counter import REGISTER_BITS
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
 from sitscad.spec.sensor import SensorSpec
-
-RECOVERY = 5.2e-3
-"""Time (s) taken by a channel that does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
 
 
 def addr_pin(converter: Converter, address: int) -> str:
@@ -249,7 +247,7 @@ def _python_config(
 
 def _self_test_time(coils: int, scan_rate: float) -> float:
     """Return the longest time (s) of a self-test at 400 kHz: four scans, and two restarts of each coil."""
-    return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * RECOVERY + 2e-3
+    return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * WATCHDOG_RECOVERY + 2e-3
 
 
 def _wake(device: ConverterPart) -> int:

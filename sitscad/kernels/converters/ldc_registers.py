@@ -22,6 +22,9 @@ DATA_FLAGS = {
 }
 """Error flags in the upper or only register of a result by name: mask and meaning (nominal amplitudes: STATUS)."""
 
+WATCHDOG_RECOVERY = 5.2e-3
+"""Time (s) that a channel without oscillation takes, by the watchdog (TI SNOSCY9A, 6.5: sensor recovery time)."""
+
 ORDER = "CONFIG comes last and wakes the device"
 """Text of the firmware's header on the order of writing (8.2.5)."""
 
