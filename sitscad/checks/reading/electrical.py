@@ -1,4 +1,4 @@
-"""SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220: electrical values of the coils against limits.
+"""SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220, SIT222: electrical values of the coils against limits.
 
 The values of every state are checked against the limits of the converter. SIT216 checks the inductance of leads that
 run round their coil.
@@ -14,7 +14,7 @@ from itertools import islice
 
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import show
+from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns
 from sitscad.checks.reading.readings import (
     Reading,
@@ -33,7 +33,8 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of, violated
+from sitscad.data import rows
 from sitscad.estimates.circuits.tank import neighbour_values, preferred_values
 from sitscad.estimates.design import Design
 from sitscad.layout.lanes import Ring
@@ -304,6 +305,24 @@ def leads_round(design: Design) -> Iterator[Verdict]:
     )
 
 
+def smallest_coil(design: Design) -> Iterator[Verdict]:
+    """Yield a note on a round coil smaller than the smallest that senses with the tracks of its profile.
+
+    The smallest coil is computed in free air, for the least parallel resistance that the converter drives.
+    """
+    spec = design.spec
+    floor = spec.readout.device.limit(_resistance_floor(design))
+    sizes = {int(row["layers"]): parse_quantity(row["outer_diameter"], "length") for row in rows("smallest_coils")
+             if row["profile"] == spec.fpc.rules.name and row["shape"] == spec.coil.shape
+             and parse_quantity(row["parallel_resistance"], "resistance") == floor}
+    if sizes and spec.coil.size[0] < min(sizes.values()):
+        yield violated(
+            "smallest-coil", "coil.outer_diameter", spec.coil.size[0], min(sizes.values()), "m",
+            profile=spec.fpc.rules.name, floor=floor,
+            sizes=[f"{show(size, 'm')} ({layers} layers)" for layers, size in sizes.items()],
+        )
+
+
 RULES: tuple[Rule, ...] = (
     rule_of("SIT201", inductance_floor),
     rule_of("SIT202", frequency_ceiling),
@@ -313,4 +332,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT214", tank_capacitor),
     rule_of("SIT220", capacitor_sold),
     rule_of("SIT216", leads_round, named=100.0 * NAMED, warned=100.0 * WARNED),
+    rule_of("SIT222", smallest_coil),
 )
