@@ -25,6 +25,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 
 ROOT = Path(__file__).parents[1]
 TEMPLATES = ROOT / "templates"
+REFERENCES = ROOT / "tests/validation"
 
 CAD_MODULES = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh")
 
@@ -36,6 +37,13 @@ INSTALL_CLIENTS = ".ci/install-clients installs it on Debian 12"
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "needs(*modules): needs importable modules that the light core does not bring")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Give each test process half of the tests in one piece: pieces of modules build the modules' fixtures again."""
+    if getattr(config.option, "numprocesses", None) and config.option.dist == "no":
+        config.option.dist = "worksteal"
 
 
 def pytest_testnodedown(node: object, error: object) -> None:
@@ -78,11 +86,15 @@ def _importable(name: str) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the slow cases of a test beyond its `few` as `more`."""
+    """Mark the slow cases of a test beyond its `few` as `more`, and the slow references of tests/validation."""
     counts = Counter[str]()
     for item in items:
+        if item.get_closest_marker("slow") is None:
+            continue
+        if REFERENCES in item.path.parents:
+            item.add_marker("more")
         few = item.get_closest_marker("few")
-        if few is None or item.get_closest_marker("slow") is None:
+        if few is None:
             continue
         name = item.nodeid.partition("[")[0]
         counts[name] += 1
