@@ -9,7 +9,6 @@ import os
 import shutil
 import signal
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -86,19 +85,17 @@ def _importable(name: str) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the slow cases of a test beyond its `few` as `more`, and the slow references of tests/validation."""
-    counts = Counter[str]()
+    """Mark the cases of a test beyond its `few` as slow and `more`, and the slow references of tests/validation."""
+    cases: dict[str, list[pytest.Item]] = {}
     for item in items:
-        if item.get_closest_marker("slow") is None:
-            continue
-        if REFERENCES in item.path.parents:
+        if item.get_closest_marker("few"):
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+        if REFERENCES in item.path.parents and item.get_closest_marker("slow"):
             item.add_marker("more")
-        few = item.get_closest_marker("few")
-        if few is None:
-            continue
-        name = item.nodeid.partition("[")[0]
-        counts[name] += 1
-        if counts[name] > few.args[0]:
+    for each in cases.values():
+        counted = [item for item in each if item.get_closest_marker("slow")] or each
+        for item in counted[each[0].get_closest_marker("few").args[0] :]:
+            item.add_marker("slow")
             item.add_marker("more")
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -66,7 +66,7 @@ POLYGONS = {
 }
 
 
-SLOW = ("square", "thick square", "two octagons", "octagon", "three wide squares")
+SLOW = ("square", "thick square", "one wide hexagon", "two octagons", "octagon", "three wide squares")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in POLYGONS])
@@ -196,7 +196,8 @@ def test_many_narrow_turns_have_little_of_it():
     assert -1.5e-3 * even < change < -5e-4 * even
 
 
-@pytest.mark.parametrize("degrees", [45, 60, 90])
+@pytest.mark.few(1)
+@pytest.mark.parametrize("degrees", [60, 45, 90])
 def test_the_resistance_of_a_corner_is_the_formula_s(degrees):
     turn, width, copper = math.radians(degrees), 100 * UM, 10 * UM
     corners = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
@@ -244,8 +245,8 @@ def test_the_tables_are_those_of_the_map(degrees, aspect):
 
 @pytest.mark.parametrize(
     ("degrees", "radius"),
-    [(90, 0.6), (60, 1.0)]
-    + [pytest.param(d, r, marks=pytest.mark.slow) for d in (45, 60, 90) for r in (0.55, 0.8, 1.7)],
+    [(90, 0.6)]
+    + [pytest.param(d, r, marks=pytest.mark.slow) for d, r in ((60, 1.0), *product((45, 60, 90), (0.55, 0.8, 1.7)))],
 )
 def test_the_tables_of_rounded_corners(degrees, radius):
     turn = math.radians(degrees)

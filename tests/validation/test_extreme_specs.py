@@ -6,6 +6,7 @@ from extreme_specs import extreme_spec, judged
 COIL = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2, "trace_width": 0.1, "trace_spacing": 0.1}
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "parts",
     [
@@ -23,6 +24,7 @@ def test_extreme_parts_have_numbers(parts):
     assert judged({"sitscad": 1, "name": "extreme", "coil": COIL, **parts})
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(5))
 def test_random_extremes_have_numbers_or_findings(seed):
     assert judged(extreme_spec(seed, ["circle"]))

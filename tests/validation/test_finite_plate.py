@@ -68,6 +68,7 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
     return float(share), box / endless, share_error(plate, winding)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", QUICK, ids=label)
 def test_the_share_is_that_of_a_box(case):
     share, reference, error = share_and_reference(*case)
@@ -141,6 +142,7 @@ MORE_DISCS = [(g, d, t) for g in (0.3e-3, 1e-3, 2e-3) for d in (1e-3, 2e-3, 3e-3
               for t in (0.05e-3, 0.2e-3, 0.5e-3, 1e-3, 3e-3)]
 
 
+@pytest.mark.few(2)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", DISCS, ids=str)
 def test_a_disc_has_the_shares_of_one_of_rings(case):
@@ -183,6 +185,7 @@ MAGNETS = [
 ]
 
 
+@pytest.mark.few(5)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MAGNETS)
 def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):

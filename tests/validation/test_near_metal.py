@@ -79,10 +79,16 @@ def by_modes(layers, gap, metal, frequency, tolerance=0.03, aware=True):
     return z, free
 
 
+METALS, GAPS = (math.inf, COPPER, STEEL), (0.05e-3, 0.1e-3, 0.3e-3, 1e-3)
+CLOSE = [
+    pytest.param(name, gap, metal, marks=pytest.mark.slow if (i + j + k) % 3 else ())
+    for i, name in enumerate(COILS) for j, gap in enumerate(GAPS) for k, metal in enumerate(METALS)
+]
+"""Every coil with every gap and every metal. A third is tried each time, with every pair of these."""
+
+
 @pytest.mark.needs("scipy")
-@pytest.mark.parametrize("metal", [math.inf, COPPER, STEEL])
-@pytest.mark.parametrize("gap", [0.05e-3, 0.1e-3, 0.3e-3, 1e-3])
-@pytest.mark.parametrize("name", COILS)
+@pytest.mark.parametrize(("name", "gap", "metal"), CLOSE)
 def test_inductance_and_resistance_close_to_metal(name, gap, metal):
     for frequency in (1e5, 5e6):
         reference = by_filaments(name, gap, metal, frequency)

@@ -108,6 +108,7 @@ def test_a_permeability_just_above_one_is_hardly_felt(shape, thickness):
     assert abs(last.imag - first.imag) < 1e-3 * abs(first.imag)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("conductivity", "thickness"), [(0.585e6, 2.0 * MM), (1.39e6, 0.1 * MM), (35e6, 1.0 * MM)])
 def test_a_wide_square_is_an_endless_plate(conductivity, thickness):
     coil, metal = COILS["8 mm"], (1e6, conductivity, 1.0)

@@ -65,6 +65,7 @@ def assert_near(loss, z, of_r, of_l):
     assert changes == approx(inductance[1:] - inductance[0], abs=of_l * inductance[0])
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["small", "one wide turn"])
 def test_the_rise_of_polygons_with_frequency(name):
     z = by_cells(name, (5, 5) if name == "small" else (8, 6))

@@ -72,6 +72,7 @@ def test_targets_of_any_metal_do_what_is_stated(case):
 
 
 # An 8 mm target 1 mm over this coil of 8 mm loses 0.0632 ohm (0.2 mm of copper), 0.0645 (0.05 mm) and 0.0615 (1 mm).
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("thickness", "loss"), [(0.05e-3, 0.0645), (0.2e-3, 0.0632), (1e-3, 0.0615)])
 def test_two_discretisations_agree(thickness, loss):
     """Elements of space and rings of metal have nothing in common but the disc: 0.2 % of L, 0.5 % of the loss."""

@@ -20,7 +20,7 @@ from sitscad.estimates.windings.methods import METHODS, WindingGeometry
 from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance
 from sitscad.kernels.geometry.shapes import SHAPES
 
-EVERY = 12
+EVERY = 24
 """One design in so many is looked at by default, all of them in the slow test."""
 
 REFERENCES = write_references.read()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,7 @@ CASES = {
 """Coil, target and pad (mm): shares of an endless one were off by 2 to 190 % of the change, R by up to half."""
 
 
+@cache
 def design(name):
     coil, target, pad = CASES[name]
     shape = "rectangle" if isinstance(pad, list) else "square"
