@@ -18,6 +18,7 @@ from sitscad.checks.reading import drive, electrical, other_jaw, response, thin_
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
 from sitscad.estimates.design import Design
+from sitscad.kernels.solve_cache import remembering
 from sitscad.layout.board import Layout
 from sitscad.spec.reading import RULE_NAMES, SpecError
 from sitscad.spec.resolver.validity import refuse_unusable
@@ -119,6 +120,7 @@ def check(
     return judged(Design(spec, layout, estimates), hints)
 
 
+@remembering()
 def judged(
     design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
     is_ignored: Callable[[Finding], bool] = lambda _: False,

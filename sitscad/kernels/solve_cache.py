@@ -1,8 +1,9 @@
 """Cache of slow solutions by their exact inputs: inputs equal to the last bit return the stored result.
 
-The cache is active only while a store is open (`keeping`): in `build`, which keeps it in the user's cache folder, and
-in `watch`. A key covers every number on which a result depends. A file records the code and the libraries of its
-results. Output is identical byte for byte with and without the cache.
+The cache is active only while a store is open. `build` keeps its store in the user's cache folder, and `watch` keeps
+one in memory (`keeping`). A check remembers results for the designs that it tries (`remembering`). A key covers every
+number on which a result depends. A file records the code and the libraries of its results. Output is identical byte for
+byte with and without the cache.
 """
 
 from __future__ import annotations
@@ -36,6 +37,18 @@ class Solutions:
         self.known = dict(known or {})
         self.asked: dict[str, None] = {}
 
+    def answer(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
+        """Return the stored result for some inputs, or store the result of `solve`."""
+        digest = _sha256()
+        for part in inputs:
+            text = part if isinstance(part, bytes) else getattr(part, "said", None) or repr(part).encode("utf-8")
+            digest.update(f"{len(text)}:".encode("ascii") + text)
+        key = digest.hexdigest()
+        if key not in self.known:
+            self.known[key] = _read_only(solve())
+        self.asked[key] = None
+        return self.known[key]
+
     def forget(self) -> None:
         """Keep results used since the last call first, then older results, up to `MOST` bytes."""
         results, size = dict[str, Answer](), 0
@@ -57,6 +70,25 @@ class Solutions:
         head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
         content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
         return _sha256(content).hexdigest().encode("ascii") + b"\n" + content
+
+
+class Memo:
+    """Results by their inputs themselves, in memory: a lookup needs no text of the inputs."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], Answer] = {}
+
+    def answer(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
+        """Return the stored result for some inputs, or store the result of `solve`."""
+        if inputs not in self._known:
+            self._known[inputs] = _read_only(solve())
+        return self._known[inputs]
+
+
+def _read_only(answer: Answer) -> Answer:
+    for part in answer:
+        part.setflags(write=False)
+    return answer
 
 
 def read(file: bytes, by: str) -> Solutions:
@@ -96,11 +128,11 @@ def _setting(by: str) -> list[str]:
     return [by, __version__, np.__version__, platform.machine()]
 
 
-_open: ContextVar[Solutions | None] = ContextVar("_open", default=None)
+_open: ContextVar[Solutions | Memo | None] = ContextVar("_open", default=None)
 
 
 @contextmanager
-def keeping(store: Solutions) -> Iterator[None]:
+def keeping(store: Solutions | Memo) -> Iterator[None]:
     """Use a store for all results inside the context."""
     before = _open.set(store)
     try:
@@ -109,14 +141,21 @@ def keeping(store: Solutions) -> Iterator[None]:
         _open.reset(before)
 
 
+@contextmanager
+def remembering() -> Iterator[None]:
+    """Remember all results until the context ends, in the open store or else in memory."""
+    with keeping(_open.get() or Memo()):
+        yield
+
+
 def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
     """Return the result for some inputs: from the open store if it has the result, else from `solve`.
 
     Parameters
     ----------
     question : Callable[[], sequence of object]
-        function that returns the inputs. It is called only if a store is open. Parts are bytes, or values with a
-        complete `repr`
+        function that returns the inputs. It is called only if a store is open. Parts are bytes, or hashable values with
+        a complete `repr`. A part may have this text as bytes in an attribute `said`
     solve : Callable[[], Answer]
         function that computes the result
 
@@ -125,16 +164,4 @@ def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]
     Stored arrays are read-only.
     """
     store = _open.get()
-    if store is None:
-        return solve()
-    digest = _sha256()
-    for part in question():
-        said = part if isinstance(part, bytes) else repr(part).encode("utf-8")
-        digest.update(f"{len(said)}:".encode("ascii") + said)
-    key = digest.hexdigest()
-    if key not in store.known:
-        store.known[key] = answer = solve()
-        for part in answer:
-            part.setflags(write=False)
-    store.asked[key] = None
-    return store.known[key]
+    return solve() if store is None else store.answer(tuple(question()), solve)

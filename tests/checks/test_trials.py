@@ -19,6 +19,7 @@ from sitscad.checks.fixes.mending import Applied, is_better, worsened  # noqa: E
 from sitscad.checks.fixes.moves import with_turns  # noqa: E402
 from sitscad.checks.fixes.search import Budget, Left, hint_text, search  # noqa: E402
 from sitscad.checks.judging import check  # noqa: E402
+from sitscad.estimates.states import plate  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text, rewritten_spec  # noqa: E402
 from sitscad.spec.reading import SpecError  # noqa: E402
@@ -421,3 +422,17 @@ def test_nothing_untried_is_named_without_trials(name):
     wide = {"target.size": 24e-3, "elastomer.size": 24e-3} if name == "three_axis_pad" else {"encapsulation": None}
     found = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
     assert {"SIT218", "SIT311"} & {f.rule for f in found} and not [f.hint for f in found if "not tried" in f.hint]
+
+
+def test_tried_designs_solve_no_target_twice(monkeypatch):
+    """Another clock moves no metal, so designs that are tried for it share the solutions of the refused design."""
+    solved, changes = [], plate.Solving.changes
+
+    def counted(solving, turns, places, once):
+        solved.append((repr(solving), turns.tobytes(), places.tobytes(), once))
+        return changes(solving, turns, places, once)
+
+    monkeypatch.setattr(plate.Solving, "changes", counted)
+    spec = load_text(rewritten(templates.read("bench_7mm"), [Edit("readout.clock", "42 MHz")]), "clock.yaml")
+    assert any(finding.rule == "SIT213" and finding.fixes for finding in check(spec).findings)
+    assert len(solved) == len(set(solved)) > 0

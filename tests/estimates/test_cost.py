@@ -65,6 +65,14 @@ def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(mo
     assert len(modes) <= 1.5 * before
 
 
+@pytest.mark.parametrize("thickness", [1.3, 1.9])
+def test_states_and_solved_target_share_the_waves_of_a_winding(thickness):
+    """The target is solved down to a rounded height. Its own waves would cost as much again."""
+    solved._spectrum.cache_clear()
+    estimate(lay_out(load_text(MOUNTED.replace("thickness: 1,", f"thickness: {thickness},"), "cost.yaml")))
+    assert solved._spectrum.cache_info().misses == 1
+
+
 def counted(calls, function):
     def called(*arguments):
         calls.append(arguments)

@@ -204,7 +204,7 @@ def solve_winding(
     nearest = nearest_metal(geometry, assembly)
     spirals, crowding, spectrum = equivalent_spirals(geometry, first), None, None
     if nearest is not None:
-        known = _known(nearest)
+        known = _distance_step(nearest, assembly, rough)
         crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
         spectrum = _spectrum(geometry, known, rough)
     bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
@@ -224,9 +224,19 @@ def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float 
     return max(min(metal), LEAST_DISTANCE) if metal else None
 
 
-def _known(nearest: float) -> float:
-    """Return the distance (m) for which waves are computed: up to a fifth less, so that similar boards share it."""
-    return float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
+def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = False) -> float:
+    """Return the distance (m) for which waves are computed: `nearest` (m) rounded down, so that boards share it.
+
+    With a target it is rounded like the heights for which the target is solved. Its solution then shares the waves.
+    """
+    if not is_rough and any(around.above is not None for around in assembly.states):
+        nearest = _rounded_down(nearest, HEIGHT_STEP)
+    return _rounded_down(nearest, NO_NEARER)
+
+
+def _rounded_down(length: float, ratio: float) -> float:
+    """Return the largest power of a ratio that is not above a length (m). Rounding errors of powers are ignored."""
+    return float(ratio ** math.floor(math.log(length, ratio) + 1e-9))
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
@@ -236,7 +246,7 @@ def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -
     """
     geometry = winding_geometry(spec, replace(first, series=()))
     nearest = nearest_metal(geometry, assembly)
-    return None if nearest is None else _spectrum(geometry, _known(nearest), False)
+    return None if nearest is None else _spectrum(geometry, _distance_step(nearest, assembly), False)
 
 
 @lru_cache(maxsize=4)
@@ -256,7 +266,8 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
     return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
 
 
-NO_NEARER = 1.2  # Ratio of those distances
+NO_NEARER, HEIGHT_STEP = 1.2, 1.5
+"""Ratios between the steps of distances for which waves are computed, and of heights for which a target is solved."""
 
 
 def beside_each_other(

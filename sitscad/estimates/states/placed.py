@@ -13,6 +13,7 @@ from sitscad.assembly.places.bodies import target_gap
 from sitscad.assembly.places.state import State
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
+from sitscad.estimates.circuits.solved_winding import HEIGHT_STEP
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.kernels.electromagnetics.eddy.coil_potential import FINE, ROOM
 from sitscad.kernels.electromagnetics.eddy.target import turned
@@ -21,8 +22,8 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
-NEARER, FARTHER = 1.5, 1.3
-"""Ratios between the steps of height and of reach for which a target is solved: one solution serves many poses."""
+FARTHER = 1.3
+"""Ratio between the steps of reach for which a target is solved: one solution serves many poses. See `HEIGHT_STEP`."""
 
 LEAST_HEIGHT = 40e-6
 """Least height (m) over the copper's mid-plane at which a field is taken.
@@ -186,7 +187,7 @@ class Placed:
         reach = FARTHER ** math.ceil(math.log(aside + math.hypot(*half) + apart, FARTHER))
         least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
         height = max(float((self.places[:, 2] - _down(spec.target, self.turns, half)).min()) - top, least)
-        lowest = max(NEARER ** math.floor(math.log(height, NEARER)), least) + top
+        lowest = max(HEIGHT_STEP ** math.floor(math.log(height, HEIGHT_STEP)), least) + top
         error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
         return Cover(lowest, reach, half, error)
 

@@ -253,7 +253,7 @@ class TargetPlate:
         Set `once` if no other poses follow.
         """
         found = solved(
-            lambda: (self.solving.said, turns.tobytes(), places.tobytes(), once),
+            lambda: (self.solving, turns.tobytes(), places.tobytes(), once),
             lambda: self.solving.changes(turns, places, once),
         )
         return found[0], found[1]

@@ -144,7 +144,7 @@ class LossesNearMetal:
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         """Return `CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
-        return solved(lambda: (self.said, frequencies.tobytes(), above, below),
+        return solved(lambda: (self, frequencies.tobytes(), above, below),
                       lambda: (self.crowding.changes(frequencies, above, below),))[0]
 
 
