@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from textwrap import indent
 from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.seating import mount_size
@@ -13,6 +14,8 @@ from sitscad.basics.units import counted
 from sitscad.checks import moments, performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
+from sitscad.checks.examples import rule_example
+from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, other_jaw, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
@@ -157,14 +160,17 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
 
 
 def explain(rule_id: str) -> str:
-    """Return the texts of a rule: its summary, reason, remedy, and the source of its limit.
+    """Return the texts of a rule: its summary, severities, reason, remedy and example, and the source of its limit.
 
     Raises KeyError for an unknown rule.
     """
     rule = next((rule for rule in all_rules() if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
     if rule is None:
         raise KeyError(rule_id)
-    return "\n\n".join(
-        (f"{rule.id} {rule.name} ({rule.severities})", rule.summary, f"Why: {rule.why}", f"To mend it: {rule.mend}",
-         f"Source: {rule.source}")
-    )
+    parts = [f"{rule.id} {rule.name} ({severities(rule)})", rule.summary, "\n".join(severity_cases(rule)),
+             f"Why: {rule.why}", f"To mend it: {rule.mend}"]
+    example = rule_example(rule.id)
+    if example is not None:
+        parts += [f"{word}:\n{indent(text, '    ')}" for word, text in (("Wrong", example.wrong),
+                                                                       ("Right", example.right))]
+    return "\n\n".join(filter(None, (*parts, f"Source: {rule.source}")))

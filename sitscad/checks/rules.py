@@ -104,8 +104,8 @@ Verdict = Violation | Undecided | RequirementResult
 class Rule:
     """A rule: its texts for `explain`, its needs, and the function that applies it.
 
-    ``severity`` is the highest severity of its findings. ``cases`` describes when milder severities apply, mildest
-    first. ``needs`` are keys of `NEEDS`.
+    ``severity`` is the highest severity of its findings. If there are several severities, ``cases`` has each with its
+    condition, mildest first, separated by semicolons: ``warning if ...; error if ...``. ``needs`` are keys of `NEEDS`.
     """
 
     id: str

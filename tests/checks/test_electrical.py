@@ -20,6 +20,7 @@ from sitscad.estimates.coil_estimates import Spread
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
+from sitscad.spec.reading import RULE_TEXTS
 
 LDC1614 = presets.converter("ldc1614")
 
@@ -219,7 +220,7 @@ def test_input_frequency(judge, design, estimates) -> None:
     spec = design()
     assert judge("SIT207", spec, None, estimates(spec, frequency=8.74e6)) == []
     (found,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
-    assert (found.measured, found.limit, found.hint) == (8.75e6, 8.75e6, "A faster clock, or a slower tank.")
+    assert (found.measured, found.limit, found.hint) == (8.75e6, 8.75e6, RULE_TEXTS["SIT207"]["mend"])
     slow = ReferenceCounter(spec.readout.device, 2, 2e6, 1, 15, 2400, 8)
     (found,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, clock=2e6, conversion=slow))
     assert (found.key, found.measured, found.limit) == ("readout.clock", 9e6, 7.5e6)
@@ -444,10 +445,10 @@ def test_the_explanations_name_the_limits_that_are_applied() -> None:
         "SIT214": [f"{LDC1614.limit('capacitor_min') * 1e12:g} pF", f"{LDC1614.limit('capacitor_max') * 1e9:g} nF"],
         "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
     }
-    summaries = {rule.id: rule.summary for rule in RULES}
+    told = {rule.id: f"{rule.summary} {rule.severities} {rule.why}" for rule in RULES}
     for rule, expected in words.items():
         for word in expected:
-            assert word in summaries[rule], (rule, word)
+            assert word in told[rule], (rule, word)
 
 
 def test_a_weak_coil_is_told_whether_its_states_or_the_coils_differ(judge, design, estimates) -> None:

@@ -16,7 +16,7 @@ from sitscad.spec import templates
 def test_explain_takes_identifier_number_and_name(run, word):
     done = run("explain", word)
     assert done.code == 0
-    assert done.out.startswith("SIT103 coil-trace (warning, error if binding)\n")
+    assert done.out.startswith("SIT103 coil-trace (warning, error)\n")
 
 
 def test_explain_takes_several_and_what_they_begin_with_each_once(run):

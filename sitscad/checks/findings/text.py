@@ -20,6 +20,7 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
 from sitscad.basics.version import __version__
+from sitscad.checks.examples import rule_example
 from sitscad.checks.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
 
 INDENT = 6  # Indent (columns) of a finding's further lines
@@ -321,7 +322,7 @@ def rules_json(rules: Sequence[ListedRule]) -> str:
         {
             "rule": rule.id, "name": rule.name, "severities": severities(rule).split(", "), "when": rule.severities,
             "summary": rule.summary, "why": rule.why, "mend": rule.mend, "source": rule.source,
-        }
+        } | ({} if (example := rule_example(rule.id)) is None else {"wrong": example.wrong, "right": example.right})
         for rule in rules
     ]
     return to_json({"sitscad": __version__, "rules": entries})
@@ -336,15 +337,26 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
     for figure, heading in RULE_GROUPS.items():
         lines += [f"## {heading}", ""]
         for rule in (each for each in rules if each.id[3:4] == figure):
-            lines += [f"### {rule.id} {rule.name}", "", f"*{rule.severities}*", "", rule.summary, ""]
-            lines += [f"**Why:** {rule.why}", "", f"**To mend it:** {rule.mend}", "", f"**Source:** {rule.source}", ""]
+            lines += [f"### {rule.id} {rule.name}", "", f"*{severities(rule)}*", "", rule.summary, ""]
+            cases = severity_cases(rule)
+            lines += [*(f"* {case}" for case in cases), *([""] if cases else [])]
+            lines += [f"**Why:** {rule.why}", "", f"**To mend it:** {rule.mend}", ""]
+            example = rule_example(rule.id)
+            if example is not None:
+                lines += ["```yaml", "# wrong", example.wrong, "# right", example.right, "```", ""]
+            lines += [f"**Source:** {rule.source}", ""]
     return "\n".join(lines)
 
 
 def severities(rule: ListedRule) -> str:
     """Return the severities alone, mildest first: ``warning, error``."""
-    words = rule.severities.replace(",", " ").split()
+    words = {case.partition(" ")[0] for case in re.split(r"[;,]\s*", rule.severities)}
     return ", ".join(word for word in ("note", "warning", "error") if word in words)
+
+
+def severity_cases(rule: ListedRule) -> list[str]:
+    """Return the severities with their conditions, mildest first. Empty if all findings have one severity."""
+    return rule.severities.split("; ") if ";" in rule.severities else []
 
 
 RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {

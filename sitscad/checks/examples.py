@@ -1,0 +1,53 @@
+"""Examples of values that break and keep a rule (`data/rule_examples.csv`), as YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import groupby
+
+from sitscad.basics.record import record
+from sitscad.data import Row, rows
+
+
+@record
+class RuleExample:
+    """Parts of a spec as YAML: ``wrong`` breaks a rule, and ``right`` keeps it."""
+
+    wrong: str
+    right: str
+
+
+def rule_example(rule_id: str) -> RuleExample | None:
+    """Return the example of a rule. None if no spec alone can break the rule."""
+    changed = _changes().get(rule_id)
+    if changed is None:
+        return None
+    wrong, right = (_as_yaml([(row["key"], row[side]) for row in changed]) for side in ("wrong", "right"))
+    return RuleExample(wrong, right)
+
+
+@cache
+def _changes() -> dict[str, tuple[Row, ...]]:
+    return {rule: tuple(found) for rule, found in groupby(rows("rule_examples"), key=lambda row: row["rule"])}
+
+
+def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
+    """Return dotted keys and values as YAML, a line for each section. If all keys are left out, a comment names them."""
+    sections: dict[str, dict[str, str]] = {}
+    for key, value in values:
+        if value:
+            section, _, rest = key.partition(".")
+            *parents, last = rest.split(".")
+            opened = "".join(f"{parent}: {{" for parent in parents)
+            sections.setdefault(section, {})[f"{opened}{last}"] = f"{value}{'}' * len(parents)}"
+    if not sections:
+        return "\n".join(f"# no {key}" for key, _ in values)
+    return "\n".join(_section(name, inside) for name, inside in sections.items())
+
+
+def _section(name: str, inside: dict[str, str]) -> str:
+    """Return a section with its keys. Without a name or a key, the value is a complete line or the whole section."""
+    if "" in inside:
+        return f"{name}: {inside['']}" if name else inside[""]
+    return f"{name}: {{{', '.join(f'{key}: {value}' for key, value in inside.items())}}}"
