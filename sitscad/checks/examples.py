@@ -33,7 +33,7 @@ def _changes() -> dict[str, tuple[Row, ...]]:
 
 
 def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
-    """Return dotted keys and values as YAML, a line for each section. If all keys are left out, a comment names them."""
+    """Return dotted keys and values as YAML, a line for each section. A comment names the keys if all are left out."""
     sections: dict[str, dict[str, str]] = {}
     for key, value in values:
         if value:

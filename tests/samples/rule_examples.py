@@ -1,7 +1,7 @@
 """A wrong and a right spec for each rule that a spec alone can break, and the texts of the findings on the wrong specs.
 
-`python tests/samples/rule_examples.py` writes these texts into tests/checks/messages.txt. Run it after a change of messages
-or hints, and read the difference.
+`python tests/samples/rule_examples.py` writes these texts into tests/checks/messages.txt. Run it after a change of
+messages or hints, and read the difference.
 """
 
 from __future__ import annotations
