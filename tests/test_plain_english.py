@@ -29,7 +29,7 @@ PATTERNS = {
         r"(?! (?:of|coil|turn|layer|side|end|pole|hand|part|piece|solid|sigma|mapping))"
         r"|\bones (?:that|which|of|with)\b|\bone (?:that|which|with|whose)\b"),
     "relative clause without a noun": re.compile(
-        r"\b(?:that of|those of|those that|that which|of which|of whose|what is|what it|what they|what a\b|what the)\b"),
+        r"\b(?:that of|those (?:of|that)|that which|of which|of whose|what (?:is|it|they|a|the))\b"),
     "vague reference": re.compile(
         r"\b(?:so many|as many as|so far as|so much of|alike|in question|the like)\b"
         r"|(?<!\ball )(?<!\bone )(?<!\bnone )(?<!\beach )(?<!\bhalf )(?<!\bpart )(?<!\bmost )(?<!\bsome )"

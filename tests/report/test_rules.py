@@ -9,7 +9,8 @@ import pytest
 
 import sitscad
 import sitscad.cli
-from sitscad.checks.findings.text import RULE_FORMATS
+from sitscad.basics.record import replace
+from sitscad.checks.findings.text import RULE_FORMATS, severities, severity_cases
 
 
 @pytest.mark.parametrize("form", RULE_FORMATS)
@@ -26,6 +27,15 @@ def test_json_and_markdown_have_all_texts():
         for text in (rule.summary, rule.why, rule.mend, rule.source):
             assert text in entry.values() and text in page
         assert set(entry["severities"]) <= {"note", "warning", "error"} and rule.severity.value in entry["severities"]
+
+
+def test_cases_of_a_plugin_without_semicolons_are_one_case():
+    (rule,) = (replace(rule, cases="warning, error beyond 50 %") for rule in sitscad.RULES if rule.id == "SIT101")
+    assert (severities(rule), severity_cases(rule)) == ("warning, error", ["warning, error beyond 50 %"])
+    (rule,) = (rule for rule in sitscad.RULES if rule.id == "SIT103")
+    assert severities(rule) == "warning, error"
+    assert [case.split(" if ")[0] for case in severity_cases(rule)] == ["warning", "error"]
+    assert severity_cases(replace(rule, cases="")) == []
 
 
 def test_the_command_prints_them(capsys):

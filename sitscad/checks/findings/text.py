@@ -356,7 +356,7 @@ def severities(rule: ListedRule) -> str:
 
 def severity_cases(rule: ListedRule) -> list[str]:
     """Return the severities with their conditions, mildest first. Empty if all findings have one severity."""
-    return rule.severities.split("; ") if ";" in rule.severities else []
+    return rule.severities.split("; ") if rule.severities != severities(rule) else []
 
 
 RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {
