@@ -160,7 +160,7 @@ def plain(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any
     """
     budget = iter(range(MOST_VALUES)) if budget is None else budget
     if next(budget, None) is None:
-        raise TextError("SIT010", f"more than {MOST_VALUES} values", "is this a spec?", key=key)
+        raise TextError("SIT010", f"more than {MOST_VALUES} values", "check that it is a spec", key=key)
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, str):
@@ -180,19 +180,19 @@ def plain(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any
         converted = to_list()
         if isinstance(converted, (bool, int, float, str, list)):
             return plain(converted, key, budget)
-    message = f"{undotted(key)}: an object of type {type(value).__name__} is nothing that a spec can hold"
-    raise TextError("SIT004", message, "a number, a text with its unit, a list or a dictionary", key=key)
+    message = f"{undotted(key)}: a spec cannot hold an object of type {type(value).__name__}"
+    raise TextError("SIT004", message, "write a number, a text with its unit, a list or a dictionary", key=key)
 
 
 def _name(name: Any, key: str) -> str:
     if not isinstance(name, str):
-        raise TextError("SIT004", f"{undotted(key)}: {described(name)} is no key", "keys are texts", key=key)
+        raise TextError("SIT004", f"{undotted(key)}: {described(name)} is no key", "write keys as texts", key=key)
     return _text(str(name), key)
 
 
 def _text(text: str, key: str) -> str:
     if any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise TextError("SIT004", f"{undotted(key)}: the text holds half of a character", key=key)
+        raise TextError("SIT004", f"{undotted(key)}: the text has an incomplete character", key=key)
     return text
 
 
@@ -337,13 +337,13 @@ def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
 def _require_as_written(spec: SensorSpec) -> None:
     """Raise `TextError` if values of a spec differ from its text: a change of the text would undo them."""
     if not spec.source.text:
-        raise TextError("SIT011", "this spec was not read from a text", "make it by SensorSpec.from_mapping")
+        raise TextError("SIT011", "this spec was not read from a text", "create it with SensorSpec.from_mapping")
     if spec.is_known:
         return
     written = load_text(spec.source.text, spec.source.path)
     other = [field.name for field in fields(spec) if getattr(spec, field.name) != getattr(written, field.name)]
     if other:
-        message = f"{', '.join(other)} of this spec was changed past its text, and would be as written again"
+        message = f"{', '.join(other)} of this spec was changed without its text, and the change would be lost"
         raise TextError("SIT009", message, 'change it by key: spec.replace("coil.turns", 7.5)', key=other[0])
 
 
@@ -391,5 +391,5 @@ def _entry(data: Any, name: str, key: str) -> Any:
             return data[int(name)]
         raise TextError("SIT002", f"{key}: the list has {len(data)} entries, counted from 0", key=key)
     parent = key.rpartition(".")[0]
-    hint = f"write {parent} out, or choose another value of it"
-    raise TextError("SIT002", f"{key}: {parent} has no keys in it, it is one value", hint, key=key)
+    hint = f"write {parent} as a section, or choose another value"
+    raise TextError("SIT002", f"{key}: {parent} is a single value without keys", hint, key=key)

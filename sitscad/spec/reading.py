@@ -114,9 +114,9 @@ def read_file(path: Path, called: str | None = None) -> bytes:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise TextError("SIT011", f"cannot read {name}: {reason}", "is the path right?") from None
+        raise TextError("SIT011", f"cannot read {name}: {reason}", "check the path") from None
     if len(content) > MAX_BYTES:
-        raise TextError("SIT010", f"{name} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+        raise TextError("SIT010", f"{name} is larger than {MAX_BYTES // 1024} KiB", "check that it is the right file")
     return content
 
 
@@ -145,11 +145,11 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
     try:
         yaml_text = read_yaml(text)
         if not isinstance(yaml_text.data, dict):
-            raise TextError("SIT001", "the file is not a mapping of keys to values", f"it begins with `{begins}`")
+            raise TextError("SIT001", "the file is not a mapping of keys to values", f"begin it with `{begins}`")
         is_other = begins.partition(":")[0] not in yaml_text.data
         for word, (kind, hint) in KINDS.items() if is_other else ():
             if word in yaml_text.data:
-                message = f"the file is a {kind}, where one is wanted that begins with `{begins}`"
+                message = f"the file is a {kind}, not a file that begins with `{begins}`"
                 raise TextError("SIT002", message, hint, yaml_text.keys[word])
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None

@@ -317,8 +317,8 @@ def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
     received += stream
     for _ in range(len(stream) + 1):
         one.read()
-    one.tell()
-    one.tell()
+    one.log_losses()
+    one.log_losses()
     assert [(each.wrench.force.x, each.wrench.force.z) for each in sent] == [(-0.25, -1.5), (0.0, -2.0)]
     assert all(math.isnan(value) for value in (sent[0].wrench.force.y, sent[0].wrench.torque.x))
     assert said == ["3 lines lost, 1 corrupted, 1 of another sensor"]

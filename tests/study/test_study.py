@@ -825,7 +825,7 @@ def test_a_measure_may_need_what_a_varied_key_brings(brings, folder):
     lacks = "target" if "vary" in brings else "elastomer"
     (folder / "coil.yaml").write_text(re.sub(rf"(?m)^{lacks}:\n(?:[ #].*\n|\n)*", "", base))
     asked = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"minimize": "resolution.normal"}]}
-    with pytest.raises(sitscad.SpecError, match=f"needs {lacks}, which the base has not"):
+    with pytest.raises(sitscad.SpecError, match=f"needs {lacks}, which the base lacks"):
         sitscad.Study.from_mapping(asked, folder)
     merged = asked | brings | {"vary": asked["vary"] | brings.get("vary", {})}
     assert sitscad.Study.from_mapping(merged, folder).asked.goals

@@ -83,17 +83,17 @@ class StudyDocument(Section):
     is_whole: ClassVar[bool] = False
 
     sitscad_study: int = key(Special(_version, {"const": VERSION}), "version of this format")
-    base: str = key(Text(1000), "the spec that is varied, from this file's folder; its rules and requirements hold")
-    vary: dict[str, Any] = key(_VARY, "keys of the spec, each {from, to, step} or a list of values")
+    base: str = key(Text(1000), "path of the spec that is varied, from this file's folder. All its requirements apply")
+    vary: dict[str, Any] = key(_VARY, "keys of the spec that vary, each with {from, to, step} or a list of values")
     same: dict[str, Any] = key(_SAME, "keys that take the value of a varied key", {})
-    with_: dict[str, Any] = key(_WITH, "what a value of a varied key brings along", {}, "with")
-    goals: list[Any] = key(_GOALS, "one to three measures to minimize or maximize, the first one first")
-    require: dict[str, Any] = key(_REQUIRE, "limits of measures beside those of the spec, like {rp: '>= 1.2 kohm'}", {})
-    accept: tuple[str, ...] = key(_ACCEPT, "rules whose warnings may stay, or all", [])
-    spread: dict[str, Any] = key(_SPREAD, "one sigma of keys, in place of the tables', like {elastomer.modulus: 30 %}",
-                                 {})
-    search: dict[str, Any] = key(_SEARCH, "method, evaluations, seed", {})
-    keep: int = key(Number(1, MOST_KEPT, whole=True), "designs that are kept at most", 5)
+    with_: dict[str, Any] = key(_WITH, "further keys that are set by a value of a varied key", {}, "with")
+    goals: list[Any] = key(_GOALS, "one to three measures to minimize or maximize, the most important first")
+    require: dict[str, Any] = key(_REQUIRE, "further limits of measures, like {rp: '>= 1.2 kohm'}", {})
+    accept: tuple[str, ...] = key(_ACCEPT, "rules whose warnings are accepted, or all", [])
+    spread: dict[str, Any] = key(
+        _SPREAD, "scatter of keys (one sigma) in place of the tables' values, like {elastomer.modulus: 30 %}", {})
+    search: dict[str, Any] = key(_SEARCH, "search method, number of evaluations, and seed", {})
+    keep: int = key(Number(1, MOST_KEPT, whole=True), "largest number of designs that are kept", 5)
 
 
 @record
@@ -179,10 +179,11 @@ def asked_for(document: StudyDocument, base: Base, remarks: Remarks) -> Asked:
     if not remarks.flaws:
         _out_of_reach(base, goals, require, space, remarks)
         if search["method"] == "grid" and space.size > MOST_GRID:
-            remarks.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
-                         "larger steps, fewer keys, or method: auto")
+            remarks.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs, allowed {MOST_GRID}",
+                         "use larger steps, fewer keys, or method: auto")
         if search["method"] == "de" and len(goals) > 1:
-            remarks.flaw("SIT009", "search.method", "differential evolution has one goal", "one goal, or method: nsga2")
+            remarks.flaw("SIT009", "search.method", "differential evolution takes one goal",
+                         "keep one goal, or write method: nsga2")
     return Asked(base, space, goals, require, document.accept, dict(_spreads(document, remarks)), keep=document.keep,
                  **search)
 
@@ -190,7 +191,7 @@ def asked_for(document: StudyDocument, base: Base, remarks: Remarks) -> Asked:
 def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterator[Variable]:
     """Yield the varied keys with their values."""
     if not 1 <= len(document.vary) <= MOST_KEYS:
-        remarks.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
+        remarks.flaw("SIT006", "vary", f"{len(document.vary)} varied keys, allowed 1 to {MOST_KEYS}")
     for name, written in document.vary.items():
         place = dotted("vary", name)
         try:
@@ -214,9 +215,9 @@ def _note_twice(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
         if (figure := same_value(value)) in first:
-            message = f"{described(value)} is {described(first[figure])}, which is listed, too"
+            message = f"{described(value)} is {described(first[figure])}, which is in the list already"
             remarks.flaw("SIT009", dotted(place, k), message,
-                         "each value once")
+                         "write each value once")
         first.setdefault(figure, value)
 
 
@@ -284,7 +285,7 @@ def _fights(document: StudyDocument, remarks: Remarks) -> None:
         for other, of_other in settled.items():
             if meet(name, other) and (by != of_other or not by.startswith("with.")):
                 whose = of_other if name == other else f"{other} under {of_other}"
-                remarks.flaw("SIT009", place, f"{name} is decided by {whose}, too", "one of both")
+                remarks.flaw("SIT009", place, f"{name} is decided by {whose}, too", "keep one of them")
         settled.setdefault(name, by)
 
 
@@ -302,8 +303,8 @@ def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
 
 def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
     if len(document.goals) > MOST_GOALS:
-        remarks.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
-                     "turn the others into requirements")
+        remarks.flaw("SIT006", "goals", f"{len(document.goals)} goals; allowed {MOST_GOALS}",
+                     "write the others under require")
     measures = set[str]()
     for k, written in enumerate(document.goals):
         place = dotted("goals", k)
@@ -312,10 +313,11 @@ def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
             remarks.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
         elif _is_measure(name := written[keys[0]], dotted(place, keys[0]), remarks):
             if name == "yield":
-                remarks.flaw("SIT009", dotted(place, keys[0]), "yield is worked out for the designs that are kept",
+                remarks.flaw("SIT009", dotted(place, keys[0]), "yield is computed only for the designs that are kept",
                              'require it: {yield: ">= 95 %"}')
             if name in measures:
-                remarks.flaw("SIT009", dotted(place, keys[0]), f"{name} is a goal already", "one goal of each measure")
+                remarks.flaw("SIT009", dotted(place, keys[0]), f"{name} is a goal already",
+                             "write one goal for each measure")
             measures.add(name)
             yield Goal(name, keys[0] == "minimize")
 
@@ -348,7 +350,8 @@ def _requirements(document: StudyDocument, remarks: Remarks) -> Iterator[Require
                          f"like {EXAMPLES[unit]!r}; units: {', '.join(each or 'none' for each in _factors(unit))}")
             continue
         if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
-            remarks.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
+            remarks.flaw("SIT006", place, f"{described(written)} is no yield that can be required",
+                         "write it like >= 95 %")
             continue
         yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
 
@@ -393,13 +396,13 @@ def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, f
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
         if name not in SPREADS:
-            remarks.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
+            remarks.flaw("SIT007", place, f"no scattering figure has the name {described(name)}",
                          f"one of {', '.join(SPREADS)}")
         elif SPREADS[name].unit != "1":
-            remarks.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
-                         "write its tolerance into the spec's section assembly")
+            remarks.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a fraction of itself",
+                         "write its tolerance in section assembly of the spec")
         elif match is None or not 0.0 <= float(match[1]) <= 100.0:
-            hint = "one sigma of the figure itself, like 30 %"
+            hint = "write one sigma relative to the figure, like 30 %"
             remarks.flaw("SIT006", place, f"{described(written)} is no sigma", hint)
         else:
             yield name, 0.01 * float(match[1])
@@ -416,15 +419,15 @@ def _out_of_reach(
     for goal, (_, place) in zip(goals, places, strict=True):
         keys = MEASURES[goal.measure].decided_by
         if keys and not space.moves(keys):
-            remarks.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
-                         "here varies: all designs have the same", "vary it, or choose another goal")
+            remarks.flaw("SIT009", place, f"{goal.measure} depends only on {' and '.join(keys)}, which the "
+                         "study does not vary", "vary it, or choose another goal")
 
     places += [(each.measure, dotted("require", each.measure)) for each in require]
     for name, place in places:
         for need in MEASURES[name].needs:
             if not need.is_had(base.spec) and not space.moves(need.keys):
-                remarks.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
-                             "varies: no design has it", "give it to the base, or ask for another measure")
+                remarks.flaw("SIT009", place, f"{name} needs {need.words}, which the base lacks and the study does "
+                             "not add", "add it to the base, or choose another measure")
                 break
 
 

@@ -140,9 +140,9 @@ def _signal(design: Design) -> Figure:
 def _felt(design: Design) -> Felt:
     sensing = design.sensing.felt
     if sensing is None:
-        raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
+        raise AbsentError("it needs a target on a pad, and tanks that oscillate at rest")
     if not all(sensing.held):
-        raise AbsentError("the pad gives way sideways within the required normal force")
+        raise AbsentError("the pad fails sideways within the required normal force")
     return sensing
 
 
@@ -160,10 +160,10 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
         def read(design: Design) -> Figure:
             sensing = _felt(design)
             if axis not in sensing.bench.range.axes:
-                raise AbsentError(f"the coils do not tell {axis} apart")
+                raise AbsentError(f"the coils cannot measure {axis}")
             value = of(sensing, axis)
             if not math.isfinite(value):
-                raise AbsentError(f"no reading tells {axis}")
+                raise AbsentError(f"no reading depends on {axis}")
             return value, _error_of(design) * value
 
         return read
@@ -191,9 +191,9 @@ def _range(axis: str) -> Reader:
         _felt(design)
         points = design.performance
         if not points:
-            raise AbsentError("the response has nothing to feel with")
+            raise AbsentError("no coil responds to a force")
         if axis not in points[0].axes:
-            raise AbsentError(f"the coils do not tell {axis} apart")
+            raise AbsentError(f"the coils cannot measure {axis}")
         from sitscad.estimates.performance.points import COURSE
 
         apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # spacing of the evaluated loads
@@ -207,9 +207,9 @@ def _crosstalk(design: Design) -> Figure:
 
     sensing = _felt(design)
     if len(sensing.bench.range.axes) == 1:
-        raise AbsentError("one coil tells one axis")
+        raise AbsentError("one coil measures one axis")
     if not sensing.is_range_held:
-        raise AbsentError("the pad gives way sideways within the required loads")
+        raise AbsentError("the pad fails sideways within the required loads")
     tables = [crosstalk(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
     value = max(error for table in tables for row in table.values() for error in row.values())
     return value, _error_of(design) * value
@@ -220,7 +220,7 @@ def _by_gap(design: Design) -> Figure:
 
     sensing = _felt(design)
     if not sensing.is_range_held:
-        raise AbsentError("the pad gives way sideways within the required loads")
+        raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
     causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
@@ -235,7 +235,7 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     def read(design: Design) -> Figure:
         by_name = {measure.name: measure for measure in design.fit}
         if not by_name:
-            raise AbsentError("it takes a jaw with known dimensions, and a shield that its standoff has room for")
+            raise AbsentError("it needs a jaw with known dimensions, and room for the shield in the standoff")
         return of(by_name), 0.0
 
     return read
@@ -293,35 +293,36 @@ def _rows() -> Iterator[DesignMeasure]:
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
         tank = quantities[name]
         yield DesignMeasure(name.lower(), tank.unit, meaning, (), _of_tank(pick, tank.field, by_inductance, by_loss))
-    yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
-                        "requirements.normal_force, of the coil where it changes least",
+    yield DesignMeasure("signal.normal", "", "relative change of the reading from rest to "
+                        "requirements.normal_force, for the coil with the smallest change",
                         (*PADDED, FORCE), _signal)
-    quick = (("resolution", "one sigma of noise on {axis} at the scan rate, the worst of rest, half and full load",
+    quick = (("resolution", "noise of {axis} at the scan rate (one sigma); the largest of rest, half and full load",
               _by_axis(_resolution), (SCREEN, FULL)),
-             ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
+             ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "its range, or over 10 K", _by_axis(_by_warmth(-1)), (SCREEN, FULL)),
+              "temperature_range, or over 10 K", _by_axis(_by_warmth(-1)), (SCREEN, FULL)),
              ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
               _by_axis(_by_warmth(0)), (SCREEN, FULL)),
-             ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
+             ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
               _by_axis(_by_tilt), (FULL,)))
     for name, meaning, read, levels in quick:
         for axis in AXES:
             needs = {"normal": PADDED}.get(axis, (*PADDED, _told_apart(axis)))
             yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
                                 read(axis), (FULL,) if axis in MOMENTS else levels)
-    yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
-                        "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
-    yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
-                        "change, at most", (CELLS,), _exact(
+    yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "
+                        "its own full scale, with the best polynomial of the design as drawn", (*PADDED, TWO_COILS),
+                        _crosstalk, (FULL,))
+    yield DesignMeasure("crosstalk.cells", "", "largest change of a cell's reading by full load on all its neighbours, "
+                        "as a fraction of the cell's full signal", (CELLS,), _exact(
                             lambda design: getattr(design.cells.skin.crosstalk, "total", None),
-                            "it takes cells that have a signal"), (FULL,))
-    yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
-                        "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
-    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),
-                        _fit(lambda fits: fits[CLOSED_PAIR].worst))
-    yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", (JAW,),
+                            "it needs cells with a signal"), (FULL,))
+    yield DesignMeasure("error.gap", "N", "error at full load by scatter of glue lines and pad thickness (one "
+                        "sigma), tared but not calibrated, on the worst axis of force", PADDED, _by_gap, (FULL,))
+    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need, at worst tolerances",
+                        (JAW,), _fit(lambda fits: fits[CLOSED_PAIR].worst))
+    yield DesignMeasure("fit.spare", "m", "smallest room left in the jaw, of all its fits, at worst tolerances", (JAW,),
                         _fit(lambda fits: min(measure.margin for measure in fits.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
                         _exact(lambda design: design.layout.body_size[1]))
@@ -332,18 +333,18 @@ def _rows() -> Iterator[DesignMeasure]:
                         _exact(lambda design: float(len(design.spec.fpc.stackup.copper))),
                         decided_by=("fpc.stackup", "coil.layers"))
     uncounted = "no tank of this design can be counted"
-    yield DesignMeasure("rate", "Hz", "complete scans a second", (),
+    yield DesignMeasure("rate", "Hz", "complete scans per second", (),
                         _exact(lambda design: design.estimates.readout.scan_rate, uncounted))
-    yield DesignMeasure("supply_current", "A", "of all converters with their drive", (),
+    yield DesignMeasure("supply_current", "A", "supply current of all converters, with their drive", (),
                         _exact(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
             lower, tank = name.lower(), quantities[name]
-            meaning = f"one sigma of {lower} from unit to unit, to first order, where {lower} is at its worst"
+            meaning = f"scatter of {lower} from unit to unit (one sigma, to first order), at its worst value"
             yield DesignMeasure(f"sigma.{lower}", tank.unit, meaning, (), _sigma(pick, tank.field))
-    yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
-                        "spreads of manufacture", (),
-                        _exact(lambda design: None, "it is a study's: of the designs that it keeps"))
+    yield DesignMeasure("yield", "", "fraction of units that pass the electrical, readout and sensing rules, with "
+                        "manufacturing scatter", (),
+                        _exact(lambda design: None, "only a study computes it, for the designs that it keeps"))
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}

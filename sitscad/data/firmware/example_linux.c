@@ -1,17 +1,18 @@
 /*
- * Reads the sensor on a Linux computer's I2C bus, a line a reading: frequencies, states of the coils, forces; with
- * `./sensor /dev/i2c-1 -1 lines` as the lines of sensor_line.h, that `sitscad read serial:PORT` reads.
+ * A program that reads the sensor on the I2C bus of a Linux computer. It prints a line for each reading: frequencies,
+ * states of the coils, forces. `./sensor /dev/i2c-1 -1 lines` prints lines as in sensor_line.h.
  *
  *     cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm && ./sensor /dev/i2c-1
  *
- * (SENSOR_BUSES 2: ./sensor /dev/i2c-1,/dev/i2c-3). If SD of the converters is wired to an output, name its GPIO chip and
- * line: ./sensor /dev/i2c-1 sd=/dev/gpiochip0:17. Without sd=, SD has to be wired to GND.
+ * With two buses (SENSOR_BUSES 2): ./sensor /dev/i2c-1,/dev/i2c-3. If SD of the converters is wired to an output, name
+ * its GPIO chip and line: ./sensor /dev/i2c-1 sd=/dev/gpiochip0:17. Without sd=, SD must be wired to GND.
  *
- * Without a board, on simulated converters with the coils as they are drawn:
+ * Without a board, it runs on simulated converters with the coils of the drawing:
  *
  *     cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm && ./sensor
  *
- * It tests itself first and takes the mean of 16 readings for the tare: leave the sensor alone until forces come.
+ * It begins with the self-test, and then takes the mean of 16 readings as tare. Do not touch the sensor until forces
+ * appear.
  */
 #if defined(__linux__)
 
@@ -23,7 +24,7 @@
 
 #include "sensor_line.h"
 
-static int wires[SENSOR_BUSES]; /* what every bus is known by: its number, or its file */
+static int wires[SENSOR_BUSES]; /* handle of each bus: its number, or its file */
 
 #ifdef SIMULATED
 #include "simulated/simulated.h"
@@ -118,8 +119,8 @@ static void wait_ms(long ms)
 }
 
 /*
- * Shuts the converters down and wakes them by the line "CHIP:NUMBER" that is wired to SD, which stays low until this
- * program ends. 0, or 1 if there is no such line.
+ * Shut the converters down and wake them by the line "CHIP:NUMBER", which is wired to SD. It stays low until the
+ * program ends. Returns 0, or 1 if there is no such line.
  */
 static int woken(const char *place)
 {
@@ -163,7 +164,7 @@ static const ldc161x_bus buses[SENSOR_BUSES] = {
 #endif
 };
 
-/* Opens every bus; paths are separated by commas, and cut there. */
+/* Open every bus. Paths are separated by commas. The text is cut at the commas. */
 static int all_opened(char *paths)
 {
     for (int k = 0; k < SENSOR_BUSES; ++k) {
@@ -177,7 +178,7 @@ static int all_opened(char *paths)
     return 0;
 }
 
-/* What the self-test says, a coil a line; the number of coils that are not good, or a negative error. */
+/* Print the result of the self-test, one line for each coil. Returns the number of bad coils, or a negative error. */
 static int tested(sensor *self)
 {
     sensor_report report;
@@ -233,7 +234,7 @@ static void shown(const sensor *self, const sensor_reading *reading)
     printf("\n");
 }
 
-/* Takes "sd=..." out of the words and wakes the converters by it; what is left is moved up. 0, or 1 if it fails. */
+/* Remove "sd=..." from the arguments and wake the converters by this line. Returns 0, or 1 if this fails. */
 static int take_sd(int *count, char **words)
 {
     int left = 1, error = 0;

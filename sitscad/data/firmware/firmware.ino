@@ -1,8 +1,9 @@
 /*
- * Reads the sensor with an Arduino: this folder is the sketch. For forces copy calibration.h of your sensor beside it,
- * or if the sensor has cells the folders cell-1, cell-2, ... with a calibration.h each.
- * It sends the lines of sensor_line.h at SENSOR_BAUD (sensor_config.h), for `sitscad read serial:PORT` and live.html.
- * Three converters or more need a second bus, Wire1.
+ * An Arduino sketch that reads the sensor; this folder is the sketch. For forces, copy calibration.h of your sensor
+ * into this folder. If the sensor has cells, copy the folders cell-1, cell-2, ..., each with a calibration.h.
+ * The sketch sends the lines of sensor_line.h at SENSOR_BAUD (sensor_config.h) for `sitscad read serial:PORT` and
+ * live.html.
+ * Three or more converters need a second bus, Wire1.
  */
 #include <Wire.h>
 
@@ -45,12 +46,12 @@ static const ldc161x_bus buses[SENSOR_BUSES] = {
 static sensor one;
 static sensor_line line;
 
-/* The output that is wired to SD of every converter. -1: SD is wired to GND. */
+/* Number of the output that is wired to SD of every converter. -1 if SD is wired to GND. */
 #ifndef SENSOR_SD_PIN
 #define SENSOR_SD_PIN 4
 #endif
 
-/* Shut the converters down and wake them. Their registers are those of a start afterwards. */
+/* Shut the converters down and wake them. Their registers then have the values of a power-up. */
 static void wake()
 {
 #if SENSOR_SD_PIN >= 0

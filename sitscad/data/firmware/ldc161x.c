@@ -45,6 +45,6 @@ int ldc161x_result(const ldc161x_bus *bus, uint8_t address, uint8_t channel, uin
 
 uint16_t ldc161x_kept(uint8_t where)
 {
-    /* INIT_IDRIVE of DRIVE_CURRENT is the converter's own */
+    /* the converter itself sets INIT_IDRIVE of DRIVE_CURRENT */
     return where >= LDC161X_DRIVE_CURRENT && where < LDC161X_DRIVE_CURRENT + 4u ? 0xF800u : 0xFFFFu;
 }

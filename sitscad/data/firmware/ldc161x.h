@@ -1,6 +1,6 @@
 /*
- * LDC1612 and LDC1614: registers, and how they are written and read (TI data sheet SNOSCY9A, 7.5 and 7.6).
- * C99; no heap, no delay, no library, no floating point.
+ * Registers of LDC1612 and LDC1614, with functions that write and read them (TI data sheet SNOSCY9A, 7.5 and 7.6).
+ * C99 without heap, delays, libraries and floating-point numbers.
  */
 #ifndef LDC161X_H
 #define LDC161X_H
@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/* The I2C bus: 7-bit addresses; 0 is good, all else is an error. write_read joins both by a repeated start. */
+/* The I2C bus, with 7-bit addresses. Functions return 0, or an error. write_read uses a repeated start. */
 typedef struct {
     void *context;
     int (*write)(void *context, uint8_t address, const uint8_t *bytes, size_t count);
@@ -29,28 +29,28 @@ typedef struct {
 #define LDC161X_DEVICE_ID 0x7Fu
 
 #define LDC161X_RESET 0x8000u        /* in RESET_DEV */
-#define LDC161X_MANUFACTURER 0x5449u /* what MANUFACTURER_ID holds */
-#define LDC161X_DEVICE 0x3055u       /* what DEVICE_ID holds, of both parts */
+#define LDC161X_MANUFACTURER 0x5449u /* value of MANUFACTURER_ID */
+#define LDC161X_DEVICE 0x3055u       /* value of DEVICE_ID for both parts */
 
-/* Flags in the upper register of a result; they rise where ERROR_CONFIG lets them. */
+/* Flags in the upper register of a result. ERROR_CONFIG enables them. */
 #define LDC161X_UNDER_RANGE 0x8u
 #define LDC161X_OVER_RANGE 0x4u
 #define LDC161X_WATCHDOG 0x2u
 #define LDC161X_AMPLITUDE 0x1u
 
-#define LDC161X_LARGEST 0x0FFFFFFFul /* the result of a conversion that is over its range; 0 is one under it */
+#define LDC161X_LARGEST 0x0FFFFFFFul /* result of a conversion over the range; 0: under the range */
 
-/* All give 0, or what the bus gives. */
+/* All functions return 0, or the error of the bus. */
 int ldc161x_write(const ldc161x_bus *bus, uint8_t address, uint8_t where, uint16_t value);
 int ldc161x_read(const ldc161x_bus *bus, uint8_t address, uint8_t where, uint16_t *value);
 
-/* Reads STATUS, which clears it: bit n of *unread says that channel n has a result that was not read. */
+/* Read STATUS, which clears it. Bit n of *unread is 1 if channel n has an unread result. */
 int ldc161x_unread(const ldc161x_bus *bus, uint8_t address, uint8_t *unread);
 
-/* Reads the result of a channel, upper register first, which holds the lower one still; both reads clear. */
+/* Read the result of a channel. The upper register comes first and locks the lower one; both reads clear. */
 int ldc161x_result(const ldc161x_bus *bus, uint8_t address, uint8_t channel, uint32_t *counts, uint8_t *flags);
 
-/* The bits of a register that read back as they were written. */
+/* Return the bits of a register that can be read back. */
 uint16_t ldc161x_kept(uint8_t where);
 
 #ifdef __cplusplus

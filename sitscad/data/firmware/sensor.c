@@ -1,11 +1,11 @@
-/* The sensor: see sensor.h. Tables are those of sensor_config.h. */
+/* The driver of sensor.h. sensor_config.h has its tables. */
 #include "sensor.h"
 
-#define NOTHING_NEW 4u /* polls without anything new after which a converter is asked for its settings */
-#define STUCK 200u     /* results alike to the last bit: of a converter's noise not one in 1e40 readings does so */
+#define NOTHING_NEW 4u /* polls without a new result, after which the settings are checked */
+#define STUCK 200u     /* equal results in a row; by noise alone, less than one in 1e40 readings */
 #define MOSTLY_SHORTED (-800) /* thousandths of the inductance */
 #define MOST_TARES 100u
-#define APART 2u /* scans without a tare after which one begins anew */
+#define APART 2u /* scans without a call after which a new tare begins */
 
 typedef struct {
     uint8_t converter, where;
@@ -14,19 +14,19 @@ typedef struct {
 
 typedef struct {
     uint32_t counts, low, high;
-} band; /* the design's, and what manufacture makes of it */
+} band; /* the design's value, and the limits by manufacturing tolerances */
 
 typedef struct {
     const char *name;
     uint8_t converter, channel;
-    uint32_t low, high; /* results beyond are out of band, in any state and under any load */
-    uint32_t leap;      /* what noise alone never makes */
+    uint32_t low, high; /* limits of results in all states and under all loads */
+    uint32_t leap;      /* largest change by noise alone */
     band state[2];      /* bare, assembled */
 } coil;
 
 static const uint8_t buses[SENSOR_CONVERTERS] = SENSOR_BUS_OF;
 static const uint8_t addresses[SENSOR_CONVERTERS] = SENSOR_ADDRESSES;
-static const setting settings[] = SENSOR_SETTINGS; /* in the order of writing, CONFIG last of each converter */
+static const setting settings[] = SENSOR_SETTINGS; /* in the order of writing; CONFIG comes last */
 static const coil coils[SENSOR_COILS] = SENSOR_COIL_TABLE;
 
 static const ldc161x_bus *bus_of(const sensor *self, uint8_t converter)
@@ -50,7 +50,7 @@ static int compared(const sensor *self, size_t row)
     return ((value ^ one->value) & kept) != 0u ? SENSOR_E_SETTINGS : 0;
 }
 
-/* Identity, reset (after which it sleeps), every register, all of them read back, CONFIG last. */
+/* Check the identity, reset (the converter then sleeps), write all registers, read them back. CONFIG comes last. */
 static int set_up(sensor *self, uint8_t converter)
 {
     const size_t rows = sizeof settings / sizeof settings[0];
@@ -124,8 +124,8 @@ static int is_good(uint8_t status)
 }
 
 /*
- * Whether a result is to be believed: near the last that was, as near as that was to the one before and some more, or
- * confirmed by going on from the one that was doubted.
+ * Whether a result is accepted: its distance from the last accepted result is at most twice the last step plus `leap`,
+ * or it continues from the doubted result and thereby confirms it.
  */
 static int is_believed(const sensor *self, int k, uint32_t counts)
 {
@@ -136,7 +136,7 @@ static int is_believed(const sensor *self, int k, uint32_t counts)
     return self->doubted[k] != 0u && apart(counts, self->result[k]) <= leap + apart(self->result[k], self->counts[k]);
 }
 
-/* Takes a result of coil k; 1 where it is given out. */
+/* Store a result of coil k. Returns 1 if it is passed on. */
 static int take(sensor *self, int k, uint32_t counts, uint8_t flags)
 {
     const uint8_t status = status_of(&coils[k], counts, flags);
@@ -147,7 +147,7 @@ static int take(sensor *self, int k, uint32_t counts, uint8_t flags)
     self->amplitude[k] = (uint8_t)(flags & LDC161X_AMPLITUDE);
     if (!is_good(status)) {
         self->doubted[k] = 0u;
-        self->counts[k] = 0u; /* what comes after a fault has nothing to be compared with */
+        self->counts[k] = 0u; /* after a fault there is no result to compare with */
         self->status[k] = status;
     } else if (self->alike[k] >= STUCK) {
         self->status[k] = SENSOR_STALE;
@@ -167,7 +167,7 @@ static int take(sensor *self, int k, uint32_t counts, uint8_t flags)
     return is_new;
 }
 
-/* Asks a converter that has nothing new for its settings, and sets it up again where they are lost. */
+/* Check the settings of a converter without new results. Set it up again if they are lost. */
 static int idle(sensor *self, uint8_t converter)
 {
     const size_t rows = sizeof settings / sizeof settings[0];
@@ -191,7 +191,7 @@ static int idle(sensor *self, uint8_t converter)
     return error != 0 ? error : SENSOR_E_LOST;
 }
 
-/* Reads what is new of one converter: coils that are given out, or negative. */
+/* Read the new results of one converter. Returns the number of coils that are passed on, or a negative error. */
 static int poll_one(sensor *self, uint8_t converter, uint8_t fresh[SENSOR_COILS], int *read)
 {
     uint8_t unread, flags;
@@ -233,7 +233,7 @@ int sensor_poll(sensor *self, sensor_reading *reading)
     }
     for (int k = 0; k < SENSOR_COILS; ++k) {
         const uint32_t counts = self->counts[k] != 0u ? self->counts[k] : self->result[k];
-        /* in one scan every other coil is read once */
+        /* one scan reads every other coil once */
         const int is_old = fresh[k] == 0u && (new_ones == 0 || self->behind[k] > 2u * (SENSOR_COILS - 1u));
         reading->counts[k] = counts;
         reading->status[k] = is_old || error != 0 ? (uint8_t)SENSOR_STALE : self->status[k];
@@ -242,7 +242,7 @@ int sensor_poll(sensor *self, sensor_reading *reading)
     return error != 0 ? error : new_ones;
 }
 
-/* By how many thousandths the inductance is off the design's: L goes as 1 / counts^2. */
+/* Deviation of the inductance from the design, in thousandths. L is proportional to 1 / counts^2. */
 static int16_t off_design(uint32_t design, uint32_t counts)
 {
     const uint64_t own = counts >> 8, wanted = design >> 8;
@@ -265,7 +265,7 @@ static uint8_t tested(const band *design, uint32_t counts, uint8_t status)
     return off_design(design->counts, counts) < MOSTLY_SHORTED ? SENSOR_COIL_SHORT : SENSOR_COIL_TURNS_MISSING;
 }
 
-/* Which state of the design the coils fit: that in which more lie in their bands, then that which is nearer. */
+/* Find the state of the design: more coils lie within their bands, or else the deviations are smaller. */
 static uint8_t state_of(const sensor *self)
 {
     uint32_t away[2] = {0u, 0u};
@@ -282,7 +282,7 @@ static uint8_t state_of(const sensor *self)
     return away[1] <= away[0] ? SENSOR_ASSEMBLED : SENSOR_BARE;
 }
 
-/* Pairs of coils whose designs differ by more than manufacture explains, and that read the other way round. */
+/* Find pairs of exchanged coils: their designs differ by more than tolerances, and their readings are exchanged. */
 static void look_for_exchanged(sensor_report *report)
 {
     for (int k = 0; k < SENSOR_COILS; ++k)
@@ -313,7 +313,7 @@ int sensor_self_test(sensor *self, sensor_report *report)
         if (found < 0)
             return found;
         missing = 0;
-        for (int k = 0; k < SENSOR_COILS; ++k) /* a bad result alone may be a wrong one: the next is asked for */
+        for (int k = 0; k < SENSOR_COILS; ++k) /* a single bad result may be wrong: wait for the next one */
             missing += self->since[k] < (is_good(self->status[k]) ? 1u : 2u);
     }
     report->state = state_of(self);
@@ -325,7 +325,7 @@ int sensor_self_test(sensor *self, sensor_report *report)
         report->inductance[k] = off_design(design->counts, self->result[k]);
         report->coil[k] = self->since[k] == 0u ? (uint8_t)SENSOR_COIL_SILENT
                                                : tested(design, self->result[k], self->status[k]);
-        self->since[k] = 255u; /* a tare begins anew */
+        self->since[k] = 255u; /* the next call begins a new tare */
     }
     look_for_exchanged(report);
     for (int k = 0; k < SENSOR_COILS; ++k)
@@ -365,7 +365,7 @@ int sensor_tare(sensor *self, const sensor_reading *reading)
 }
 
 #ifdef SITSCAD_AXES
-/* Forces by the map of a cell at counts of its coils after a tare of theirs; SITSCAD_OK, or what is wrong. */
+/* Compute forces by the map of a cell from the counts of its coils and their tare. Returns SITSCAD_OK or an error. */
 static int mapped(int cell, const uint32_t *counts, const uint32_t *rest, float newtons[SENSOR_AXES])
 {
 #ifdef SENSOR_HAS_CELLS
@@ -417,15 +417,15 @@ const char *sensor_text(int error)
     case SENSOR_E_BUS:
         return "no answer on the I2C bus: SD low, supply, pull-ups, address by ADDR";
     case SENSOR_E_IDENTITY:
-        return "what answers is no LDC1612 or LDC1614: its identity is another";
+        return "no LDC1612 or LDC1614 answers: check the address";
     case SENSOR_E_SETTINGS:
-        return "a register does not read back as it was written";
+        return "a register does not hold the written value";
     case SENSOR_E_LOST:
-        return "a converter had lost its settings (reset or brown-out) and was set up again";
+        return "a converter lost its settings (reset or brown-out) and was set up again";
     case SENSOR_E_NO_TARE:
-        return "no tare was taken";
+        return "no tare: take one without load";
     case SENSOR_E_NO_MAP:
-        return "no calibration.h was compiled in: there is no map to newtons";
+        return "no map to newtons: compile with calibration.h";
     default:
         return error > 0 ? "a coil has no good reading" : "unknown error";
     }
@@ -436,7 +436,7 @@ const char *sensor_coil_text(int found)
     static const char *const texts[] = {
         "good",
         "does not oscillate: open, or shorted from end to end",
-        "inductance very low: most of it is shorted",
+        "inductance very low: most turns are shorted",
         "inductance low: a layer is missing or turns are shorted",
         "reads as another coil of the design: exchanged",
         "inductance or capacitor beyond the design's band",

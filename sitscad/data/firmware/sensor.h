@@ -1,8 +1,8 @@
 /*
- * The sensor of this folder: set up, read, tested against its design, tared, in newtons.
- * What differs from sensor to sensor stands in sensor_config.h, the map to newtons in calibration.h; a sensor with
- * cells has a map for each of them, which cells.h includes.
- * C99; no heap, no delay, no library; floating point for the frequencies that are told and for newtons alone.
+ * The driver of the sensor in this folder: set-up, readings, self-test against the design, tare, and forces in newtons.
+ * sensor_config.h has the settings of this sensor. calibration.h has its map to newtons. A sensor with cells has a map
+ * for each cell, which cells.h includes.
+ * C99 without heap, delays and libraries. Only frequencies and newtons are floating-point numbers.
  */
 #ifndef SENSOR_H
 #define SENSOR_H
@@ -10,7 +10,7 @@
 #include "ldc161x.h"
 #include "sensor_config.h"
 
-/* calibration.h of this one sensor beside this file goes before the package's, which is that of a drawing. */
+/* calibration.h beside this file belongs to this unit. It takes precedence over the package's map of the drawing. */
 #if defined(SENSOR_NO_CALIBRATION)
 #elif defined(SENSOR_HAS_CELLS)
 #include "cells.h"
@@ -31,42 +31,42 @@
 #endif
 
 #ifdef SITSCAD_AXES
-#define SENSOR_AXES SITSCAD_AXES /* of a cell */
+#define SENSOR_AXES SITSCAD_AXES /* of one cell */
 #else
-#define SENSOR_AXES 1 /* no map: sensor_cell_forces gives SENSOR_E_NO_MAP */
+#define SENSOR_AXES 1 /* no map: sensor_cell_forces returns SENSOR_E_NO_MAP */
 #endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* What is said of a coil's reading. All but the first and the last are faults: such counts make no force. */
+/* Status of a coil's reading. All but the first and the last are faults: counts with a fault give no force. */
 enum {
     SENSOR_GOOD = 0,
-    SENSOR_STALE,       /* older than a scan, or a sudden one that the next result has yet to confirm */
-    SENSOR_UNDER_RANGE, /* the result is the smallest */
-    SENSOR_OVER_RANGE,  /* the result is the largest */
+    SENSOR_STALE,       /* older than a scan, or a jump that the next result must confirm */
+    SENSOR_UNDER_RANGE, /* the smallest possible result */
+    SENSOR_OVER_RANGE,  /* the largest possible result */
     SENSOR_WATCHDOG,    /* the coil does not oscillate */
-    SENSOR_OUT_OF_BAND, /* the frequency is farther from the design's than manufacture explains */
-    SENSOR_AMPLITUDE    /* a warning: the oscillation is outside of 1.2 to 1.8 V */
+    SENSOR_OUT_OF_BAND, /* farther from the design's frequency than tolerances explain */
+    SENSOR_AMPLITUDE    /* a warning: the amplitude is outside 1.2 to 1.8 V */
 };
 
 enum {
     SENSOR_E_BUS = -1,      /* no answer on the bus */
-    SENSOR_E_IDENTITY = -2, /* what answers is no LDC1612 or LDC1614 */
-    SENSOR_E_SETTINGS = -3, /* a register does not read back as it was written */
+    SENSOR_E_IDENTITY = -2, /* no LDC1612 or LDC1614 answers */
+    SENSOR_E_SETTINGS = -3, /* a register does not hold the written value */
     SENSOR_E_LOST = -4,     /* a converter had lost its settings and was set up again */
-    SENSOR_E_NO_TARE = -5,  /* sensor_tare comes before forces */
-    SENSOR_E_NO_MAP = -6    /* there is no calibration.h, or no such cell */
+    SENSOR_E_NO_TARE = -5,  /* call sensor_tare first */
+    SENSOR_E_NO_MAP = -6    /* no calibration.h, or no cell of this number */
 };
 
-/* What the self-test says of a coil. */
+/* Result of the self-test for a coil. */
 enum {
     SENSOR_COIL_OK = 0,
     SENSOR_COIL_OPEN,          /* does not oscillate: open, or shorted from end to end */
-    SENSOR_COIL_SHORT,         /* inductance below a fifth of the design's: most of it is shorted */
+    SENSOR_COIL_SHORT,         /* inductance below a fifth of the design's: most turns are shorted */
     SENSOR_COIL_TURNS_MISSING, /* inductance too low: a layer is missing or turns are shorted */
-    SENSOR_COIL_EXCHANGED,     /* another coil of the design is wired here */
+    SENSOR_COIL_EXCHANGED,     /* wired in place of another coil of the design */
     SENSOR_COIL_OUT_OF_BAND,   /* inductance or capacitor too large, or over range */
     SENSOR_COIL_SILENT         /* the converter gives no result */
 };
@@ -80,74 +80,74 @@ typedef struct {
 } sensor_reading;
 
 typedef struct {
-    uint8_t state;                     /* which of the design's states the coils fit best: bare or assembled */
-    uint8_t told_apart;                /* whether exchanged coils would be seen without touching them */
+    uint8_t state;                     /* the state of the design that fits best: bare or assembled */
+    uint8_t told_apart;                /* 1: the test detects exchanged coils without a touch */
     uint8_t coil[SENSOR_COILS];        /* SENSOR_COIL_... */
-    uint8_t amplitude[SENSOR_COILS];   /* 1: the oscillation is outside of 1.2 to 1.8 V */
+    uint8_t amplitude[SENSOR_COILS];   /* 1: the amplitude is outside 1.2 to 1.8 V */
     uint32_t counts[SENSOR_COILS];
-    int16_t inductance[SENSOR_COILS];  /* by how many thousandths the inductance is off the design's */
+    int16_t inductance[SENSOR_COILS];  /* deviation of the inductance from the design, in thousandths */
 } sensor_report;
 
 typedef struct {
-    const ldc161x_bus *bus;           /* SENSOR_BUSES of them */
-    uint32_t counts[SENSOR_COILS];    /* the last that was believed; 0: none */
-    uint32_t step[SENSOR_COILS];      /* how far that was from the one before */
-    uint32_t result[SENSOR_COILS];    /* the last, believed or not; 0: none */
+    const ldc161x_bus *bus;           /* an array of SENSOR_BUSES buses */
+    uint32_t counts[SENSOR_COILS];    /* the last accepted result; 0: none */
+    uint32_t step[SENSOR_COILS];      /* its distance from the accepted result before */
+    uint32_t result[SENSOR_COILS];    /* the last result, accepted or not; 0: none */
     uint32_t tare[SENSOR_COILS];
     uint8_t status[SENSOR_COILS];
-    uint8_t behind[SENSOR_COILS];     /* how often another coil was read since */
-    uint8_t alike[SENSOR_COILS];      /* results in a row that are the same to the last bit */
-    uint8_t doubted[SENSOR_COILS];    /* whether `result` waits to be confirmed */
-    uint8_t amplitude[SENSOR_COILS];  /* whether the oscillation of the last was outside of 1.2 to 1.8 V */
-    uint8_t idle[SENSOR_CONVERTERS];  /* polls without anything new */
-    uint8_t lost[SENSOR_CONVERTERS];  /* whether it has to be set up */
-    uint8_t tares;                    /* readings in a row that the tare is the mean of; 0: there is none */
-    uint8_t since[SENSOR_COILS];      /* results since the last of them */
-    uint16_t restarts;                /* how often a converter had lost its settings */
+    uint8_t behind[SENSOR_COILS];     /* readings of another coil since then */
+    uint8_t alike[SENSOR_COILS];      /* number of equal results in a row */
+    uint8_t doubted[SENSOR_COILS];    /* 1: the next result must confirm `result` */
+    uint8_t amplitude[SENSOR_COILS];  /* 1: its amplitude was outside 1.2 to 1.8 V */
+    uint8_t idle[SENSOR_CONVERTERS];  /* polls without a new result */
+    uint8_t lost[SENSOR_CONVERTERS];  /* 1: the converter must be set up */
+    uint8_t tares;                    /* readings in the mean of the tare; 0: no tare */
+    uint8_t since[SENSOR_COILS];      /* results since the last reading of the tare */
+    uint16_t restarts;                /* number of times that a converter lost its settings */
 } sensor;
 
 /*
- * 0, or a negative SENSOR_E_... that sensor_text() puts in words. `buses` are all SENSOR_BUSES of them, a constant
- * array that lives as long as the sensor: `sensor_begin(&one, &buses)`.
+ * Set up the sensor. Returns 0, or a negative SENSOR_E_..., which sensor_text() describes. `buses` points to a constant
+ * array of SENSOR_BUSES buses. It must exist as long as the sensor: `sensor_begin(&one, &buses)`.
  */
 int sensor_begin(sensor *self, const ldc161x_bus (*buses)[SENSOR_BUSES]);
 
 /*
- * The number of coils that are new; 0 where there is nothing new; negative on the bus, or where settings were lost.
- * A coil that is not new keeps its counts and is SENSOR_STALE once another was read twice since; where nothing is new
- * all are. A result that leaps by more than noise and motion explain counts as new once the next confirms it: a single
- * wrong value is never given out, and a true step comes one scan late.
+ * Read new results. Returns the number of coils with a new result, or a negative error of the bus or of lost settings.
+ * A coil without a new result keeps its counts. It becomes SENSOR_STALE when another coil has been read twice since, or
+ * when no coil has a new result. A result that jumps by more than noise and motion explain counts only when the next
+ * result confirms it. A single wrong value is therefore never passed on, and a true step arrives one scan later.
  */
 int sensor_poll(sensor *self, sensor_reading *reading);
 
 /*
- * Each coil against the design; it polls until every coil has a result, a bad one twice. 0 is good; positive: so many
- * coils are not. A tare begins anew after it.
+ * Test each coil against the design. Polls until every coil has a result; a bad coil is read twice. Returns the number
+ * of bad coils, or a negative error. The tare must be repeated afterwards.
  */
 int sensor_self_test(sensor *self, sensor_report *report);
 
 /*
- * Takes counts without load. Called scan after scan it takes their mean (16 of them have a quarter of the noise): once
- * every coil is new, or nothing. Called again later than after two scans it begins anew. 0, or the number (from 1) of a
- * coil without a good reading: the old tare stays.
+ * Store the counts without load. Calls in consecutive scans take the mean, if every coil has a new result. A mean of 16
+ * has a quarter of the noise. A call more than two scans later begins a new tare. Returns 0, or the number (from 1) of
+ * a coil without a good reading; the old tare then stays.
  */
 int sensor_tare(sensor *self, const sensor_reading *reading);
 
 /*
- * Forces on a cell (from 0, below SENSOR_CELLS; a sensor without cells is cell 0). 0; the number (from 1) of a coil of
- * this cell without a good reading, forces 0; SENSOR_COILS + 1 beyond what the map was made for, forces those at its
- * end; or negative. Moments, where the map has some, are newton metres.
+ * Compute the forces on a cell (0 to SENSOR_CELLS - 1; 0 for a sensor without cells). Forces are newtons, moments are
+ * newton metres. Returns 0, or a negative error. If a coil of this cell has no good reading, returns its number (from
+ * 1), with forces 0. Beyond the range of the map, returns SENSOR_COILS + 1, with the forces at the end of the range.
  */
 int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int cell, float newtons[SENSOR_AXES]);
 
 #ifndef SENSOR_HAS_CELLS
-/* Forces of a sensor without cells: those of cell 0. */
+/* Compute the forces of a sensor without cells: cell 0. */
 int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES]);
 #endif
 
-const char *sensor_text(int error);      /* what SENSOR_E_... says */
-const char *sensor_coil_text(int coil);  /* what SENSOR_COIL_... says */
-const char *sensor_coil_name(int index); /* the coil's name in the design, from 0 */
+const char *sensor_text(int error);      /* text for SENSOR_E_... */
+const char *sensor_coil_text(int coil);  /* text for SENSOR_COIL_... */
+const char *sensor_coil_name(int index); /* a coil's name in the design; index from 0 */
 
 #ifdef __cplusplus
 }

@@ -1,13 +1,13 @@
 /*
- * Readings as lines of text, for a serial port: `sitscad read serial:PORT` and live.html read them.
+ * Readings as lines of text for a serial port. `sitscad read serial:PORT` and live.html read these lines.
  *
  *     id,sequence,C1_counts,C1_status,...,normal_N*crc     a header, first and after every SENSOR_HEAD_EVERY lines
- *     3F1A9C04,17,28286800,0,...,0.0125*9A3C               a reading; newtons are left out where there are none
- *     # words                                              what people read
+ *     3F1A9C04,17,28286800,0,...,0.0125*9A3C               a reading; without newtons if there are none
+ *     # text                                               a comment for people
  *
- * Forces of a cell have the names of its coils before them: C1.normal_N, or C1+C2.normal_N.
- * id is SENSOR_ID, the same for boards of one design and its settings; sequence goes up by 1 a line, and from 0 again
- * after a start; crc is CRC-16 CCITT from 0xFFFF over all before the star, four hexadecimal digits.
+ * For a sensor with cells, the names of the coils stand before each force: C1.normal_N, or C1+C2.normal_N.
+ * id is SENSOR_ID, equal for all boards with this design and these settings. sequence counts the lines from 0 after a
+ * start. crc is CRC-16 CCITT (initial value 0xFFFF) over all characters before the star, in four hexadecimal digits.
  */
 #ifndef SENSOR_LINE_H
 #define SENSOR_LINE_H
@@ -15,12 +15,12 @@
 #include "sensor.h"
 
 #define SENSOR_HEAD_EVERY 100u
-/* characters: a header and a reading */
+/* largest number of characters of a header and a reading together */
 #define SENSOR_LINE_MOST (96 + SENSOR_COILS * 64 + SENSOR_CELLS * SENSOR_AXES * (24 + SENSOR_CELL_COILS * 32))
 
 typedef struct {
-    uint32_t sequence; /* of the next reading */
-    int fresh;         /* results since the last */
+    uint32_t sequence; /* number of the next reading */
+    int fresh;         /* results since the last line */
     size_t count;
     uint16_t crc;
     char text[SENSOR_LINE_MOST];
@@ -59,7 +59,7 @@ static inline void sensor_line_number(sensor_line *line, uint32_t value, int lea
         sensor_line_put(line, digits[--many]);
 }
 
-/* Newtons to a tenth of a millinewton; newton millimetres of moments alike. */
+/* Write newtons with a resolution of 0.1 mN, and moments with 0.0001 N mm. */
 static inline void sensor_line_force(sensor_line *line, float newtons)
 {
     const float size = newtons < 0.0f ? -newtons : newtons;
@@ -71,7 +71,7 @@ static inline void sensor_line_force(sensor_line *line, float newtons)
     sensor_line_number(line, steps % 10000u, 4);
 }
 
-/* The name of an axis in a header; empty without a map. */
+/* Name of an axis in a header. Empty without a map. */
 static inline const char *sensor_line_axis(int axis)
 {
 #ifdef SITSCAD_NORMAL
@@ -98,7 +98,7 @@ static inline const char *sensor_line_axis(int axis)
     return "";
 }
 
-/* What an axis is multiplied with in a line: moments are newton metres in the map, newton millimetres here. */
+/* Factor of an axis in a line. Moments are newton metres in the map and newton millimetres here. */
 static inline float sensor_line_scale(int axis)
 {
 #ifdef SITSCAD_MOMENT_X
@@ -121,7 +121,7 @@ static inline void sensor_line_crc(sensor_line *line)
     sensor_line_hex(line, crc, 4);
 }
 
-/* The names of the columns. */
+/* Write the names of the columns. */
 static inline void sensor_line_head(sensor_line *line)
 {
     line->crc = 0xFFFFu;
@@ -145,7 +145,7 @@ static inline void sensor_line_head(sensor_line *line)
     sensor_line_put(line, '\n');
 }
 
-/* A reading; newtons of each cell by `told`, what sensor_cell_forces said. */
+/* Write a reading. `told` has the return value of sensor_cell_forces for each cell. */
 static inline void sensor_line_reading(sensor_line *line, const sensor_reading *reading, const int told[SENSOR_CELLS],
                                        float newtons[SENSOR_CELLS][SENSOR_AXES])
 {
@@ -170,8 +170,8 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
 }
 
 /*
- * What is to be sent after a poll that found `fresh` results: NULL until SENSOR_LINE_EVERY scans are complete, then a
- * line, with a header before it if one is due. `line` begins as {0}. SENSOR_BAUD carries these lines.
+ * Return the text to send after a poll with `fresh` new results: NULL until SENSOR_LINE_EVERY scans are complete, then
+ * a line, after a header if one is due. Set `line` to {0} at the start. SENSOR_BAUD is enough for these lines.
  */
 static inline const char *sensor_line_next(sensor_line *line, const sensor *self, const sensor_reading *reading,
                                            int fresh)

@@ -201,10 +201,10 @@ class NumberOrList(Scalar):
     def read(self, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list):
             if suggestion := _listed(value):
-                refuse("SIT004", f"{described(value)} is no number", f"a list is written {suggestion}")
+                refuse("SIT004", f"{described(value)} is no number", f"write the list as {suggestion}")
             return (self.number.read(value),)
         if not 1 <= len(value) <= self.most:
-            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
+            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "write it like [8, 7]")
         return tuple(self.number.read(entry) for entry in value)
 
     def schema(self) -> dict[str, Any]:
@@ -222,7 +222,7 @@ class Several(Scalar):
     def read(self, value: Any) -> tuple[Any, ...]:
         written = value if isinstance(value, list) else [value]
         if len(written) > self.most:
-            refuse("SIT006", f"{len(written)} are out of range: at most {self.most}", "")
+            refuse("SIT006", f"{len(written)} entries are out of range: at most {self.most}", "")
         return tuple(self.one.read(each) for each in written)
 
     def schema(self) -> dict[str, Any]:
@@ -365,7 +365,7 @@ class Text(Scalar):
             message = f"{len(value)} characters are too many: at most {self.longest}"
             refuse("SIT006", message, "", measured=float(len(value)), limit=float(self.longest))
         if not self._fits(value):
-            refuse("SIT006", f"{described(value)} does not have the form wanted", self.like)
+            refuse("SIT006", f"{described(value)} does not have the required form", self.like)
         return value
 
     def _fits(self, text: str) -> bool:
@@ -387,7 +387,7 @@ class FileName(Scalar):
     def read(self, value: Any) -> str:
         name = Text(200).read(value)
         if not re.search(self.ending, name):
-            hint = f"a file beside the spec, like {self.like}"
+            hint = f"write the name of a file beside the spec, like {self.like}"
             refuse("SIT006", f"{described(value)} is no name of a {self.what} file", hint)
         return name
 
@@ -422,7 +422,7 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
     """
     family = _family(word, allowed)
     if family:
-        return f"{word} is a family, which one is meant? {', '.join(family)}; allowed: {', '.join(allowed)}"
+        return f"{word} is a family: choose one of {', '.join(family)}; allowed: {', '.join(allowed)}"
     near = nearest(word, allowed)
     suggestion = f"did you mean {near}? " if near else ""
     return f"{suggestion}allowed: {', '.join(allowed)}"

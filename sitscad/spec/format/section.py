@@ -232,7 +232,7 @@ class NameOr(Kind):
             return None
         form = "a list" if isinstance(self.written, ListOf) else "a section"
         message = f"neither a preset's name nor {form} that writes it out"
-        misfits.append(Misfit(key, value, Refusal("SIT004", message, "write a preset's name, or write it out", {})))
+        misfits.append(Misfit(key, value, Refusal("SIT004", message, "write a preset's name, or the full value", {})))
         return None
 
     def _form(self) -> str:

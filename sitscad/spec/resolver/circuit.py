@@ -81,9 +81,8 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
     boards = math.prod(written.parts or ())
     if boards > MOST_PARTS:
         remarks.flaw(
-            "SIT006", "fpc.panel.parts", f"{boards} boards are out of range: at most {MOST_PARTS} on one panel, since "
-            "every copy is drawn out in full in every layer's file",
-            "order several panels: their number is the fabricator's to multiply", measured=float(boards),
+            "SIT006", "fpc.panel.parts", f"{boards} boards on one panel are out of range: at most {MOST_PARTS}, "
+            "because every file has each copy in full", "order several panels", measured=float(boards),
             limit=float(MOST_PARTS),
         )
     return written

@@ -170,16 +170,15 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
         nearest = coil.outline.nearest_turns(turns)
         nearest = most if nearest > most > 0 else nearest
         end = "mid-side" if coil.is_mid_side else "corner" if coil.outline.sides else "side"
-        message = f"{turns:g} turns of a {coil.shape} do not end at a {end}: a multiple of 1/{parts} is wanted"
+        message = f"{turns:g} turns of a {coil.shape} do not end at a {end}, as multiples of 1/{parts} do"
         whole = (Edit(key, f"{nearest:.7g}"),) if nearest > 0 else ()
         facts = {"measured": turns, "limit": nearest}
-        remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", **facts, edits=whole)
+        remarks.flaw("SIT015", key, message, f"write the nearest, {nearest:.7g}", **facts, edits=whole)
     if most > 0 and turns > most * (1 + 1e-9):
         fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
         message = f"{turns:g} turns do not fit in {show(min(coil.size), 'm')}: at most {fits}"
         hint = (
-            "fewer turns (vias inside the innermost turn need room as well), a finer trace and spacing, more layers, "
-            "or a larger coil"
+            "use fewer turns (vias inside need room, too), a finer trace and spacing, more layers, or a larger coil"
         )
         remarks.flaw("SIT016", key, message, hint, measured=turns, limit=float(fits))
 
@@ -191,10 +190,10 @@ def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
     for turns, most, whose in totals:
         if turns > most:
             message = (
-                f"{turns:g} turns in all layers of {whose} are too many to be estimated: at most {most:g}; memory and "
-                "time grow with their square"
+                f"{turns:g} turns in all layers of {whose} are too many for an estimate: at most {most:g}; "
+                "memory and time grow with their square"
             )
-            hint = "fewer turns or layers" + (", or fewer coils" if coils > 1 else "")
+            hint = "use fewer turns or layers" + (", or fewer coils" if coils > 1 else "")
             remarks.flaw("SIT019", "coil.turns", message, hint, measured=turns, limit=most)
             return
 
@@ -225,14 +224,14 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
         value = getattr(document, name)
         if value is None or name in allowed_keys or (name == "count" and value == _COUNTS.get(pattern)):
             continue
-        hint = f"it takes {', '.join(allowed_keys) or 'no other key'}"
-        remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
+        hint = f"use only {', '.join(allowed_keys)}" if allowed_keys else f"leave {name} out"
+        remarks.flaw("SIT009", f"array.{name}", f"pattern {pattern} has no {name}", hint)
     if "centres" in allowed_keys and document.centres is None:
         message = "centres are missing: pattern explicit needs them"
         remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
     if document.count is not None and "count" in allowed_keys and len(document.count) != len(_COUNTS[pattern]):
         form = "[nx, ny]" if pattern == "grid" else "one number"
-        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
+        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "write 2 or [2, 2]")
     pitch = _pitch(document, pattern, coil, remarks)
     centres = _centres(document, pattern, pitch or 0.0, remarks)
     if not 1 <= len(centres) <= MOST_COILS:
@@ -344,17 +343,17 @@ def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: b
     """Add a flaw unless the coils form two or more equal cells of `coils` coils, each with a target on a pad."""
     count, key = len(placements), "cells.coils"
     if not has_plates:
-        hint = "write both, of one cell, or leave cells out"
+        hint = "write target and elastomer of one cell, or leave cells out"
         remarks.flaw("SIT009", "cells", "cells need a target on an elastomer", hint)
     if count % coils or count <= coils:
-        message = f"{count} coils make no two or more cells of {coils}"
-        remarks.flaw("SIT009", key, message, "a number that the coils can be divided by, or leave cells out")
+        message = f"{count} coils do not form two or more cells of {coils}"
+        remarks.flaw("SIT009", key, message, "write a divisor of the number of coils, or leave cells out")
         return
     first, *later = (within(placements[k : k + coils]) for k in range(0, count, coils))
     odd = next((k for k, other in enumerate(later, 2) if other != first), None)
     if odd is not None:
-        message = f"the coils of cell {odd} do not stand to each other as those of cell 1"
-        hint = "coils of one cell follow each other in the array's order; with array.centres they can be put so"
+        message = f"the coils of cell {odd} are arranged differently from cell 1"
+        hint = "place equal groups of coils one after the other, with array.centres"
         remarks.flaw("SIT009", key, message, hint)
 
 
@@ -373,18 +372,19 @@ def check_webs(
     if web is None or pad is None or target is None:
         return
     if pattern not in ("line", "grid"):
-        remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns", "array.pattern: line or grid")
+        remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns only",
+                     "write array.pattern: line or grid")
     if pad.outline.is_disc or web >= min(pad.size):
-        remarks.flaw("SIT009", "cells.web", "webs join square or rectangular pads and are narrower than these",
-                     "elastomer.shape: square, or leave cells.web out")
+        remarks.flaw("SIT009", "cells.web", "webs must be narrower than the pads, and pads square or rectangular",
+                     "write elastomer.shape: square, or leave cells.web out")
     rims = [0.5 * (outer - inner) for outer, inner in zip(pad.size, target.size, strict=True)]
     is_even = abs(rims[0] - rims[1]) <= EVEN * pad.thickness and min(rims) > -1e-9
     if target.outline.is_disc or target.rotation or target.offset != pad.offset or not is_even:
-        remarks.flaw("SIT009", "cells.web", "how webs stiffen a pad is known where its target stands on it as it does "
-                     "itself: neither round, turned nor aside, and as far from its edges along x as along y",
-                     "a target of the pad's shape and place, or leave cells.web out")
+        remarks.flaw("SIT009", "cells.web", "the stiffness of joined pads is known only for targets of the pad's "
+                     "shape and position, with equal rims along x and y",
+                     "write a target with shape and position of the pad, or leave cells.web out")
     if has_film:
-        remarks.flaw("SIT009", "cells.web", "a film over webs is not drawn", "leave encapsulation or cells.web out")
+        remarks.flaw("SIT009", "cells.web", "a film over webs is not supported", "leave encapsulation or cells.web out")
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:

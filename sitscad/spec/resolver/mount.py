@@ -154,14 +154,14 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
         if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
             shown = f"{show(size[0], 'm')} x {show(size[1], 'm')}"
             message = f"the {name} is {shown}, the face {show(jaw.length, 'm')} x {show(jaw.width, 'm')}"
-            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "[length, width], inside length and width of the jaw")
+            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "write [length, width] smaller than the face")
     if jaw.opposing_recess > jaw.opposing_pad_thickness + 1e-9:
         message = (
             f"the other jaw's rims stand {show(jaw.opposing_recess, 'm')} above the floor of its pocket, its pad "
-            f"{show(jaw.opposing_pad_thickness, 'm')}: they would meet the board before the pad does"
+            f"{show(jaw.opposing_pad_thickness, 'm')}: they touch the board before the pad"
         )
         facts = {"measured": jaw.opposing_recess, "limit": jaw.opposing_pad_thickness, "unit": "m"}
-        hint = "opposing_pad_thickness: that of the pad that lies in the pocket"
+        hint = "write opposing_pad_thickness of the pad that lies in the pocket"
         remarks.flaw("SIT009", "mount.jaw.opposing_recess", message, hint, **facts)
     chord = 2.0 * half_chord(jaw.height, jaw.port_diameter / 2.0)
     if written.width is not None and jaw.face is None and jaw.step is None and chord < jaw.width - 1e-9:
@@ -188,11 +188,11 @@ def _written_over(written_jaw: Jaw, step: StepPart | None) -> Jaw:
 def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:
     """Add a flaw if the jaw is a STEP file, which sitscad does not cut, or if a dovetail cannot slide in."""
     if jaw is None or jaw.step is not None:
-        message = "the jaw is a STEP file, which is not cut here"
-        remarks.flaw("SIT009", "mount.retention", message, "retention: glue, and cut the file's jaw yourself")
+        message = "the jaw is a STEP file, which sitscad does not cut"
+        remarks.flaw("SIT009", "mount.retention", message, "write retention: glue, and cut the jaw yourself")
     elif retention.kind == "dovetail" and jaw.pocket is not None and jaw.recess:
-        message = "a dovetail slides in from the tip, where the jaw's pad pocket is closed"
-        remarks.flaw("SIT009", "mount.retention", message, "retention: pins, or a jaw without a pocket")
+        message = "a dovetail slides in from the tip, but the jaw's pad pocket is closed there"
+        remarks.flaw("SIT009", "mount.retention", message, "write retention: pins, or a jaw without a pocket")
 
 
 def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePattern:
@@ -206,7 +206,7 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
     falling = next((hole for hole in written if hole.head < hole.diameter), None)
     if falling is not None:
         message = f"a head of {show(falling.head, 'm')} falls through a hole of {show(falling.diameter, 'm')}"
-        remarks.flaw("SIT009", "mount.holes", message, "head: the diameter of the screw's head")
+        remarks.flaw("SIT009", "mount.holes", message, "write head, the diameter of the screw's head")
     return HolePattern("written out", tuple(written), None, "", WRITTEN_SOURCE)
 
 
@@ -218,14 +218,14 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
     if name is None:
         for lies in ("datum", "along", "up"):
             if getattr(part, lies) is not None:
-                remarks.flaw("SIT009", f"{section}.{lies}", f"{lies} belongs to a STEP file", "give step")
+                remarks.flaw("SIT009", f"{section}.{lies}", f"{lies} belongs to a STEP file", "write step, too")
         return None
     datum, long_axis, normal_axis = part.datum or (0.0, 0.0, 0.0), part.along or "x", part.up or "z"
     if long_axis[-1] == normal_axis[-1]:
         message = f"{long_axis} runs to the tail and {normal_axis} stands on the face: they are one line"
-        remarks.flaw("SIT009", f"{section}.up", message, "two axes at right angles, like along: x, up: z")
+        remarks.flaw("SIT009", f"{section}.up", message, "write two axes at right angles, like along: x, up: z")
     if isinstance(datum, str) and (part.along or part.up):
-        message = f"the coordinate system {datum} says which way its axes run"
+        message = f"the coordinate system {datum} already sets the axes"
         remarks.flaw("SIT009", f"{section}.{'along' if part.along else 'up'}", message, "leave along and up out")
     smaller = "export the jaw alone, without the instrument's other parts"
     file = place.content(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
@@ -235,7 +235,7 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
     text = content.strip()
     if not text.startswith(BEGINS) or not text.endswith(ENDS) or b"\0" in content:
         message = f"{name} does not begin with {BEGINS.decode()} and end with {ENDS.decode()}"
-        remarks.flaw("SIT011", key, message, "is it a STEP file (AP203, AP214 or AP242), and whole?")
+        remarks.flaw("SIT011", key, message, "write a complete STEP file (AP203, AP214 or AP242)")
         return None
     import hashlib  # loads OpenSSL, which most uses of a spec do not need
 

@@ -135,7 +135,7 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
             remarks.default(f"assembly.{key}", value, "unverified: measure yours")
     if tolerance > line:
         message = f"a glue line of {show(line, 'm')} cannot come out {show(tolerance, 'm')} thinner"
-        remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
+        remarks.flaw("SIT009", "assembly.glue_tolerance", message, "write at most the thickness of the line")
     return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=tolerance)
 
 
@@ -166,7 +166,7 @@ def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
             key = f"assembly.tolerances.{part}"
             what = f"{TolerancesDocument.keys[part].about} is {show(size, 'm')}"
             message = f"{what} and cannot come out {show(tolerance, 'm')} less"
-            remarks.flaw("SIT009", key, message, "half of the band in which your parts were measured",
+            remarks.flaw("SIT009", key, message, "write half of the band in which your parts were measured",
                          measured=tolerance, limit=size, unit="m")
 
 
@@ -187,8 +187,8 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
             cable = replace(cable, **{name: value})
     strongest = len(part.device.drive_currents) - 1
     if part.drive_code is not None and part.drive_code > strongest:
-        message = f"{part.device.part} has the drive codes 0 to {strongest}, and none of {part.drive_code}"
-        remarks.flaw("SIT006", "readout.drive_code", message, "leave it out, and the code is chosen",
+        message = f"{part.device.part} has the drive codes 0 to {strongest}, not {part.drive_code}"
+        remarks.flaw("SIT006", "readout.drive_code", message, "leave it out: sitscad chooses the code",
                      measured=float(part.drive_code), limit=float(strongest))
     if place is None:
         place = "coil" if part.chip else "converter"
@@ -197,15 +197,16 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
         # capacitors on the board need a stiffened tail with the two tracks of each pair above each other
         key = "readout.capacitors_on_board"
         if part.capacitor_at == "converter":
-            remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
+            remarks.flaw("SIT009", key, "the capacitors are at the converter",
+                         "write capacitor_at: coil, or leave it out")
         if tail is None:
-            remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
+            remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "write fpc.tail")
         elif tail.connector.insertion_thickness <= 0.0:
             message = f"a tail that ends in {tail.connector.name} has no stiffener, and chips on bare film crack"
-            remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
+            remarks.flaw("SIT009", key, message, "use a connector that is plugged in, like zif-0.5mm")
         elif tail.layers == 1:
             two = (Edit("fpc.tail.layers", "2"),)
-            remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2", edits=two)
+            remarks.flaw("SIT009", key, "they need a tail of two copper layers", "write fpc.tail.layers: 2", edits=two)
     return replace(part, cable=cable, capacitor_at=place)
 
 
@@ -219,7 +220,7 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
         message = f"the coils need {needed} contacts, the connector has {tail.contacts}"
         facts = {"measured": float(tail.contacts), "limit": float(needed)}
         enough = (Edit("fpc.tail.contacts", str(needed)),)
-        remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts, edits=enough)
+        remarks.flaw("SIT009", "fpc.tail.contacts", message, "write two contacts per coil", **facts, edits=enough)
 
 
 def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
@@ -273,14 +274,14 @@ def _mechanism(written: Mechanism, mount: Mount | None, remarks: Remarks) -> Mec
     if pin_height >= written.link:
         beside = f"lever A's pin, {show(pin_height, 'm')} beside it"
         message = f"link B, {show(written.link, 'm')}, does not reach the axis from {beside}"
-        remarks.flaw("SIT009", "loads.mechanism.LB", message, f"more than {show(pin_height, 'm')}")
+        remarks.flaw("SIT009", "loads.mechanism.LB", message, f"write more than {show(pin_height, 'm')}")
     if lever_angle <= 0.0:
-        message = "lever A would lie along the axis, where no pull closes the jaws"
-        remarks.flaw("SIT009", "loads.mechanism.theta", message, "theta and theta0 together above 0 deg")
+        message = "lever A lies along the axis, where no pull closes the jaws"
+        remarks.flaw("SIT009", "loads.mechanism.theta", message, "write theta and theta0 with a sum above 0 deg")
     if reach is None and mount is not None and mount.jaw is not None and mount.jaw.hinge is not None:
         reach = mount.jaw.hinge + mount.jaw.length
         remarks.default("loads.mechanism.LJ", show(reach, "m"), "from the pivot to the tip of mount.jaw")
     elif reach is None:
-        message = "nothing says how far from the pivot the jaw presses"
+        message = "the distance from the pivot to the pressing point is unknown"
         remarks.flaw("SIT009", "loads.mechanism.LJ", message, "write loads.mechanism.LJ, like 28 mm")
     return replace(written, reach=reach or 1.0)

@@ -172,7 +172,7 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
     remarks, copper = Remarks(), len(spec.fpc.stackup.copper)
     if spec.coil.has_unequal_turns and len(spec.coil.layer_turns) != len(spec.coil.layers):
         message = f"{len(spec.coil.layer_turns)} numbers of turns for {len(spec.coil.layers)} layers"
-        yield Flaw("SIT009", "coil.turns", message, "one number for each layer, or one for all")
+        yield Flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all")
         return
     if max(spec.coil.layers) > copper:
         message = f"the coil uses copper layer {max(spec.coil.layers)}, stack-up {spec.fpc.stackup.name} has {copper}"

@@ -238,7 +238,7 @@ def read_yaml(text: str) -> YamlText:
     Tabs that indent nothing count as spaces, as in the YAML specification.
     """
     if len(text.encode("utf-8", "surrogatepass")) > MAX_BYTES:
-        raise TextError("SIT010", f"the spec is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+        raise TextError("SIT010", f"the spec is larger than {MAX_BYTES // 1024} KiB", "check that it is the right file")
     try:
         return _read(text)
     except TextError as error:
@@ -268,7 +268,7 @@ def _read(text: str) -> YamlText:
                 has_document = True
                 result.data = _read_node(event, events, "", result)
         if not has_document:
-            raise TextError("SIT001", "the file is empty", "a spec begins with `sitscad: 1`")
+            raise TextError("SIT001", "the file is empty", "begin it with `sitscad: 1`")
     except (ReaderError, UnicodeEncodeError) as error:
         if isinstance(error, UnicodeEncodeError):
             before, character = text[: error.start], ord(text[error.start])
@@ -276,7 +276,7 @@ def _read(text: str) -> YamlText:
             before, character = text.encode()[: error.position].decode(), error.character
         place = before.count("\n") + 1, len(before) - before.rfind("\n")
         message = f"the character U+{character:04X} is not allowed"
-        raise TextError("SIT001", message, "is this a text file?", place) from None
+        raise TextError("SIT001", message, "save the file as plain text", place) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
@@ -284,7 +284,7 @@ def _read(text: str) -> YamlText:
         is_tab = mark is not None and text[mark.index : mark.index + 1] == "\t"
         hint = "indent with spaces, not with tabs" if is_tab else ""
         if "mapping values are not allowed" in problem:
-            hint = "is there a colon too many, or a line indented too far?"
+            hint = "remove a surplus colon, or indent the line less"
         # The parser reports an unclosed bracket or quote only at a later token, lines below.
         opened, kind = error.context_mark, re.search("flow (?:mapping|sequence)|quoted scalar", error.context or "")
         if kind and opened is not None and mark is not None and opened.line < mark.line:
@@ -313,15 +313,15 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
             if event.version is not None and tuple(event.version) != (1, 2):
                 version = ".".join(map(str, event.version))
                 hint = "remove the %YAML line; numbers like 012 mean 12 in YAML 1.2, but 10 in YAML 1.1"
-                raise TextError("SIT013", f"YAML {version} is not read here, only YAML 1.2", hint, _place(event))
+                raise TextError("SIT013", f"YAML {version} is not supported, only YAML 1.2", hint, _place(event))
         depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
         count += isinstance(event, NodeEvent)
         if documents > 1:
             raise TextError("SIT013", "a second YAML document begins here", "keep one spec in a file", _place(event))
         if depth > MAX_DEPTH:
-            raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "a spec needs five", _place(event))
+            raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "use fewer levels", _place(event))
         if count > MAX_VALUES:
-            raise TextError("SIT010", f"more than {MAX_VALUES} values", "is this the right file?", _place(event))
+            raise TextError("SIT010", f"more than {MAX_VALUES} values", "shorten the file", _place(event))
         if isinstance(event, NodeEvent):
             mark, tag = "alias *" if isinstance(event, AliasEvent) else "anchor &", getattr(event, "tag", None)
             if event.anchor is not None:
@@ -397,16 +397,16 @@ CHOICES = "with."
 def _key_name(event: Event, may_be_number: bool) -> str:
     """Return the key in an event. Raises `TextError` if it is not plain text."""
     if not isinstance(event, ScalarEvent):
-        raise TextError("SIT013", "a list or a section cannot be a key", "keys are plain words", _place(event))
+        raise TextError("SIT013", "a list or a section cannot be a key", "write keys as plain words", _place(event))
     name = str(event.value)
     if not name.isprintable() or len(name) > _LONGEST_KEY:
-        raise _not_plain(f"the key {_printable(name)!r}", "keys are plain words", event)
+        raise _not_plain(f"the key {_printable(name)!r}", "write keys as plain words", event)
     plain = event.implicit[0] and event.style in (None, "") and not may_be_number
     if plain and not isinstance(plain_value(name), str):
         what = name[:40] or "nothing"
-        hint = "keys are plain words"
+        hint = "write keys as plain words"
         if what[0].isdigit():  # {trace_spacing: 0,1} is two entries, the second one with the key 1
-            hint += "; if it is the end of a number: decimals take a point, a comma ends what stands before it"
+            hint += "; for a decimal number, write a point and not a comma"
         raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _place(event))
     return name
 

@@ -1,14 +1,14 @@
-"""The sensor under MicroPython: set up, read and told. Tables are those of sensor_config.py, which stands beside it.
+"""Driver of the sensor for MicroPython. sensor_config.py beside this file has its tables.
 
     from machine import I2C, Pin
     from sensor import Sensor
-    sensor = Sensor(I2C(0, freq=400000), sd=Pin(4, Pin.OUT))  # leave sd out if SD is wired to GND
+    sensor = Sensor(I2C(0, freq=400000), sd=Pin(4, Pin.OUT))  # without sd if SD is wired to GND
     while True:                          # more than two converters: Sensor(I2C(0, ...), I2C(1, ...), sd=...)
-        reading = sensor.poll()          # None where nothing is new
+        reading = sensor.poll()          # None if no result is new
         if reading:
             print(reading)               # (counts, status) of every coil
 
-Forces are C's: calibration.h compiles into a native module, or counts go to a computer.
+This driver computes no forces. Compile calibration.h into a native module, or send the counts to a computer.
 """
 
 import time
@@ -19,15 +19,15 @@ STATUS, CONFIG, RESET_DEV, DRIVE_CURRENT, MANUFACTURER_ID, DEVICE_ID = 0x18, 0x1
 IDENTITY = (0x5449, 0x3055)
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = range(7)
 NOTHING_NEW = 4
-"""Polls without anything new after which a converter is asked for its settings."""
+"""Number of polls without a new result, after which the settings of a converter are checked."""
 
 
 class SensorError(Exception):
-    """The sensor cannot be used, and why."""
+    """The sensor cannot be used. The text states the reason."""
 
 
 class Sensor:
-    """LDC1612 or LDC1614, two at most on each I2C bus, set up as the sensor's design wants them."""
+    """The converters (LDC1612 or LDC1614) of a sensor, at most two on each I2C bus, with the settings of its design."""
 
     def __init__(self, *buses, sd=None):
         if len(buses) != BUSES[-1] + 1:
@@ -41,7 +41,7 @@ class Sensor:
         self.idle = [0] * len(ADDRESSES)
         self.restarts = 0
         self.readings = [(0, STALE)] * len(COILS)
-        self.behind = [255] * len(COILS)  # results of other coils since the last of its own
+        self.behind = [255] * len(COILS)  # results of other coils since the last result of each coil
         for converter in range(len(ADDRESSES)):
             self._set_up(converter)
 
@@ -53,9 +53,9 @@ class Sensor:
         self.buses[BUSES[converter]].writeto_mem(ADDRESSES[converter], register, bytes((value >> 8, value & 0xFF)))
 
     def _set_up(self, converter):
-        """Identity, reset, every register, all of them read back, CONFIG last."""
+        """Check the identity, reset, write all registers and read them back. CONFIG comes last."""
         if (self._read(converter, MANUFACTURER_ID), self._read(converter, DEVICE_ID)) != IDENTITY:
-            raise SensorError("what answers is no LDC1612 or LDC1614")
+            raise SensorError("no LDC1612 or LDC1614 answers")
         self._write(converter, RESET_DEV, 0x8000)
         rows = [row[1:] for row in SETTINGS if row[0] == converter]
         for register, value in rows[:-1]:
@@ -65,7 +65,7 @@ class Sensor:
                 self._write(converter, register, value)
             kept = 0xF800 if DRIVE_CURRENT <= register < DRIVE_CURRENT + 4 else 0xFFFF
             if (self._read(converter, register) ^ value) & kept:
-                raise SensorError(f"register {register:#04x} does not read back as it was written")
+                raise SensorError(f"register {register:#04x} does not hold the written value")
         self.idle[converter] = 0
 
     def _status(self, coil, counts, flags):
@@ -81,9 +81,10 @@ class Sensor:
         return AMPLITUDE if flags & 1 else GOOD
 
     def poll(self):
-        """Return counts and status of every coil, or None if no coil is new. A coil keeps its last result until every
-        other coil was read twice since; then it is STALE. `restarts` counts the converters that lost their settings and
-        were set up again.
+        """Return counts and status of every coil. None if no coil has a new result.
+
+        A coil keeps its last result until every other coil has been read twice; then it is STALE. `restarts` is the
+        number of times that a converter lost its settings and was set up again.
         """
         fresh = {}
         for converter in range(len(ADDRESSES)):

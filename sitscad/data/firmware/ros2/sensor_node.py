@@ -1,12 +1,13 @@
-"""A ROS 2 node: the newtons of the sensor as geometry_msgs/WrenchStamped on the topic `wrench`; of a sensor with cells
-on `cell_1/wrench`, `cell_2/wrench`, ... in the order of their columns.
+"""ROS 2 node that publishes the sensor's newtons as geometry_msgs/WrenchStamped on the topic `wrench`.
+
+A sensor with cells has the topics `cell_1/wrench`, `cell_2/wrench`, ... in the order of the columns.
 
     python3 sensor_node.py --ros-args -p port:=/dev/ttyACM0 -p frame_id:=sensor
 
-It reads the lines of ../sensor_line.h, compiled with a calibration.h. Axes are the board's: x along the jaw towards the
-tail, z away from the board, so that a press is a force along -z. Torques, and forces along axes that the array does not
-tell apart, are not measured: they are NaN. What has a fault is not published, of cells each for itself; what is lost,
-corrupted or of another sensor is counted and told.
+The node reads the lines of ../sensor_line.h. Compile the firmware with a calibration.h. Axes belong to the board: x
+runs along the jaw towards the tail, and z away from the board. A press is therefore a force along -z. Torques and
+forces that the sensor does not measure are NaN. Readings with a fault are not published, for each cell separately. The
+node logs the number of lines that are lost, corrupted or of another sensor.
 """
 
 import binascii
@@ -21,11 +22,11 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 
 CONFIG = Path(__file__).parent.parent / "sensor_config.h"
-TOLD_EVERY = 5.0  # seconds
+LOG_PERIOD = 5.0  # seconds
 
 
 class SensorNode(Node):
-    """The node; parameters port, baud, frame_id."""
+    """The node, with the parameters port, baud and frame_id."""
 
     def __init__(self):
         super().__init__("sensor")
@@ -35,14 +36,14 @@ class SensorNode(Node):
         self.frame = self.declare_parameter("frame_id", "sensor").value
         self.identity = re.search(r"SENSOR_ID 0x(\w{8})", config).group(1)
         self.columns, self.sequence, self.rest = None, None, None
-        self.lost = self.corrupted = self.another = self.told = 0
-        self.publishers_by_prefix = {}  # what stands before the axes of a cell; nothing without cells
+        self.lost = self.corrupted = self.another = self.logged = 0
+        self.publishers_by_prefix = {}  # by the prefix of a cell's axes; empty prefix without cells
         self.port = serial.Serial(path, baud, timeout=0)
         self.create_timer(0.002, self.read)
-        self.create_timer(TOLD_EVERY, self.tell)
+        self.create_timer(LOG_PERIOD, self.log_losses)
 
     def read(self):
-        """Take up what has come."""
+        """Read the received lines."""
         received = self.port.read(4096)
         *lines, rest = ((self.rest or b"") + received).split(b"\n")
         for number, line in enumerate(lines):
@@ -50,7 +51,7 @@ class SensorNode(Node):
         self.rest = rest[-4096:] if received or self.rest is not None else None
 
     def take(self, line, is_part=False):
-        """One line; the first after the start may be a part of one."""
+        """Read one line. The first line after the start may be incomplete."""
         text, star, check = line.rpartition(b"*")
         if not line or line.startswith(b"#"):
             return
@@ -68,16 +69,16 @@ class SensorNode(Node):
             self.publish(dict(zip(self.columns, cells, strict=True)))
 
     def begin(self, prefixes):
-        """A publisher for each prefix of forces in the header."""
+        """Create a publisher for each prefix of forces in the header."""
         if not prefixes:
-            self.get_logger().error("the firmware was compiled without calibration.h: there are no newtons")
+            self.get_logger().error("the firmware has no newtons: compile it with calibration.h")
         topics = {prefix: f"cell_{number}/wrench" if prefix else "wrench" for number, prefix in enumerate(prefixes, 1)}
         for prefix, topic in topics.items():
             if prefix not in self.publishers_by_prefix:
                 self.publishers_by_prefix[prefix] = self.create_publisher(WrenchStamped, topic, 10)
 
     def publish(self, row):
-        """Newtons of a line that is whole; without, a coil of the cell had a fault or nothing was tared."""
+        """Publish the newtons of a line. They are missing if a coil of the cell has a fault, or before the tare."""
         number = int(row["sequence"])
         if self.sequence is not None and number > self.sequence:
             self.lost += number - self.sequence - 1
@@ -87,7 +88,7 @@ class SensorNode(Node):
                 publisher.publish(self.message(row, prefix))
 
     def message(self, row, prefix):
-        """The message of one cell, whose axes stand behind a prefix."""
+        """Return the message of one cell, whose axes have a prefix."""
         message = WrenchStamped()
         message.header.stamp = self.get_clock().now().to_msg()
         message.header.frame_id = self.frame
@@ -98,18 +99,18 @@ class SensorNode(Node):
         torque.z = math.nan
         return message
 
-    def tell(self):
-        """Say what was not used, where that is more than before."""
+    def log_losses(self):
+        """Log the number of unused lines if it has grown."""
         wrong = self.lost + self.corrupted + self.another
-        if wrong > self.told:
+        if wrong > self.logged:
             self.get_logger().warning(
                 f"{self.lost} lines lost, {self.corrupted} corrupted, {self.another} of another sensor"
             )
-        self.told = wrong
+        self.logged = wrong
 
 
 def main():
-    """Until Ctrl-C."""
+    """Run the node until Ctrl-C."""
     rclpy.init()
     node = SensorNode()
     with contextlib.suppress(KeyboardInterrupt):

@@ -1,4 +1,4 @@
-/* A simulated converter: see simulated.h. */
+/* The simulated converter of simulated.h. */
 #include "simulated.h"
 
 #include <math.h>
@@ -56,7 +56,7 @@ static double amplitude_V(const simulated *self, int channel)
     return 4.0 * self->coil[channel].ohms * drive_A[setting(self, DRIVE_CURRENT, channel) >> 11] / 3.141592653589793;
 }
 
-/* Settling and conversion of a channel, and the watchdog's time where it does not oscillate (below 0.6 V). */
+/* Time of settling and conversion of a channel, and of the watchdog if it does not oscillate (below 0.6 V). */
 static uint64_t dwell_ns(const simulated *self, int channel, int is_settling)
 {
     const unsigned settle = setting(self, SETTLECOUNT, channel);
@@ -81,7 +81,7 @@ static uint32_t drawn(simulated *self)
     return self->seed;
 }
 
-/* Nearly a normal deviate: twelve even ones added. */
+/* Approximate normal deviate: the sum of twelve uniform deviates. */
 static double normal(simulated *self)
 {
     uint32_t sum = 0u;
@@ -101,7 +101,7 @@ static uint32_t converted(simulated *self, int channel)
     double found = count + count * sigma * normal(self) - 4096.0 * setting(self, OFFSET, channel);
 
     if ((self->glitch >> channel & 1) != 0) {
-        const uint32_t which = drawn(self) % 14u; /* near to what is right, or far above it */
+        const uint32_t which = drawn(self) % 14u; /* near the right value, or far above it */
         self->glitch = (uint8_t)(self->glitch & ~(1u << channel));
         found *= which < 7u ? 1.0 + (which + 1.0) / 256.0 : 1.0 + (which - 6.0) / 5.0;
     }
@@ -116,7 +116,7 @@ static void hold(simulated *self)
     self->is_held = 1u;
 }
 
-/* A conversion ends: its result, its errors by ERROR_CONFIG, the next channel. */
+/* End a conversion: store the result and its errors by ERROR_CONFIG, and begin the next channel. */
 static void complete(simulated *self)
 {
     const int channel = self->converting;
@@ -138,7 +138,7 @@ static void complete(simulated *self)
     self->unread = (uint8_t)(self->unread | 8u >> channel);
     errors &= let << 8 & 0xF800u;
     if (self->errors != 0u)
-        errors = 0u; /* the first stays */
+        errors = 0u; /* the first errors stay */
     if (channel == last_of_scan(self) && (let & 1u) != 0u)
         self->is_ready = 1u;
     if (errors != 0u)
