@@ -5,6 +5,8 @@ Units are converted here only. All other code uses metres, henries, farads, ohms
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -354,9 +356,6 @@ def cell(value: float) -> str:
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
     """Return rows as comma-separated values, one line per row. The first row is the head."""
-    import csv  # most commands write no tables
-    import io
-
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
@@ -366,3 +365,8 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the lines of a table for people, with aligned columns and two spaces between them."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def printable(text: str) -> str:
+    """Return `text` with spaces for tabs, and with control characters escaped."""
+    return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -27,6 +27,7 @@ from sitscad.cli.terminal import (
     specs_of,
     warn_of_unknown_specs,
     work_told,
+    write_output,
 )
 
 if TYPE_CHECKING:
@@ -166,10 +167,8 @@ def _draw(path: str, inspected: Inspection) -> None:
     if not inspected.drawing:
         say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
-    from sitscad.package.folder import write_file
-
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-    write_file(path, inspected.drawing.encode("utf-8"))
+    write_output(path, inspected.drawing.encode("utf-8"))
     say(f"{inspected.checked.path}: drawn in {path}")
 
 
@@ -203,9 +202,7 @@ def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
     lines = mended.words_of_rolled_back.splitlines()
     if writes and mended.after != mended.before:
         if mended.path != "-":
-            from sitscad.package.folder import write_file
-
-            write_file(mended.path, mended.after.encode("utf-8"))
+            write_output(mended.path, mended.after.encode("utf-8"))
         lines = mended.words.splitlines() + lines
     for line in (*lines, mended.words_of_unmended if unmended else ""):
         if line:

@@ -25,6 +25,7 @@ from sitscad.cli.terminal import (
     show_findings,
     show_unreadable,
     spec_of,
+    write_output,
 )
 
 if TYPE_CHECKING:
@@ -75,8 +76,6 @@ def sweep(
     """  # noqa: D301 - click needs the control character itself
     from sitscad.apps.study.space import RangeError
     from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
-    from sitscad.package.folder import write_file
-
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
         write = row_of(SWEEP_FILES, os.path.splitext(output)[1].lower(), "-o")
@@ -98,7 +97,7 @@ def sweep(
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     if output:
-        write_file(output, content)
+        write_output(output, content)
         say(f"wrote {output}: {counted(len(table), 'design')}")
     else:
         print_result(show(table))
@@ -196,12 +195,10 @@ def design(
 def _write(answer: StudyAnswer, folder: str) -> None:
     """Write the files of an answer, and remove files of an earlier answer."""
     from sitscad.apps.study.page import answer_files
-    from sitscad.package.folder import write_file
-
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
     for name in files:
-        write_file(os.path.join(folder, name), files[name])
+        write_output(os.path.join(folder, name), files[name])
     with contextlib.suppress(FileNotFoundError):
         os.unlink(os.path.join(folder, SO_FAR))
     for name in os.listdir(os.path.join(folder, "designs")):
@@ -212,10 +209,8 @@ def _write(answer: StudyAnswer, folder: str) -> None:
 def _write_so_far(loaded: sitscad.Study, unfinished: Found, folder: str) -> None:
     """Write the page of an interrupted search."""
     from sitscad.apps.study.page import page_so_far
-    from sitscad.package.folder import write_file
-
     path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
-    write_file(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
+    write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
     say(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
 
 

@@ -28,6 +28,7 @@ from sitscad.cli.terminal import (
     row_of,
     say,
     spec_of,
+    write_output,
 )
 
 
@@ -41,8 +42,6 @@ def taken_points(
     """
     from sitscad.apps.hardware.leading import Leading, NotTaken
     from sitscad.apps.hardware.source import source_of
-    from sitscad.package.folder import write_file
-
     path = Path(table)
     try:
         origin, _ = source_of(source, design)
@@ -54,7 +53,7 @@ def taken_points(
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         path.parent.mkdir(parents=True, exist_ok=True)
         for text in Leading(board, origin, calibration, _asked, say).table(before):
-            write_file(path, text.encode("utf-8"))
+            write_output(path, text.encode("utf-8"))
     except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
         say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
         return False
@@ -236,7 +235,6 @@ def response(
     from sitscad.estimates.design import respond_to
     from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.files.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
-    from sitscad.package.folder import write_file
     from sitscad.package.inspection import as_configured
 
     show = row_of(RESPONSE_FORMATS, format_name, "--format")
@@ -264,7 +262,7 @@ def response(
     if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
     if output:
-        write_file(output, response_file(spec, readings, ending, report))
+        write_output(output, response_file(spec, readings, ending, report))
         say(f"wrote {output}: {counted(len(readings), 'point')}")
     else:
         print_result(show(spec, readings, coloured(sys.stdout), report))

@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from sitscad.cli.terminal import Example, coloured, print_result, row_of, say
+from sitscad.cli.terminal import Example, coloured, print_result, row_of, say, write_output
 
 
 class Size(click.ParamType):
@@ -168,10 +168,8 @@ def _print_drawn(
 
 
 def _write(files: dict[str, str]) -> None:
-    from sitscad.package.folder import write_file
-
     for path, text in files.items():
-        write_file(path, text.encode("utf-8"))
+        write_output(path, text.encode("utf-8"))
         say(f"wrote {path}")
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.terminal import DAY, Example, InRange, print_result, say
+from sitscad.cli.terminal import DAY, Example, InRange, print_result, say, write_output
 
 if TYPE_CHECKING:
     from sitscad.apps.hardware.bench_board import Board
@@ -131,11 +131,9 @@ def _maps(place: Path | None) -> list[Path]:
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings to readings.csv, and the data that explain them to readings.json."""
     from sitscad.apps.hardware.diagnosis import document, table
-    from sitscad.package.folder import write_file
-
     folder.mkdir(parents=True, exist_ok=True)
-    write_file(folder / "readings.csv", table(board, rows))
-    write_file(folder / "readings.json", document(board, source))
+    write_output(folder / "readings.csv", table(board, rows))
+    write_output(folder / "readings.json", document(board, source))
     say(f"wrote {folder / 'readings.csv'}")
 
 

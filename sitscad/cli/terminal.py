@@ -1,7 +1,7 @@
 """Parts shared by all commands: options, errors of usage, results to stdout, messages and progress to stderr.
 
-The work of a command is in other modules, which it imports when it runs. No command loads modules that only another
-command needs.
+The work of a command is in other modules, which its function imports when it runs. The help of all commands, and a
+command that needs few modules, therefore start at once. The same holds for large modules of the standard library.
 """
 
 from __future__ import annotations
@@ -10,14 +10,17 @@ import contextlib
 import inspect
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import counted
+from sitscad.basics.units import counted, printable
 
 if TYPE_CHECKING:
     from sitscad import SensorSpec
@@ -89,7 +92,6 @@ BASELINE = click.option(
 
 def specs_of(paths: Iterable[str]) -> list[str]:
     """Return the paths of the named specs, and of all specs in named folders."""
-    from sitscad.checks.findings.text import printable
     from sitscad.checks.opening import specs_in
 
     def skip(path: str) -> None:
@@ -138,7 +140,7 @@ def row_of(table: Any, name: str, option: str) -> Any:
 
 def _meant(name: str, names: Iterable[str]) -> str:
     """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
-    import difflib
+    import difflib  # loaded for misspelled words only
 
     near = difflib.get_close_matches(name.lower(), list(names), n=1)
     return f" Did you mean {near[0]}?" if near else ""
@@ -146,8 +148,6 @@ def _meant(name: str, names: Iterable[str]) -> str:
 
 def say(message: str) -> None:
     """Print a message to stderr, after the name of the program. Control characters in it are escaped."""
-    from sitscad.checks.findings.text import printable
-
     click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
 
 
@@ -169,21 +169,13 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
     On a terminal, one line is updated each second. Otherwise a line is printed every `TOLD_EVERY` seconds. Yields the
     function that takes a text on the present step.
     """
-    import threading
-    import time
-
-    from sitscad.checks.findings.text import printable
-
     on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
 
     def tell() -> None:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
             line = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
-                import shutil
-
-                width = max(shutil.get_terminal_size().columns - 3, 20)
-                click.echo(f"\r\033[K  {printable(line)[:width]}", err=True, nl=False)
+                click.echo(f"\r\033[K  {printable(line)[: max(_columns() - 3, 20)]}", err=True, nl=False)
             else:
                 say(line)
 
@@ -203,6 +195,13 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
             click.echo("\r\033[K", err=True, nl=False)
 
 
+def write_output(path: str | Path, content: bytes) -> None:
+    """Write a file of a command's result."""
+    from sitscad.package.folder import write_file
+
+    write_file(path, content)
+
+
 def print_result(text: str) -> None:
     """Print a result to stdout, unchanged."""
     click.echo(text, nl=not text.endswith("\n"), color=True)
@@ -213,6 +212,13 @@ def coloured(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
+def _columns() -> int:
+    """Return the number of columns of the terminal."""
+    import shutil  # loads archive modules
+
+    return shutil.get_terminal_size().columns
+
+
 def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions:
     """Return the layout of findings on a stream: colours and line width.
 
@@ -221,11 +227,8 @@ def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions
     """
     from sitscad.checks.findings import OutputOptions
 
-    is_folded, width = stream.isatty() or os.environ.get("COLUMNS", "").isdigit(), None
-    if is_folded:
-        import shutil  # loads archive modules
-
-        width = shutil.get_terminal_size().columns
+    is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
+    width = _columns() if is_folded else None
     return OutputOptions(coloured(stream), named=named, width=width, **options)
 
 

@@ -29,9 +29,8 @@ from typing import TYPE_CHECKING
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import counted, printable
 from sitscad.checks.findings.document import CheckedSpec, read_findings
-from sitscad.checks.findings.text import printable
 from sitscad.checks.policy import Baseline, Policy, known_of
 from sitscad.files.writer import STAGES, is_felt, marks
 from sitscad.package.folder import (

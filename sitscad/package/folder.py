@@ -16,7 +16,7 @@ from pathlib import Path
 
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
-from sitscad.checks.findings.text import printable
+from sitscad.basics.units import printable
 from sitscad.files.writer import json_bytes
 from sitscad.spec import templates
 from sitscad.spec.load import load, rewritten_spec

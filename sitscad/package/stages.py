@@ -15,18 +15,28 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from sitscad.assembly.places.jaws import PartsError
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import as_json, numbered_places, to_json
 from sitscad.checks.policy import Baseline, Policy, known_of
 from sitscad.estimates.design import Design
+from sitscad.estimates.states.cells import live_cells
 from sitscad.files.documents import PAPERS
+from sitscad.files.documents.drawings import fit, jaw, plan_view
+from sitscad.files.documents.drawings import stackup as stackup_drawing
 from sitscad.files.documents.mounting import unread_files
 from sitscad.files.documents.preparing import is_current
+from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
+from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import WRITERS
+from sitscad.files.order_facts.incoming import incoming
+from sitscad.files.report.moving import live_page, pushed_document, solids_document
+from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
-from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
+from sitscad.layout.tail_tracks import contact_rows
+from sitscad.package.contents import BESIDE_TAIL, Contents, drawn_calibration, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -364,8 +374,6 @@ def _rendered(
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "calibration":
-        from sitscad.package.contents import drawn_calibration
-
         new |= _distinct(stage, new, drawn_calibration(contents.design.bare, contents.is_forced), theirs)
     if stage == "report":
         files = before | new
@@ -463,8 +471,6 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return ``live.html``. Empty if the package has no driver whose lines the page reads."""
-    from sitscad.files.report.moving import live_page
-
     if "firmware/sensor_line.h" not in files:
         return {}
     # Documents of all maps in the package: one, or one per cell
@@ -478,10 +484,6 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
     The pictures are passed in, because a report must not depend on writers. `is_built` is False for a watched design.
     """
-    from sitscad.files.order_facts.incoming import incoming
-    from sitscad.files.report.page import render
-    from sitscad.layout.tail_tracks import contact_rows
-
     design, sensing = contents.design, _felt(files)
     pictures = _pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
@@ -494,9 +496,6 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
 def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the data of the page's interactive views, for those whose files the package has."""
-    from sitscad.estimates.states.cells import live_cells
-    from sitscad.files.report.moving import pushed_document, solids_document
-
     views = {}
     if "mount/assembly.glb" in files:
         views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
@@ -515,9 +514,6 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
     It refers to the picture `bodies`. Empty if all parts fit.
     """
-    from sitscad.files.documents.drawings import fit
-    from sitscad.files.drawing.svg import svg
-
     faults = [f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING)]
     sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
@@ -525,11 +521,6 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
 def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Return drawings for the report by caption. Drawings of solids are included if the package has them."""
-    from sitscad.files.documents.drawings import plan_view
-    from sitscad.files.documents.drawings import stackup as stackup_drawing
-    from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
-    from sitscad.files.drawing.svg import svg
-
     layout = contents.layout
     marks = [
         PicturePoint(finding.place.x, finding.place.y, str(number), finding.severity.value)
@@ -563,10 +554,6 @@ def _jaws(contents: Contents) -> str | None:
 
     None if there is no jaw, or if parts of a forced package contradict each other.
     """
-    from sitscad.assembly.places.jaws import PartsError
-    from sitscad.files.documents.drawings import jaw
-    from sitscad.files.drawing.svg import svg
-
     try:
         sheet = jaw.drawing(contents.layout, contents.is_forced)
     except PartsError:

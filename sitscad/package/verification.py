@@ -16,13 +16,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import counted, printable
 from sitscad.basics.version import __version__
-from sitscad.checks.findings.text import printable
 from sitscad.checks.policy import Policy, kept_baseline, kept_policy
+from sitscad.files.documents.archive import differences
 from sitscad.files.writer import STAGES, marks
+from sitscad.package import stages
 from sitscad.package.building import BuildRequest
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
 from sitscad.package.manifest import (
@@ -203,8 +205,6 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             try:
                 read = _with_boards(read, folder, manifest)
             except ImportError as error:
-                from sitscad.assembly.solids import MissingExtra
-
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
     read = replace(read, differences=tuple(map(printable, (*read.differences, *again))))
@@ -283,7 +283,6 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
 
     An archive with the name of another sensor is a difference.
     """
-    from sitscad.files.documents.archive import differences
     from sitscad.files.extraction.limits import ExtractionError, reading
 
     archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
@@ -369,8 +368,6 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     MissingExtra
         if a stage needs a package that is not installed
     """
-    from sitscad.package import stages  # loads the drawing code
-
     request = _asked(folder, manifest)
     contents = stages.contents_of(request.spec, request.policy, request.baseline, request.wanted)
     built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,

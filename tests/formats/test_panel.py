@@ -219,7 +219,6 @@ def test_a_panel_has_so_many_boards_and_no_more():
         load_text(TEXT % "panel: {parts: [60, 60]}")
     (found,) = caught.value.findings
     assert (found.rule, found.key, found.measured, found.limit) == ("SIT006", "fpc.panel.parts", 3600.0, 500.0)
-    assert "every copy is drawn out in full" in found.message and "several panels" in found.hint
     assert load_text(TEXT % "panel: {parts: [25, 20]}").fpc.panel.parts == (25, 20)
     text = "rules: {panel_size: [1000, 1000]}\n  panel: {parts: auto, gap: 0.5, rail: 3}"
     panel = plan(lay_out(load_text((TEXT % text).replace("length: 30", "length: 1"))))

@@ -9,7 +9,8 @@ import pytest
 
 from sitscad.basics.check_results import Signal
 from sitscad.basics.finding import Finding, Ignored, NotChecked, Place, Severity
-from sitscad.checks.findings import CheckedSpec, OutputOptions, as_json, as_text, excerpt, printable
+from sitscad.basics.units import printable
+from sitscad.checks.findings import CheckedSpec, OutputOptions, as_json, as_text, excerpt
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"
 ERROR = Finding("SIT201", "floor", Severity.ERROR, "too weak", "more turns", "coil.turns", 4, 2, 1.4e-7, 2e-7, "H")

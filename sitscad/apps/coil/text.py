@@ -15,8 +15,8 @@ from sitscad.basics.quantities import (
     by_quantity,
     by_result,
 )
-from sitscad.basics.units import counted, quantity, show
-from sitscad.checks.findings import printable, styled, to_json
+from sitscad.basics.units import counted, printable, quantity, show
+from sitscad.checks.findings import styled, to_json
 from sitscad.files.report.numbers import table_text
 
 

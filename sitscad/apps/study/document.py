@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 from sitscad.apps.study.evaluating import can_screen, judged
 from sitscad.apps.study.measures import MEASURES, nearest_measures
 from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, stepped
+from sitscad.apps.study.spreads import SPREADS
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS, decimal, in_mm
 from sitscad.spec.coil import INNER, TURNS
@@ -391,8 +392,6 @@ def _is_whole(value: Any, low: int, high: int) -> bool:
 
 def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, float]]:
     """Yield one standard deviation of keys, relative."""
-    from sitscad.apps.study.spreads import SPREADS
-
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
         if name not in SPREADS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -14,9 +15,17 @@ from sitscad.assembly.places.state import MOVED_SIDEWAYS, PRESSED, REST
 from sitscad.basics.check_results import Measure as FitMeasure
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
+from sitscad.estimates.circuits.uncertainty import SHARE
 from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pressing import GLUE, PAD
+from sitscad.estimates.loads.working_range import axes_felt
+from sitscad.estimates.performance.inversion import crosstalk
+from sitscad.estimates.performance.points import COURSE
+from sitscad.estimates.performance.screen import NEARLY
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
+from sitscad.estimates.signal import signals
+from sitscad.kernels.geometry.path import enclosed_area
 
 if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
@@ -122,9 +131,6 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
 
 
 def _signal(design: Design) -> Figure:
-    from sitscad.estimates.circuits.uncertainty import SHARE
-    from sitscad.estimates.signal import signals
-
     by_coil = signals(design.estimates)
     if not by_coil:
         raise AbsentError("no coil is read both at rest and pressed")
@@ -148,8 +154,6 @@ def _felt(design: Design) -> Felt:
 
 def _error_of(design: Design) -> float:
     """Return the relative error of sensing figures: `NEARLY` at the screen level, 0 at the full level."""
-    from sitscad.estimates.performance.screen import NEARLY  # loaded with the sensing performance
-
     return NEARLY if design.estimates.is_rough else 0.0
 
 
@@ -194,8 +198,6 @@ def _range(axis: str) -> Reader:
             raise AbsentError("no coil responds to a force")
         if axis not in points[0].axes:
             raise AbsentError(f"the coils cannot measure {axis}")
-        from sitscad.estimates.performance.points import COURSE
-
         apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # spacing of the evaluated loads
         return points[0].axes[axis].range, apart
 
@@ -203,8 +205,6 @@ def _range(axis: str) -> Reader:
 
 
 def _crosstalk(design: Design) -> Figure:
-    from sitscad.estimates.performance.inversion import crosstalk
-
     sensing = _felt(design)
     if len(sensing.bench.range.axes) == 1:
         raise AbsentError("one coil measures one axis")
@@ -216,8 +216,6 @@ def _crosstalk(design: Design) -> Figure:
 
 
 def _by_gap(design: Design) -> Figure:
-    from sitscad.estimates.loads.pressing import GLUE, PAD
-
     sensing = _felt(design)
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
@@ -253,8 +251,6 @@ def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
 
 
 def _area(design: Design) -> float:
-    from sitscad.kernels.geometry.path import enclosed_area
-
     return abs(enclosed_area(design.layout.outline))
 
 
@@ -278,8 +274,6 @@ TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("a
 
 def _told_apart(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
-        from sitscad.estimates.loads.working_range import axes_felt
-
         return axis in axes_felt(spec)
 
     if axis in MOMENTS:
@@ -368,8 +362,6 @@ def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREE
 
 def nearest_measures(word: str) -> str:
     """Return a text that names measures similar to a word."""
-    import difflib
-
     near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)
     near = near or [name for name in MEASURES if word and (word in name or name.partition(".")[0] in word)]
     return f"did you mean {', '.join(near)}?" if near else "`sitscad measures` lists them all"

@@ -18,6 +18,8 @@ from importlib.resources import files
 from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from sitscad.apps.study.answer import Agreement, best_of, bindings, passing, relaxation
 from sitscad.apps.study.answer_text import (
     AnswerTable,
@@ -211,8 +213,6 @@ class StudyPage:
     @cached_property
     def scales(self) -> dict[str, tuple[float, str]]:
         """Factor and unit of each measure in charts, from the middle design of the front, or of all designs."""
-        import numpy as np
-
         scales = {}
         for name in self.names:
             values = [evaluation.values[name][0] for point in (self.said.front or self.points)

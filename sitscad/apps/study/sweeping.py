@@ -25,6 +25,8 @@ from sitscad.basics.units import aligned, cell, csv_text, quantity
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import to_json
 from sitscad.checks.judging import all_rules
+from sitscad.files.drawing.sheet import Sheet, plot
+from sitscad.files.drawing.svg import svg
 from sitscad.spec.load import plain, written_value
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
@@ -289,9 +291,6 @@ def sweep_svg(table: SweepTable) -> str:
     For one key it is a curve with its band of error. For two keys it is a field without interpolation, with the edges
     of the cells that each rule refuses. Raises ValueError for more keys.
     """
-    from sitscad.files.drawing.sheet import Sheet, plot
-    from sitscad.files.drawing.svg import svg
-
     if len(table.keys) > 2:
         raise ValueError(f"a picture has one key or two, not {len(table.keys)}; .csv takes any number")
     names = [name for name, values in table.values.items() if np.isfinite(values).any()]

@@ -17,6 +17,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from sitscad.apps.study.page import filling
+from sitscad.apps.study.study import Study
+from sitscad.assembly.places.jaws import PartsError
+from sitscad.assembly.solids.solid import MissingExtra
 from sitscad.basics.finding import Severity
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
@@ -26,6 +30,8 @@ from sitscad.checks.opening import is_study, opened, policy_for
 from sitscad.checks.policy import PolicyError
 from sitscad.estimates.design import Design
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.files.documents.datasheet import figures_for_programs
+from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
 from sitscad.package.building import known_solutions
 from sitscad.package.contents import Contents, drawn_calibration, read_by
@@ -117,9 +123,6 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
     """Yield the events of a study."""
-    from sitscad.apps.study.page import filling
-    from sitscad.apps.study.study import Study
-
     began = time.perf_counter()
     try:
         study = Study.load(path)
@@ -150,8 +153,6 @@ def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -
 def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
     """Return the data sheet's figures. If `pushed` is given, add the table for pushing the sensor on the page."""
     from sitscad.estimates.performance.tables import PerformanceReport
-    from sitscad.files.documents.datasheet import figures_for_programs
-
     report = PerformanceReport(design.performance, design.spec)
     if not report.points:
         return {}
@@ -159,10 +160,6 @@ def _performance_figures(design: Design, pushed: ResponseModel | None = None) ->
 
 
 def _solids(design: Design) -> dict[str, bytes]:
-    from sitscad.assembly.places.jaws import PartsError
-    from sitscad.assembly.solids.solid import MissingExtra
-    from sitscad.files.formats.meshes import render_glb
-
     try:
         return render_glb(design.bare.solids.whole, design.bare.spec)
     except (MissingExtra, PartsError):

@@ -17,7 +17,7 @@ from sitscad.checks.findings.document import (
     numbered_places,
     to_json,
 )
-from sitscad.checks.findings.text import OutputOptions, RuleTexts, as_text, printable, styled, summary
+from sitscad.checks.findings.text import OutputOptions, RuleTexts, as_text, styled, summary
 
 __all__ = [
     "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",

@@ -23,6 +23,7 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement
 
 from sitscad.basics.finding import Finding, Ignored, Remedy, Severity
+from sitscad.basics.units import printable
 from sitscad.basics.version import __version__
 from sitscad.checks.findings.document import (
     CheckedSpec,
@@ -33,7 +34,7 @@ from sitscad.checks.findings.document import (
     identities,
     to_json,
 )
-from sitscad.checks.findings.text import OutputOptions, RuleTexts, printable, summary
+from sitscad.checks.findings.text import OutputOptions, RuleTexts, summary
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

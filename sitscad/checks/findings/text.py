@@ -18,7 +18,7 @@ from typing import Protocol
 
 from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import counted, printable
 from sitscad.basics.version import __version__
 from sitscad.checks.examples import rule_example
 from sitscad.checks.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
@@ -159,11 +159,6 @@ SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.
 def styled(text: str, colour: str, on: bool = True) -> str:
     """Return `text` in a terminal colour, or unchanged if not `on`."""
     return f"\033[{_COLOURS[colour]}m{text}\033[0m" if on else text
-
-
-def printable(text: str) -> str:
-    """Return `text` with spaces for tabs, and with control characters escaped."""
-    return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:

@@ -15,12 +15,11 @@ from sitscad.assembly.places.bodies import targets
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.assembly.places.seating import metal_free_distance
 from sitscad.basics.arrays import Array
-from sitscad.basics.units import in_mm, quantity, show
+from sitscad.basics.units import in_mm, printable, quantity, show
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.points import Plan, load_place, load_words, table_head
 from sitscad.calibration.unknowns import usual
-from sitscad.checks.findings import printable
 from sitscad.estimates.performance_values import SHOWN, shown_scales, unit_of
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg

@@ -33,9 +33,9 @@ from sitscad.basics.quantities import (
     percent,
     plus_minus,
 )
-from sitscad.basics.units import NONE, quantity, show
+from sitscad.basics.units import NONE, printable, quantity, show
 from sitscad.basics.version import __version__
-from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
+from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
 

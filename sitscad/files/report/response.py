@@ -11,9 +11,9 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.quantities import RESPONSE
-from sitscad.basics.units import NONE, cell, csv_text, show
+from sitscad.basics.units import NONE, cell, csv_text, printable, show
 from sitscad.basics.version import __version__
-from sitscad.checks.findings import printable, styled, to_json
+from sitscad.checks.findings import styled, to_json
 from sitscad.files.report.numbers import performance_blocks, table
 
 if TYPE_CHECKING:

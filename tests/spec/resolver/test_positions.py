@@ -64,19 +64,19 @@ def test_rotations_are_read_in_the_order_of_the_centres():
 
 
 @pytest.mark.parametrize(
-    ("array", "told"),
+    ("array", "rule", "key"),
     [
-        (TURNED.replace("ROTATIONS", "[90 deg]"), "1 rotations for 2 centres"),
+        (TURNED.replace("ROTATIONS", "[90 deg]"), "SIT009", "array.rotations"),
         (TURNED.replace("pattern: explicit, centres: [[-4, 0], [4, 0]]", "pattern: line, count: 2, pitch: 9").replace(
-            "ROTATIONS", "[0 deg, 90 deg]"), "rotations means nothing with pattern line"),
+            "ROTATIONS", "[0 deg, 90 deg]"), "SIT009", "array.rotations"),
         (TURNED.replace("[-4, 0]", "[-2, 0]").replace("[4, 0]", "[2, 0]").replace("ROTATIONS", "[0 deg, 90 deg]"),
-         "overlap by"),
+         "SIT014", "array.centres"),
     ],
 )
-def test_rotations_that_do_not_fit_are_findings(array, told):
+def test_rotations_that_do_not_fit_are_findings(array, rule, key):
     with pytest.raises(SpecError) as error:
         load_text(array)
-    assert any(told in finding.message for finding in error.value.findings)
+    assert (rule, key) in [(finding.rule, finding.key) for finding in error.value.findings]
 
 
 def array_of(shape, array):
