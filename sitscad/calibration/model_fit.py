@@ -63,7 +63,7 @@ class Fitted:
 def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
     """Minimise the sum of squares of the residuals and of the values.
 
-    The method is that of Marquardt (SIAM J. Appl. Math. 11, 1963).
+    The method is by Marquardt (SIAM J. Appl. Math. 11, 1963).
 
     With whitened residuals, and values in prior standard deviations, these are the most likely values.
 

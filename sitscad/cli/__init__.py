@@ -168,7 +168,7 @@ class Commands(click.Group):
         return list(MODULES)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return the command. None if there is none of this name."""
+        """Import and return the command. None if no command has this name."""
         for name in (cmd_name,) if cmd_name in MODULES else MODULES:  # click suggests similar names
             self.add_command(getattr(import_module(f"sitscad.cli.{MODULES[name]}"), name))
         return super().get_command(ctx, cmd_name)

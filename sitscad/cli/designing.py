@@ -65,11 +65,11 @@ def sweep(
     \b
     Columns:
       the keys       as in a spec.
-      NAME           the figure with +- its error; in files in SI units, with
+      NAME           The figure with +- its error. Files have SI units, with
                      the error under NAME.error.
       verdict        ok, fails, or unknown if the screen cannot decide.
-      refused_by     the rules that find an error.
-      warned_by      the rules that warn and find no error.
+      refused_by     The rules that find an error.
+      warned_by      The rules that warn and find no error.
 
     A picture (.svg) shows a curve with its band of error for one key, and a field with the edges of the refused designs
     for two keys. Exit code: 0, or 2 if the spec or a range cannot be read.

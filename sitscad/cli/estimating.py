@@ -89,27 +89,27 @@ def estimate(
 ) -> int:
     """Print the electrical figures of SPEC.
 
-    They are the inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's
-    settings. --performance adds the sensing performance in newtons. --at adds L, R and Q of each coil alone at a
-    frequency, which needs neither target nor tank.
+    They are inductance, resistance and frequency of every coil, and the settings of the readout. Each coil is free, at
+    rest or pressed. With --performance, the sensing performance in newtons is added. With --at, L, R and Q of each coil
+    alone at a frequency are added. They need neither target nor tank.
 
     \b
     Words in the tables:
-      Q              quality factor: 2 pi times the number of swings in which the
-                     tank's energy falls to 1/e. Values of 10 and more are
-                     required; below 10 the losses change the frequency, too.
-      Rp             parallel resistance: the tank's losses as the drive sees
-                     them. 1 kohm and more is required, 1 to 10 is usual.
-      frequency      by the converter's data sheet, equation 1: losses and the
+      Q              Quality factor: 2 pi times the number of swings in which
+                     the tank's energy falls to 1/e. The minimum is 10. Below 10
+                     the losses change the frequency, too.
+      Rp             Parallel resistance of the tank with its losses. The minimum
+                     is 1 kohm. Usual values are 1 to 10 kohm.
+      frequency      By the converter's data sheet, equation 1. Losses and the
                      drive's 5 ns keep it 0.1 to 2 % below 1 / (2 pi sqrt(L C)).
-      step           smallest difference of inductance that the converter
-                     resolves at this scan rate, usually 10 to 400 pH; at half
-                     the rate about half. Quantisation noise, step / sqrt 12, is
-                     the lower limit of noise; real noise is larger.
-      shape factor   loaded area of the pad over its free sides, usually from 0.5
-                     (tall, soft) to 2 (flat: it cannot bulge, and is stiff);
-                     the stiffness grows with 1 + 2 S^2.
-      sigma          one standard deviation of manufacture: two of three boards
+      step           Smallest difference of inductance that the converter
+                     resolves at this scan rate, usually 10 to 400 pH. Half the
+                     rate gives about half the step. The noise is larger than
+                     the quantisation noise, step / sqrt 12.
+      shape factor   Loaded area of the pad over its free sides. Usual values are
+                     0.5 (tall, soft) to 2 (flat, stiff). The stiffness grows
+                     with 1 + 2 S^2.
+      sigma          One standard deviation of manufacture: two of three boards
                      lie within it.
 
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`) or the tolerance is not met, 2 the spec

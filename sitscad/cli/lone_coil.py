@@ -94,13 +94,13 @@ def coil(
 
     \b
     Figures:
-      L, R           inductance and resistance in series at the frequency.
-      Q              2 pi f L / R.
-      Rp             parallel resistance of a tank that resonates at the
+      L, R           Inductance and resistance in series at the frequency.
+      Q              Quality factor, 2 pi f L / R.
+      Rp             Parallel resistance of a tank that resonates at the
                      frequency, R (1 + Q^2).
-      on an LCR      reading of a meter: the coil's own capacitance lies
-      meter          across it.
-      self-resonance frequency at which the coil resonates with its own
+      on an LCR      Reading of a meter. The coil's own capacitance lies
+      meter          across the coil.
+      self-resonance Frequency at which the coil resonates with its own
                      capacitance. Pads, leads and a fixture lower it.
 
     Exit code: 0 the figures are printed, 2 there is no such coil.

@@ -189,12 +189,11 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     """Report what every save of SPEC changes, until Ctrl-C.
 
     A dozen lines show the changes. Findings are new (+), gone (-) or changed (~). For every quantity, the number with
-    the largest change is printed as old -> new. The sensing performance and the verdict follow. --serve shows the same
-    as a page: findings, board, numbers, the sensor that can be pushed and the assembly in 3-D, each as soon as it is
-    ready. A save ends the work in progress.
+    the largest change is printed as old -> new. The sensing performance and the verdict follow. With --serve, a page
+    shows the same, with the board, an interactive sensor and the assembly in 3-D. Each part appears when it is ready.
+    A save ends the work in progress.
 
-    SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated, and the results are
-    reported while they arrive.
+    SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated and reported.
     """
     from sitscad.apps.watch.server import Showing
     from sitscad.apps.watch.watching import OVERTAKEN, Watch, words

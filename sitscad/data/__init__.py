@@ -37,7 +37,7 @@ def cited(row: Mapping[str, str]) -> str:
 
 
 def cited_by_field(table: Mapping[str, Mapping[str, str]]) -> str:
-    """Return the sources of rows with the names of the figures, as one text."""
+    """Return the sources of rows, with the names of their figures, as a single text."""
     return "; ".join(f"{field}: {cited(row)}" for field, row in table.items())
 
 

@@ -185,7 +185,7 @@ def profile_lines(path: Path) -> tuple[str, ...]:
 
 
 def refusals(spec: SensorSpec) -> list[str]:
-    """Return the rules about the board (SIT1xx) of which a spec has errors. Rules about estimates are not applied."""
+    """Return the rules about the board (SIT1xx) that a spec breaks. Rules about estimates are not applied."""
     from sitscad.checks.judging import RULES
     from sitscad.checks.rules import apply_rule
     from sitscad.estimates.design import Design

@@ -100,7 +100,7 @@ class CopperLayer:
 class Stackup:
     """The layers of the flexible circuit from top to bottom, with finished thicknesses (see `built`).
 
-    `plating_thickness` (m) is the copper that one plating step adds in holes and, depending on `plating`, on foil.
+    `plating_thickness` (m) is the copper of one plating step, in holes and, depending on `plating`, on foil.
     `is_plating_stated` is False if the fabricator does not state how much of the copper is plated. ``core_layers`` is
     the number of copper layers from the top that are drilled and plated before the others are laminated on, 0 if none.
     """

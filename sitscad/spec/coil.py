@@ -147,7 +147,7 @@ class CoilSpec(Section):
 
     @property
     def turns_in_words(self) -> str:
-        """Number of turns as text, or the list of them if layers differ."""
+        """Number of turns as text, or the numbers of all layers if they differ."""
         return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))
 
     @property

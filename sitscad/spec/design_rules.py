@@ -47,11 +47,11 @@ class DesignRules(Readable):
     """Smallest sizes (m) that a fabricator can make.
 
     `sources` has the source of each figure by field. `holders` has the profile that contains the figure, with the line
-    in a user's file. A profile based on another one takes most figures from there.
+    in a user's file. A profile based on another profile takes most figures from it.
 
     ``coil_lines`` are the smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest.
-    ``track_lines`` are those of all other tracks, if they depend on the foil. ``coil_trace_width``, ``trace_width`` and
-    their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings`` holds rings that
+    ``track_lines`` are the values of all other tracks, if these depend on the foil. ``coil_trace_width``,
+    ``trace_width`` and their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings`` holds rings that
     differ from ``annular_ring``, by the smallest number of copper layers. ``static_bend_ratio``, ``dynamic_bend_ratio``
     and ``thickness_tolerance`` (half the band, m) depend on the number of copper layers. Their largest number also
     stands for more layers. ``stiffened_tolerance`` (m) depends on the stiffener's material.

@@ -1,4 +1,4 @@
-"""Materials, by name or written out, each with its source, and the plates made of them. SI units."""
+"""Materials, by name or written out, each with its source; and plates of these materials. SI units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Conductor(Section):
     """A metal, or a magnetic sheet, written out.
 
     Conductivity (S/m), temperature coefficient of the resistivity (1/K at 20 C) and Young's modulus (Pa). Young's
-    modulus is None if unknown. The presets' values of it are from memory.
+    modulus is None if unknown. Its values in the presets are from memory.
     """
 
     name: str = key(Label, "name of the material", "written out")
@@ -200,7 +200,7 @@ class ElastomerPad(Section):
     """The soft pad between board and target.
 
     Lengths are metres. Shape and size are None only until the resolver computes them. ``webs`` describe the pad of one
-    cell: the width of its webs, then their lengths at the sides -x, +x, -y and +y, 0 at a side without a web. Empty
+    cell: the width of its webs, then their lengths at the sides -x, +x, -y and +y (0 without a web). Empty
     without webs.
     """
 

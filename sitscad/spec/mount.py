@@ -67,7 +67,7 @@ class StepPart:
 
 @record
 class Jaw(Section):
-    """A grasper's jaw written out, a preset of which you change some figures, or a STEP file.
+    """A grasper's jaw: written out, a preset with some changed figures, or a STEP file.
 
     The face carries the sensor; the metal is behind it. Omitted values are None only until the resolver computes them.
     The same holds for the name of the file in ``step``. ``datum``, ``along``, ``up`` and ``based_on`` stay as written,
@@ -171,7 +171,7 @@ class Hole(Section):
 class HolePattern:
     """The screw holes of a bench plate.
 
-    ``grid`` (m) is the pitch of a bench with a grid of holes; any four of them may be used. None if the plate has only
+    ``grid`` (m) is the pitch of a bench with a grid of holes. Any four holes may be used. None if the plate has only
     ``holes``.
     """
 

@@ -184,7 +184,7 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
 
 
 def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
-    """Yield a finding for each missing or surplus key of sections in which one key replaces another (`stands_in`)."""
+    """Yield a finding for each missing or surplus key of sections with alternative keys (`stands_in`)."""
     for name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
         written = data.get(name)
         if section is None or not section.stands_in[0] or not isinstance(written, dict):

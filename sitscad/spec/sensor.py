@@ -247,8 +247,8 @@ class TiltErrors(Section):
 class Requirements(Section):
     """Loads that the sensor must bear and measure, with the required accuracy.
 
-    Forces in newtons, moments in newton metres, sizes in metres, resolutions as one standard deviation, bandwidth in
-    hertz, temperatures in degrees Celsius, tilt in radians, ratios as fractions of full scale.
+    SI units: newtons, newton metres, metres, hertz and radians. Temperatures are in degrees Celsius. Resolutions are
+    one standard deviation. Ratios are fractions of full scale.
     """
 
     normal_force: float | None = key(Force, "that the sensor must bear, like 4.8 N", None)
@@ -381,7 +381,7 @@ class SensorSpec(Readable):
 
     @property
     def web(self) -> float | None:
-        """Width (m) of the webs that join the pads of neighbouring cells. None without webs."""
+        """Width (m) of the webs that join the pads of neighbouring cells. None if there are no webs."""
         return None if self.cells is None else self.cells.web
 
     @property
@@ -487,7 +487,7 @@ class SensorSpec(Readable):
 def without_text(spec: SensorSpec) -> SensorSpec:
     """Return the spec's values with the STEP files that it names, but without comments and file name.
 
-    Drawings of it cannot depend on these.
+    The drawings do not depend on comments and file name.
     """
     files = spec.source.files.items()
     solids = {name: content for name, content in files if name.lower().endswith((".step", ".stp"))}

@@ -1,4 +1,4 @@
-"""The electrical figures of a drawn coil (the net of a KiCad board, or a footprint), and a picture of it."""
+"""The electrical figures and the picture of a drawn coil: the net of a KiCad board, or a footprint."""
 
 from __future__ import annotations
 

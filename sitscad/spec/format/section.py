@@ -82,7 +82,7 @@ def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> A
 
 @record
 class KeysLike:
-    """Keys whose names match a pattern, with values of one kind. One attribute holds all of them by name."""
+    """Keys whose names match a pattern, with values of one kind. One attribute holds all values by name."""
 
     pattern: re.Pattern[str]
     example: str
@@ -114,8 +114,8 @@ class Section(Readable):
 
     ``keys`` holds the declared keys by their names in the text, and ``attributes`` the attribute of each. ``alike``
     holds keys that are declared by a pattern, by attribute. ``form`` is the name of the section in the JSON Schema.
-    ``stands_in`` holds a key, and the required keys, one of which it may replace. The first paragraph of a
-    subclass's docstring is printed for users.
+    ``stands_in`` holds a key and a group of required keys; the key may replace one key of the group. The first
+    paragraph of a subclass's docstring is printed for users.
     """
 
     keys: ClassVar[dict[str, Key]] = {}
@@ -157,7 +157,7 @@ def _refuse_form(key: str, value: Any, form: str, misfits: list[Misfit]) -> None
 
 @record
 class Part(Kind):
-    """A section inside another one.
+    """A section inside a section.
 
     `convert` converts it to the value that the spec stores; None stores the section itself.
     """
@@ -354,7 +354,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
     Raises
     ------
     TextError
-        if a length given as text has no unit, or if a number is out of range but would be in range in mm or deg.
+        if a length given as text has no unit. Also if a number is out of range, but in range as mm or deg.
     """
     if isinstance(kind, Either):
         return kind.word if value is None or value == kind.word else as_written(value, kind.other, key)

@@ -26,7 +26,7 @@ BELONGS: dict[str, tuple[str, ...]] = {
     "grasper-pad": ("jaw", "retention"), "bench-plate": ("holes",), "fingertip": ("finger",),
     "custom": ("step", "datum", "along", "up"),
 }
-"""Keys that are valid for only one kind of mount, by kind."""
+"""Keys that are valid for a single kind of mount, by kind."""
 
 NEEDED = ("width", "length", "height")
 """Figures that a jaw must have unless it is based on a preset or described by a STEP file."""

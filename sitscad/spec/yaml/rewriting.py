@@ -38,8 +38,7 @@ def rewritten(text: str, edits: Iterable[Edit]) -> str:
     Raises
     ------
     CannotWriteError
-        if the text is not a mapping in YAML, or if an edit has no place in the text, such as a key below a preset's
-        name.
+        if the text is not a mapping in YAML. Also if an edit has no place in the text, such as below a preset's name.
     """
     for edit in edits:
         text = _edited(_SpecText.read(text), edit)
@@ -212,7 +211,7 @@ def _in_style(new: str, now: str) -> str:
 
 
 def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
-    """Return a quantity converted to the unit of another one, with that quantity's spacing."""
+    """Return a quantity converted to the unit and the spacing of the quantity `here`."""
     unit, now = there[3], here[3]
     dimension = next((d for d, units in UNITS.items() if {unit, now} - {""} and {unit, now} <= {*units, ""}), None)
     if dimension is None or dimension == "temperature" or ("" in (unit, now) and dimension != "length"):

@@ -305,7 +305,7 @@ def _end(event: Event) -> Position:
 
 
 def _bounded(events: Iterator[Event]) -> Iterator[Event]:
-    """Yield the events. Raises `TextError` at the first one that exceeds the size limits or is not plain YAML."""
+    """Yield the events. Raises `TextError` at an event that exceeds the size limits or is not plain YAML."""
     documents = depth = count = 0
     for event in events:
         if isinstance(event, DocumentStartEvent):
