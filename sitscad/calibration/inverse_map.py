@@ -119,6 +119,11 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
     document
         Path of the file, or its content, or the part of the content that describes the map.
 
+    Returns
+    -------
+    InverseMap
+        A function of counts and tare counts that returns forces (N).
+
     Raises
     ------
     ValueError

@@ -118,6 +118,16 @@ def check(
     Notes
     -----
     No CAD module is imported. A change that a hint calls tried was laid out, estimated and checked.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> result = sitscad.check(spec, hints="none")
+    >>> result.ok
+    True
     """
     refuse_unusable(spec)
     return judged(Design(spec, layout, estimates), hints)
@@ -155,6 +165,27 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
 
     If only coils or turns lack room, hints and fixes name changes that make room. These are laid out within the budget
     of `hints`, as in `check`.
+
+    Parameters
+    ----------
+    error : SpecError
+        The error of `load` or `load_text`.
+    hints : {"none", "decisive", "full"}
+        Number of trials of changed designs, as in `check`.
+
+    Returns
+    -------
+    tuple of Finding
+        The findings of the error, with fixes in ``fixes``.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> try:
+    ...     sitscad.load_text("{sitscad: 1, name: bench, coil: {}}")
+    ... except sitscad.SpecError as error:
+    ...     print({finding.rule for finding in sitscad.mended(error, "none")})
+    {'SIT003'}
     """
     return of_refused(error, all_rules(), hints)
 

@@ -43,12 +43,27 @@ def estimate(
         If None, it is
         the spec's temperature.
 
+    Returns
+    -------
+    Estimates
+        Values of every coil, free, at rest and pressed, and the settings of the readout.
+
     Raises
     ------
     ValueError
         If the method does not exist or does not serve the shape, or if the tolerance is not above 0.
     SpecError
         If the spec was built in Python and has values that no spec file can have.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> estimates = sitscad.estimate(sitscad.lay_out(spec))
+    >>> round(1e6 * estimates.coils[0].winding_inductance, 1)
+    3.9
     """
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")

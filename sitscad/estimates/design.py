@@ -271,6 +271,11 @@ def respond(
     tolerance
         Largest error of interpolation between many poses.
 
+    Returns
+    -------
+    Response
+        Inductance, resistance, frequency and counts of every coil at each point.
+
     Raises
     ------
     ValueError
@@ -281,6 +286,17 @@ def respond(
         A ValueError, if nothing in the design can respond, if a load case does not exist, or if a pose is
         impossible: more
         than a metre away, turned over, or with the whole target inside the board.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> spec = sitscad.SensorSpec.from_mapping(
+    ...     name="press", coil={"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...                         "trace_width": "100 um", "trace_spacing": "100 um"},
+    ...     target={"thickness": 0.2}, elastomer={"material": "ecoflex-00-30", "thickness": 1})
+    >>> response = sitscad.respond(spec, poses=[[0, 0, 0, 0, 0, 0], [0, 0, -0.1e-3, 0, 0, 0]])
+    >>> bool(response.frequency[1, 0] > response.frequency[0, 0])
+    True
     """
     import numpy as np
 

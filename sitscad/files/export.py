@@ -87,6 +87,25 @@ def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
     """Return the centre lines of all layers of all coils.
 
     They are in the order of the coils, and for each coil in the order of its current.
+
+    Parameters
+    ----------
+    layout
+        The layout of a sensor.
+
+    Returns
+    -------
+    tuple of CentreLine
+        Lines with coil, layer, width and height (m).
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> [line.layer for line in sitscad.centre_lines(sitscad.lay_out(spec))]
+    [1, 2]
     """
     width = layout.spec.coil.trace_width
     return tuple(
@@ -113,6 +132,11 @@ def current_paths(
         The tail is straight. If false, there is one path per layer, and the paths are not joined.
     tolerance
         Largest distance (m) of chords from the middle of the copper.
+
+    Returns
+    -------
+    tuple of CurrentPath
+        Points (n, 3; m) of each path with its current.
 
     Raises
     ------
@@ -193,12 +217,33 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
     The parts are in order from below. Arcs are chords within `tolerance` (m). Copper comprises tracks with round ends,
     pads and teardrops, without the drilled holes.
 
+    Parameters
+    ----------
+    layout
+        The layout of a sensor.
+    tolerance
+        Largest distance (m) of a chord from its arc.
+
+    Returns
+    -------
+    tuple of Area
+        Outlines with holes (m), and heights.
+
     Raises
     ------
     PartsError
         if a part has no place (a shield that does not fit into the standoff).
     ValueError
         for a tolerance that is no positive length.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> [(area.what, area.layer) for area in sitscad.areas(sitscad.lay_out(spec))][:2]
+    [('copper', 1), ('copper', 2)]
     """
     _positive(tolerance)
     copper = tuple(_copper(layout, tolerance))
@@ -257,6 +302,18 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
 
     Arcs are chords within `tolerance` (m). Names are like ``copper-1-COIL_C1``. The plating of holes is left out.
 
+    Parameters
+    ----------
+    layout
+        The layout of a sensor.
+    tolerance
+        Largest distance (m) of a chord from its arc.
+
+    Returns
+    -------
+    tuple of Solid
+        A solid for each layer and net.
+
     Raises
     ------
     MissingExtra
@@ -283,7 +340,20 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
 def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
     """Return solids by name as CadQuery workplanes (mm), in place. Solids of equal name share a workplane.
 
-    Raises `MissingExtra` without CadQuery.
+    Parameters
+    ----------
+    solids
+        Solids, like the result of `sitscad.solids`.
+
+    Returns
+    -------
+    dict
+        Workplanes by name.
+
+    Raises
+    ------
+    MissingExtra
+        without CadQuery
     """
     cq = require("cadquery")
     found: dict[str, Any] = {}
@@ -298,7 +368,24 @@ def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
     """Return solids as one ``cadquery.Assembly`` (mm), in place.
 
     There is a child for every name, with its colour, and its material in ``metadata``. Solids of equal name form one
-    compound. The shapes are not copied. Raises `MissingExtra` without CadQuery.
+    compound. The shapes are not copied.
+
+    Parameters
+    ----------
+    solids
+        Solids, like the result of `sitscad.solids`.
+    name
+        Name of the assembly.
+
+    Returns
+    -------
+    cadquery.Assembly
+        The assembly of all solids.
+
+    Raises
+    ------
+    MissingExtra
+        without CadQuery
     """
     cq = require("cadquery")
     whole = cq.Assembly(name=name)
@@ -314,7 +401,24 @@ def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
     """Return solids as one ``build123d.Compound`` (mm), in place.
 
     Its children have labels and colours, which build123d exports. Solids of equal name form one compound. The geometry
-    of the shapes is shared. The solids themselves get no label and no parent. Raises `MissingExtra` without build123d.
+    of the shapes is shared. The solids themselves get no label and no parent.
+
+    Parameters
+    ----------
+    solids
+        Solids, like the result of `sitscad.solids`.
+    name
+        Label of the compound.
+
+    Returns
+    -------
+    build123d.Compound
+        The compound of all solids.
+
+    Raises
+    ------
+    MissingExtra
+        without build123d
     """
     bd = require("build123d")
     children = []

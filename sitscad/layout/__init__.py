@@ -45,10 +45,30 @@ def lay_out(spec: SensorSpec) -> Layout:
 
     Pieces without room are missing from the layout and named in `Layout.shortfalls`. They raise no error.
 
+    Parameters
+    ----------
+    spec
+        The spec of a sensor.
+
+    Returns
+    -------
+    Layout
+        Coils, leads, tail, outline and all other artwork, in metres.
+
     Raises
     ------
     SpecError
         if the spec was built in Python and has values that no spec file could contain
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> layout = sitscad.lay_out(spec)
+    >>> len(layout.coils), layout.shortfalls
+    (1, ())
     """
     refuse_unusable(spec)
     return arrange(spec)

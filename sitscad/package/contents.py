@@ -257,6 +257,18 @@ Newtons on a computer, with every cell-N/calibration.json that is in the folder 
 def write_calibration(calibration: Calibration, folder: str | Path) -> tuple[Path, ...]:
     """Write the files of a calibration into a folder and return their paths. Other files stay.
 
+    Parameters
+    ----------
+    calibration
+        The result of `calibrate`.
+    folder
+        Folder of the files. It is created if it is missing.
+
+    Returns
+    -------
+    tuple of Path
+        Paths of the written files.
+
     Raises
     ------
     PackageError

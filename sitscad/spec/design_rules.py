@@ -51,10 +51,10 @@ class DesignRules(Readable):
 
     ``coil_lines`` are the smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest.
     ``track_lines`` are the values of all other tracks, if these depend on the foil. ``coil_trace_width``,
-    ``trace_width`` and their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings`` holds rings that
-    differ from ``annular_ring``, by the smallest number of copper layers. ``static_bend_ratio``, ``dynamic_bend_ratio``
-    and ``thickness_tolerance`` (half the band, m) depend on the number of copper layers. Their largest number also
-    stands for more layers. ``stiffened_tolerance`` (m) depends on the stiffener's material.
+    ``trace_width`` and their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings``
+    holds rings that differ from ``annular_ring``, by the smallest number of copper layers. ``static_bend_ratio``,
+    ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) depend on the number of copper layers. Their
+    largest number also stands for more layers. ``stiffened_tolerance`` (m) depends on the stiffener's material.
 
     Parts smaller than ``part_size`` are not handled singly. ``panel_size`` is the size up to which a panel is filled.
     ``largest_part`` is the largest part or panel that is made by agreement. ``file_naming`` is the naming scheme of

@@ -52,6 +52,11 @@ def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None =
     profiles
         A second folder in which profile files are searched.
 
+    Returns
+    -------
+    SensorSpec
+        The spec in SI units, with presets resolved and defaults filled in.
+
     Raises
     ------
     SpecError
@@ -95,10 +100,26 @@ def load_text(
     profiles
         A second folder in which profile files are searched.
 
+    Returns
+    -------
+    SensorSpec
+        The spec in SI units, with presets resolved and defaults filled in.
+
     Raises
     ------
     SpecError
         With all findings, if the text describes no valid sensor.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> spec = sitscad.load_text('''
+    ... sitscad: 1
+    ... name: bench
+    ... coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+    ... ''')
+    >>> spec.coil.outer_diameter
+    0.008
     """
     return _read(text, os.fspath(path), profiles)
 

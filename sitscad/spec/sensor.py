@@ -539,5 +539,17 @@ class SpecDocument(Section):
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of the spec, made from its declarations, for editors."""
+    """Return the JSON Schema of the spec, made from its declarations, for editors.
+
+    Returns
+    -------
+    dict
+        The schema (draft 2020-12), as ``sitscad schema`` prints it.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> sitscad.json_schema()["required"]
+    ['sitscad', 'name', 'coil']
+    """
     return schema_of(SpecDocument, "sitscad spec")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import importlib
 import inspect
 import re
 import runpy
@@ -40,10 +41,14 @@ def test_the_page_is_what_happens():
     assert len(found.examples) > 15
 
 
-def test_docstrings_run():
-    import sitscad.spec.sensor
+WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.design", "checks.judging", "files.export",
+                 "apps.coil.spiral", "apps.coil.drawn", "apps.study.sweeping")
+"""Modules of public names with examples."""
 
-    results = doctest.testmod(sitscad.spec.sensor)
+
+@pytest.mark.parametrize("name", WITH_EXAMPLES)
+def test_docstrings_run(name):
+    results = doctest.testmod(importlib.import_module(f"sitscad.{name}"))
     assert results.attempted and not results.failed
 
 

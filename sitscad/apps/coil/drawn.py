@@ -309,6 +309,17 @@ def drawn_coil(
         (a ValueError) if a frequency lies outside 10 kHz to 100 MHz or its losses cannot be resolved
     OSError
         if the file cannot be opened
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sitscad
+    >>> spiral = sitscad.coil(outer_diameter="8 mm", turns=14, layers=2, trace_width="100 um", trace_spacing="100 um")
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "coil.kicad_mod"
+    >>> _ = file.write_text(spiral.footprint())
+    >>> drawn = sitscad.drawn_coil(str(file), stackup="flex-2l-30um")
+    >>> abs(drawn.inductance / spiral.inductance - 1) < 0.02
+    True
     """
     frequencies = hertz_of(frequency)
     copper, conductor = read_drawn_coil(path, net, start, end)

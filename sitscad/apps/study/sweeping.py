@@ -141,6 +141,16 @@ def sweep(
         If there is no such level or measure, no range, an empty range, or if there are too many designs.
     SpecError
         If the spec has no such key, or the key cannot have such a value.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> coil = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
+    ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+    >>> spec = sitscad.SensorSpec.from_mapping(name="bench", coil=coil)
+    >>> table = sitscad.sweep(spec, {"coil.turns": [12, 14]}, ["inductance"])
+    >>> bool(table.values["inductance"][1] > table.values["inductance"][0])
+    True
     """
     plain_values = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
     try:

@@ -22,8 +22,22 @@ __all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
 def solids(layout: Layout) -> tuple[Solid, ...]:
     """Return all solids of the spec in place: jaw first, then upwards to the encapsulation.
 
-    Raises `MissingExtra` without a CAD kernel, and `PartsError` if a part cannot exist, like a shield that does not fit
-    into the standoff.
+    Parameters
+    ----------
+    layout
+        The layout of a sensor.
+
+    Returns
+    -------
+    tuple of Solid
+        Solids with name, material and shape (mm).
+
+    Raises
+    ------
+    MissingExtra
+        without a CAD kernel
+    PartsError
+        if a part cannot exist, like a shield that does not fit into the standoff
     """
     from sitscad.assembly.solids.pieces import assemble
 

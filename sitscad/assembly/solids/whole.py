@@ -378,10 +378,28 @@ def whole(
 
     They are jaw, seat, shield, the board's films with a copper ring for each coil on each layer, stiffener, elastomer,
     target, the glue lines between them, film, and the closed opposing jaw. A metal finger is drawn in its cap. Metal
-    behind the board is included. `pieces` are the result of `sitscad.assembly.solids.pieces.assemble`, if it is already
-    known. `hard_glue` is the adhesive of the lines up to the board, the spec's if None. Heights are those of the glued
-    assembly, z = 0 at the board's top face. Raises `PartsError` if a part cannot exist, `MissingExtra` without a CAD
-    kernel.
+    behind the board is included. Heights are those of the glued assembly, z = 0 at the board's top face.
+
+    Parameters
+    ----------
+    layout
+        The layout of a sensor.
+    pieces
+        The result of `sitscad.assembly.solids.pieces.assemble`, if it is already known.
+    hard_glue
+        The adhesive of the lines up to the board. The spec's adhesive if None.
+
+    Returns
+    -------
+    tuple of Solid
+        Solids with name, material and shape (mm).
+
+    Raises
+    ------
+    PartsError
+        if a part cannot exist
+    MissingExtra
+        without a CAD kernel
     """
     alone = assemble(layout) if pieces is None else pieces
     pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))

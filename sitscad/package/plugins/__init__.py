@@ -27,6 +27,16 @@ GROUP = "sitscad.plugins"
 def use_plugin(path: str | Path) -> Plugin:
     """Activate the plugin of a Python file. An unchanged plugin that is active already stays as it is.
 
+    Parameters
+    ----------
+    path
+        A Python file with rules in ``RULES``, or writers in ``WRITERS``.
+
+    Returns
+    -------
+    Plugin
+        The active plugin.
+
     Raises
     ------
     PluginError
@@ -57,7 +67,15 @@ def _digest(content: bytes) -> str:
 def use_installed_plugins() -> tuple[Plugin, ...]:
     """Activate all plugins that are installed with entry points in ``sitscad.plugins``, in order of their names.
 
-    Raises PluginError if a plugin cannot be loaded.
+    Returns
+    -------
+    tuple of Plugin
+        The active plugins.
+
+    Raises
+    ------
+    PluginError
+        if a plugin cannot be loaded
     """
     heading = f"[{GROUP}]".encode()
     if not any(heading in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
