@@ -41,8 +41,8 @@ def test_the_page_is_what_happens():
     assert len(found.examples) > 15
 
 
-WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.design", "checks.judging", "files.export",
-                 "apps.coil.spiral", "apps.coil.drawn", "apps.study.sweeping")
+WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.design", "checks.judging",
+                 "files.export", "apps.coil.spiral", "apps.coil.drawn", "apps.study.sweeping")
 """Modules of public names with examples."""
 
 
