@@ -120,10 +120,10 @@ def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
     """Turns nearer to each other than the fabricator's spacing are a finding of their own (SIT102)."""
     legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, 0.15 * MM), Point(0.0, 0.15 * MM)])
     (found,) = judge("SIT121", bench.spec, only(bench, legs))
-    assert "generic-flex asks 100 um" in found.message and "coil.trace_spacing" not in found.source
+    assert found.limit == approx(100 * UM, rel=1e-6) and "coil.trace_spacing" not in found.source
     narrow = replace(bench.spec, coil=replace(bench.spec.coil, trace_spacing=80 * UM))
     (found,) = judge("SIT121", narrow, only(bench, legs))
-    assert "the spec (coil.trace_spacing) asks 80 um" in found.message and found.limit == approx(80 * UM, rel=1e-6)
+    assert found.limit == approx(80 * UM, rel=1e-6)
     assert found.source == "coil.trace_spacing in the spec"
 
 
@@ -137,7 +137,7 @@ def test_a_ring_round_a_coil_is_a_shorted_turn(judge, bench):
     centre = bench.coils[0].centre
     ring = Trace(circle(centre, 3.7 * MM), 100 * UM, 2, "GUARD", Role.LEAD)
     (found,) = judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, ring)))
-    assert "round coil C1: a shorted turn" in found.message and found.place.nets == ("GUARD",)
+    assert "coil C1" in found.message and found.place.nets == ("GUARD",)
     assert found.place.layer == 2 and Point(found.place.x, found.place.y).distance(centre) == approx(3.7 * MM, rel=1e-6)
     open_ring = replace(ring, path=Path(circle(centre, 3.7 * MM).segments[:1]))
     assert judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, open_ring))) == []
@@ -152,7 +152,7 @@ def test_a_bridge_between_turns_is_a_shorted_turn(judge, bench):
     (loop,) = closed_loops(TrackGraph(spoilt))
     assert abs(loop.turns_round(centre)) == approx(round(abs(loop.turns_round(centre))), rel=1e-6) and loop.area > 20e-6
     (found,) = judge("SIT122", bench.spec, spoilt)
-    assert "round coil C1" in found.message
+    assert "coil C1" in found.message
 
 
 def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
@@ -177,5 +177,4 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     loose = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 1 * MM})
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=loose)))
     (found,) = judge("SIT124", layout.spec, layout)
-    assert f"come out 0 mm to {show(nominal + 1 * MM, 'm')} thick" in found.message
-    assert "-" not in found.message.split("thick")[0]
+    assert f"0 mm to {show(nominal + 1 * MM, 'm')}" in found.message and "-" not in found.message.split("thick")[0]

@@ -75,8 +75,8 @@ def test_width_and_length(judge, design, drawn):
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
     (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
     assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3, rel=1e-9) and found.measured > 0.6e-3
-    said = f"the board's body, {1e3 * layout.body_size[1]:.4g} mm wide (coils 4 mm"
-    assert said in found.message and "unverified" in found.detail
+    assert f"{1e3 * layout.body_size[1]:.4g} mm" in found.message
+    assert "coils 4 mm" in found.detail and "unverified" in found.detail
     measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
     (found,) = judge("SIT301", measured, replace(layout, spec=measured))
     assert "unverified" not in found.detail
@@ -98,8 +98,9 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
     assert [f.severity for f in found] == ([severity] if severity else [])
     for f in found:
         assert f.limit == port < f.measured < 5.9e-3
-        assert "elastomer.thickness is 1 mm" in f.hint and "elastomer +-150 um" in f.hint
-        assert ("unverified" in f.detail) == (source != "measured") and "glue lines are 150 um of it" in f.detail
+        assert "elastomer.thickness" in f.hint
+        assert "elastomer.thickness 1 mm" in f.detail and "elastomer +-150 um" in f.detail
+        assert ("unverified" in f.detail) == (source != "measured") and "glue lines are 150 um" in f.detail
         assert ("smallest measured port" in f.whole_message) == (f.measured <= 1.1 * port)
 
 
@@ -220,7 +221,7 @@ def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, 
     wanted = {"requirements__normal_force": f"{force} N", "requirements__shear_force": f"{force / 5} N"}
     wanted |= {"target__size": 4, "array": None, "encapsulation": None}
     found, *_ = advised(rule, design(elastomer=soft, **wanted))
-    named = re.search(r"the softest preset that does is ([\w-]+), ", found.hint).group(1)
+    named = re.search(r"elastomer\.material: ([\w-]+)", found.hint).group(1)
     moduli = {name: presets.elastomer(name).shear_modulus for name in presets.names("elastomer")}
     enough = {name for name in moduli if not of_pad(judge(rule, design(elastomer=soft | {"material": name}, **wanted)))}
     assert named == min(enough, key=lambda name: (moduli[name], name))
@@ -228,7 +229,7 @@ def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, 
 
 def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
     found, *_ = advised("SIT304", design(target__size=4, elastomer__size=4, requirements__normal_force="400 N"))
-    assert "shear modulus of" in found.hint and "preset" not in found.hint
+    assert "shear modulus of" in found.hint and "elastomer.material:" not in found.hint
 
 
 def test_message_and_measured_of_the_strain_agree(judge, design):
@@ -247,7 +248,7 @@ def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, advise
     (wide,), (long,) = (
         [f for f in advised(rule, spec, layout) if f.key == "fpc.margin"] for rule in ("SIT301", "SIT302")
     )
-    assert "fpc.margin 1 mm" in wide.message
+    assert "fpc.margin 1 mm" in wide.detail
     (narrow,), (short,) = ([ast.literal_eval(fix.edits[0].new) for fix in found.fixes] for found in (wide, long))
     assert narrow[0] == 10 and short[1] == 0.5
     less = design(fpc__margin=[short[0], narrow[1]])
@@ -284,7 +285,7 @@ def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, 
     assert [f.measured for f in judge("SIT306", design(**wide))] == []
     (found,) = judge("SIT306", design(**wide, target__rotation="90 deg"))
     assert found.key == "target.size" and found.measured > found.limit
-    assert "target.rotation: 0 deg lies so" in found.hint
+    assert "target.rotation" in found.hint
 
 
 def test_short_target_of_two_coils_is_a_finding_by_signal_and_by_width(judge, design):
@@ -337,24 +338,24 @@ def test_a_target_offset_beside_its_coil_is_told(judge, design):
     for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
         (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
         assert found.key == "target.offset" and found.measured == approx(over, rel=1e-6)
-        assert "of coil C1 lies beside it" in found.message and "target.offset: [0, 0]" in found.hint
+        assert "of coil C1" in found.message and "target.offset: [0, 0]" in found.hint
     assert judge("SIT306", design(array=None, target__size=8, target__offset=[1.9, -1.9])) == []
     assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
 
 
 def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
     (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
-    assert "the middle of coil C1 lies beside it" in found.message and found.measured == approx(4e-3, rel=1e-6)
+    assert "C1" in found.message and found.measured == approx(4e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 5}
     (found,) = judge("SIT306", design(array=grid, target__size=8, target__offset=[0, -3]))
-    assert "the middle of coils C2, C4 lies beside it" in found.message
+    assert "C2, C4" in found.message
 
 
 def test_a_target_between_the_coils_is_told(judge, design):
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
     (found,) = judge("SIT306", design(array=grid, target__size=5))
-    assert "over none of them" in found.message and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
+    assert found.key == "target.size" and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
     assert judge("SIT306", design(array=grid, target__size=9)) == []
 
 
@@ -464,7 +465,7 @@ def test_one_coil_alone_reads_tilt_as_force(judge, design):
     """It has no other coil to tell shear by."""
     (one,) = judge("SIT310", design(elastomer__thickness=3, array=None))
     (two,) = judge("SIT310", design(elastomer__thickness=3))
-    assert "tilt reads as force" in one.message and "tilt reads as shear" in two.message
+    assert one.message.endswith("force") and two.message.endswith("shear")
 
 
 def test_bare_metal(judge, design):
@@ -503,9 +504,9 @@ def test_elastomer_shear(judge, verdicts, design):
 
 
 @pytest.mark.parametrize(("force", "kind", "words"), [
-    ("3 N", "grasper-pad", "(target and pad would have to be "),
-    ("3 N", "bench-plate", ", or a target and pad of "),
-    ("1.2 N", "grasper-pad", ", or a target and pad of "),
+    ("3 N", "grasper-pad", "have to be "),
+    ("3 N", "bench-plate", "a target and pad of "),
+    ("1.2 N", "grasper-pad", "a target and pad of "),
 ])
 def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, force, kind, words):
     """117 mm2 were asked for on a face of 100 mm2."""
@@ -516,7 +517,7 @@ def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, forc
     assert words in hint
     asked = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
     room = spec.mount.jaw.width * spec.mount.jaw.length * 1e6 if spec.mount.jaw else math.inf
-    assert (asked > room) == words.startswith("(")
+    assert (asked > room) == words.startswith("have")
 
 
 @pytest.mark.parametrize(("size", "force", "severity"), [(9, 4, "warning"), (9, 30, "error"), (4.5, 4, "error")])
@@ -538,7 +539,7 @@ def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge
     centres = [[0, 0], [7.5, 0], [15, 0], [0, 7.5]]
     spec = design(coil__outer_diameter=6, array={"pattern": "explicit", "centres": centres})
     (found,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
-    assert "coils 13.5 mm" in found.message
+    assert "coils 13.5 mm" in found.detail
 
 
 @pytest.mark.parametrize(("standoff", "count"), [(0.73, 1), (0.7, 0), (1.09, 1), (1.1, 0)])
@@ -548,7 +549,7 @@ def test_a_printed_piece_too_thin_to_be_made_is_refused(standoff, count, judge, 
     assert len(found) == count
     for one in found:
         assert one.severity is Severity.ERROR and one.measured == approx(standoff * 1e-3 - 0.7e-3, rel=1e-6)
-        assert one.limit == 0.4e-3 and "mount.standoff: 0.7 lays the shield on the metal, 1.1 leaves" in one.hint
+        assert one.limit == 0.4e-3 and {"0.7", "1.1"} <= set(one.hint.split())
 
 
 def test_a_coarser_process_needs_thicker_pieces(judge, design):
@@ -604,7 +605,7 @@ def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tri
         "fpc.margin", [0.15e-3, 0.2e-3]
     )
     finding = next(one for one in check(spec, hints="full").findings if one.rule == "SIT303")
-    assert "which the board body decides" in finding.message
+    assert "board body" in finding.message
     ((edit,),) = (fix.edits for fix in finding.fixes)
     margin = ast.literal_eval(edit.new)
     assert edit.key == "fpc.margin" and margin[0] == 0.15 and 0.0 <= margin[1] <= 0.02
@@ -612,9 +613,9 @@ def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tri
     assert "SIT303" not in {one.rule for one in check(mended, hints="none").findings}
     high = next(one for one in check(mended.replace("elastomer.thickness", 1.5e-3), hints="none").findings
                 if one.rule == "SIT303")
-    assert "the opposing jaw decides" in high.message and high.hint.startswith("take ")
+    assert "opposing jaw" in high.message and high.hint.startswith("take ")
     unread = next(one for one in check(spec, hints="none").findings if one.rule == "SIT303")
-    assert unread.hint.startswith("a board narrower by 338 um: smaller coils")
+    assert "338 um" in unread.hint
 
 
 @pytest.mark.slow
@@ -639,7 +640,7 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
     asked = replace(spec, requirements=replace(spec.requirements, shear_force=share * held))
     found = [f for f in judge("SIT312", asked) if f.key == "requirements.shear_force"]
     assert [f.severity for f in found] == [Severity.NOTE] * is_said
-    assert all(f.limit == held and beyond_held_shear(held) in f.message for f in found)
+    assert all(f.limit == held and beyond_held_shear(held) in f.detail for f in found)
 
 
 def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():

@@ -47,6 +47,18 @@ def called(node):
 
 
 @cache
+def helpers():
+    """Functions by name that may return cases for details."""
+    found = {}
+    for tree in modules().values():
+        for node in ast.walk(tree):
+            kind = ast.unparse(node.returns) if isinstance(node, ast.FunctionDef) and node.returns else ""
+            if kind == "str" or kind.startswith("tuple[str, "):
+                found.setdefault(node.name, []).append(node)
+    return found
+
+
+@cache
 def makers():
     """Functions that take a case and pass it to `violated`, with the values that they add and their own parameters."""
     found = {"violated": (frozenset(), frozenset(FIELDS))}
@@ -62,10 +74,15 @@ def makers():
     return found
 
 
+@cache
+def module_of(function):
+    return next(tree for tree in modules().values() if function in ast.walk(tree))
+
+
 def texts_in(node, function):
-    """The text constants of an expression, and those that the function assigns to its names."""
+    """The text constants of an expression, and those that the function or its module assigns to its names."""
     assigned = {}
-    for each in ast.walk(function):
+    for each in (*ast.walk(function), *module_of(function).body):
         targets = each.targets if isinstance(each, ast.Assign) else [each.target] if isinstance(
             each, (ast.AugAssign, ast.For, ast.AnnAssign, ast.NamedExpr)) else []
         value = each.iter if isinstance(each, ast.For) else getattr(each, "value", None)
@@ -79,7 +96,13 @@ def texts_in(node, function):
             if isinstance(part, ast.Name) and part.id not in seen:
                 seen.add(part.id)
                 open_ += filter(None, assigned.get(part.id, []))
+                open_ += [each for other in functions_of(function) if other.name == part.id for each in returned(other)]
+            open_ += [each for other in helpers().get(called(part), []) for each in returned(other)]
     return found
+
+
+def returned(function):
+    return [each.value for each in ast.walk(function) if isinstance(each, ast.Return) and each.value is not None]
 
 
 def functions_of(tree):
@@ -195,9 +218,11 @@ KEY_AND_VALUE = re.compile(r"(?:\w+\.)+\w+: (?!a |an |that |less |plastic )")
 """A key of the spec and the value that a hint writes for it."""
 
 BY_HAND = {
+    "jaw-file-assumed-face": "a build finds it on solids, and `check --fix` has none",
     "part-size": "a note: the order asks for a panel of the fabricator's own",
     "loop-width": "the fabricator confirms it first",
     "loop-spacing": "the fabricator confirms it first",
+    **dict.fromkeys(("positions-others-coils", "positions-others-written"), "who buys a plug knows which it is"),
     **dict.fromkeys(("panel-size", "panel-size-parts", "panel-usual"), "who orders decides on a panel"),
 }
 """Cases whose hints name a value that no program can vouch for, and why."""

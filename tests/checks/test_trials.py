@@ -263,8 +263,8 @@ RACETRACK = design(
 
 def test_a_body_too_wide_for_the_jaw_names_its_leads_and_a_width_that_fits(judge):
     (found, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
-    assert "coils 4.4 mm, board's edges 400 um, and 400 um for leads and vias" in found.message
-    assert "the body decides" in port.hint
+    assert all(share in found.detail for share in ("coils 4.4 mm", "edges 400 um", "the coils 400 um"))
+    assert port.key == "coil.outer_diameter"
 
 
 @pytest.mark.slow

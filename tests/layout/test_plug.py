@@ -265,7 +265,7 @@ def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stack
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
     assert layout.stiffener is None and found.severity.value == "error"
     assert found.measured > presets.connector(connector).insertion_thickness
-    assert "fpc.tail.layers" in found.hint and "choose a stiffener" not in found.hint
+    assert "fpc.tail.layers" in found.hint and "fpc.tail.stiffener" not in found.hint
 
 
 @pytest.mark.slow
@@ -297,4 +297,4 @@ def test_a_tail_too_thick_for_its_connector_is_mended_by_a_key_and_its_value(fpc
     text = f"sitscad: 1\nname: thick\ncoil: {{{coil}}}\nfpc: {{rules: generic-fine, {fpc}}}\n"
     found = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings
     (hint,) = [each.hint for each in found if each.rule == "SIT117"]
-    assert hint.startswith(key)
+    assert key in hint

@@ -124,7 +124,7 @@ def test_a_post_over_the_other_jaw_stops_it_from_opening(hinged, pieces):
     (hit,) = [each for each in faults if each.what == OPENING]
     assert (hit.first, hit.second) == ("post", "opposing-jaw") and hit.value > 1e-10
     (finding,) = [each for each in findings if each.rule == "SIT322"]
-    assert "open by" in finding.message
+    assert "open by" in finding.detail
 
 
 def test_a_piece_beyond_the_circle_does_not_pass_the_port(hinged, pieces):

@@ -169,7 +169,7 @@ def test_a_corner_beyond_the_port_is_told_by_place_and_excess_and_no_passing_rul
                                                   layout.spec.source) if each.rule == "SIT321"]
     (port,) = [each for each in document["measured"] if each["what"] == "port"]
     assert "SIT303" not in found.message + found.hint
-    figures = [float(number) for number in re.findall(r"-?\d+\.?\d*", found.message)]
+    figures = [float(number) for number in re.findall(r"-?\d+\.?\d*", found.whole_message)]
     for figure in (*(1e3 * along for along in port["where_m"]), 1e6 * (found.measured - found.limit)):
         assert any(each == approx(figure, rel=5e-3, abs=6e-3) for each in figures), figure
 

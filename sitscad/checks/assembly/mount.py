@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from functools import partial
 from itertools import combinations
+from typing import Any
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, seat_heights, seat_spans
 from sitscad.assembly.places.column import PrintLimit, print_limit
@@ -29,11 +30,10 @@ from sitscad.assembly.places.seating import (
 )
 from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
@@ -49,7 +49,6 @@ from sitscad.estimates.loads.gluing import (
     piece_press,
 )
 from sitscad.spec import presets
-from sitscad.spec.materials import Shield
 from sitscad.spec.mount import HolePattern, Jaw, Mount, Retention, TolerancesDocument
 from sitscad.spec.resolver.sensor import toleranced_sizes
 from sitscad.spec.sensor import SensorSpec
@@ -58,32 +57,31 @@ from sitscad.spec.sensor import SensorSpec
 def mount_joint(design: Design) -> Iterator[Verdict]:
     """Yield findings on tongue or pins of a grasper's pad: their size, and the metal around them."""
     mount, jaw = design.spec.mount, jaw_of(design.spec.jaw)
-    found = retention(design.layout.body, design.layout.spec.mount)
+    joint = retention(design.layout.body, design.layout.spec.mount)
     assert mount is not None
     if jaw.fenestration is not None:
         # metal beside a window through the jaw's face and at its ends
         (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
         left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
         if left < wall.value - ROUNDING:
-            yield _too_little(
-                wall, left, f"a window of {show(long, 'm')} x {show(wide, 'm')} leaves {show(left, 'm', 3)} of the "
-                "jaw's face beside it", "mount.jaw.fenestration: a smaller window, or the jaw's true sizes",
-                "mount.jaw.fenestration", unverified(jaw),
-            )
-    if found is not None and not _stands_on_metal(design.spec):
-        yield Violation(
-            f"the {found.kind} has nothing to stand on: no printed piece lies on the jaw's metal",
-            "a larger mount.standoff, a shield nearer to the board (shield.gap), or retention: glue", "mount.retention",
-        )
-    elif found is not None:
-        yield from (_dovetail if found.kind == "dovetail" else _pins)(design, mount.process, jaw, found)
+            yield _too_little("window-wall", wall, left, "mount.jaw.fenestration", details=unverified(jaw), long=long,
+                              wide=wide)
+    if joint is not None and not _stands_on_metal(design.spec):
+        yield violated("joint-on-nothing", "mount.retention", kind=joint.kind)
+    elif joint is not None and joint.kind == "dovetail":
+        clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
+        yield from _dovetail(design.spec, mount.process, jaw, joint, metal_below(design.layout), clearance)
+    elif joint is not None:
+        clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
+        yield from _pins(mount.process, jaw, joint, clearance, bool(pin_places(design.layout.body, design.spec.mount)))
 
 
-def _too_little(limit: PrintLimit, have: float, what: str, hint: str, key: str, detail: str = "",
-                fixes: tuple[Family, ...] = ()) -> Violation:
+def _too_little(
+    case: str, limit: PrintLimit, have: float, key: str, *, details: tuple[str, ...] = (),
+    fixes: tuple[Family, ...] = (), **values: Any,
+) -> Violation:
     """Return the violation for a length (m) below the smallest that a process makes or that must remain of metal."""
-    return Violation(f"{what}: {show(limit.value, 'm', 3)} at least", hint, key, have, limit.value, "m",
-                     source=limit.source, detail=detail, fixes=fixes)
+    return violated(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
 
 
 def _stands_on_metal(spec: SensorSpec) -> bool:
@@ -96,62 +94,38 @@ def _stands_on_metal(spec: SensorSpec) -> bool:
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
-def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
-    """Yield findings on the tongue's neck, and on the metal that remains below its groove."""
-    wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), neck(found)
+def _dovetail(
+    spec: SensorSpec, process: str, jaw: Jaw, tongue: Retention, remaining: float | None, clearance: float
+) -> Iterator[Verdict]:
+    """Yield findings on the tongue's neck, and on the metal that remains below its groove (m)."""
+    wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), neck(tongue)
     if narrow <= 0.0:
-        across = 0.5 * found.width * math.tan(found.angle)
-        yield Violation(
-            f"the dovetail is {show(found.depth, 'm', 3)} deep, and its flanks, {show(found.width, 'm', 3)} apart at "
-            f"its bottom, meet after {show(across, 'm', 3)}: there is no tongue",
-            "a smaller mount.retention.depth, a larger width, or steeper flanks", "mount.retention.depth", found.depth,
-            across, "m",
-        )
+        yield violated("tongue-none", "mount.retention.depth", tongue.depth,
+                       0.5 * tongue.width * math.tan(tongue.angle), "m", width=tongue.width)
     elif narrow < wall.value - ROUNDING:
-        wide = _written(found.width + wall.value - narrow)
-        yield _too_little(
-            wall, narrow,
-            f"the dovetail's tongue is {show(narrow, 'm', 3)} wide at its neck, which {process} does not make",
-            f"mount.retention.width: {wide:.6g}, a smaller depth, or steeper flanks", "mount.retention.width",
-            fixes=(partial(each_read, design.spec, "mount.retention.width", [wide]),),
-        )
-    left = metal_below(design.layout)
-    if left is not None and left < metal.value - ROUNDING:
-        room = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
-        yield _too_little(
-            metal, left,
-            f"the dovetail's groove, with {show(room, 'm', 3)} of room for the tongue and its glue, leaves "
-            f"{show(left, 'm', 3)} of the jaw's metal",
-            "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
-            "mount.retention.depth", unverified(jaw),
-        )
+        wide = _written(tongue.width + wall.value - narrow)
+        yield _too_little("tongue-neck", wall, narrow, "mount.retention.width", width=f"{wide:.6g}", process=process,
+                          fixes=(partial(each_read, spec, "mount.retention.width", [wide]),))
+    if remaining is not None and remaining < metal.value - ROUNDING:
+        yield _too_little("groove-metal", metal, remaining, "mount.retention.depth", details=unverified(jaw),
+                          clearance=clearance)
 
 
-def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
+def _pins(
+    process: str, jaw: Jaw, pins: Retention, clearance: float, has_places: bool
+) -> Iterator[Verdict]:
     """Yield findings on the pins' diameter and length, and on the metal around their holes."""
     pin = print_limit(process, "pin")
-    room = joint_clearance(design.layout.spec.assembly.glue_line, design.layout.spec.mount)
-    if found.diameter < pin.value - ROUNDING:
-        yield _too_little(
-            pin, found.diameter, f"the pins are {show(found.diameter, 'm', 3)} thick, which {process} does not make",
-            "mount.retention.diameter, or another mount.process", "mount.retention.diameter",
-        )
-    if found.depth > jaw.height - ROUNDING:
-        yield Violation(
-            f"the pins are {show(found.depth, 'm', 3)} long, the jaw {show(jaw.height, 'm', 3)} high: they would "
-            "stand out of its back", "mount.retention.depth: less than the jaw's height", "mount.retention.depth",
-            found.depth, jaw.height, "m", detail=unverified(jaw),
-        )
-    radius, metal = found.diameter / 2 + room, print_limit("machined", "wall")
-    assert found.spacing is not None
-    left = min(section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - found.spacing,
-               found.spacing - jaw.fenestration[0] if jaw.fenestration else math.inf) / 2 - radius
-    if left < metal.value - ROUNDING and pin_places(design.layout.body, design.layout.spec.mount):
-        yield _too_little(
-            metal, left, f"{show(left, 'm', 3)} of the jaw's metal is left beside the holes for the pins",
-            "thinner pins (mount.retention.diameter), or another mount.retention.spacing", "mount.retention.spacing",
-            unverified(jaw),
-        )
+    if pins.diameter < pin.value - ROUNDING:
+        yield _too_little("pin-diameter", pin, pins.diameter, "mount.retention.diameter", process=process)
+    if pins.depth > jaw.height - ROUNDING:
+        yield violated("pin-length", "mount.retention.depth", pins.depth, jaw.height, "m", details=unverified(jaw))
+    radius, metal = pins.diameter / 2 + clearance, print_limit("machined", "wall")
+    assert pins.spacing is not None
+    remaining = min(section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - pins.spacing,
+                    pins.spacing - jaw.fenestration[0] if jaw.fenestration else math.inf) / 2 - radius
+    if remaining < metal.value - ROUNDING and has_places:
+        yield _too_little("pin-metal", metal, remaining, "mount.retention.spacing", details=unverified(jaw))
 
 
 def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
@@ -160,12 +134,8 @@ def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
         if hole.diameter < limit.value - ROUNDING:
-            yield Violation(
-                f"holes of {show(hole.diameter, 'm', 3)} are wanted, and {mount.process} makes them of "
-                f"{show(limit.value, 'm', 3)} at least",
-                "drill them after printing, or take larger screws (mount.holes)", "mount.holes", hole.diameter,
-                limit.value, "m", severity=Severity.WARNING, source=limit.source,
-            )
+            yield violated("screw-holes", "mount.holes", hole.diameter, limit.value, "m", severity=Severity.WARNING,
+                           source=limit.source, process=mount.process)
             return
     if mount.step is not None and mount.kind == "custom":
         yield Undecided("a mount out of a STEP file: its walls and holes are not looked at")
@@ -187,26 +157,20 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
-            key = "shield.gap" if is_spacer else "mount.standoff"
-            hint, lengths = _thicker(spec.shield, is_spacer, limit.value)
-            yield _too_little(
-                limit, upper - lower,
-                f"the {name} is {show(upper - lower, 'm', 3)} thick, which {mount.process} does not make", hint, key,
+            wall = _written(limit.value)
+            sunk = (spec.shield.gap + spec.shield.thickness) if spec.shield is not None else 0.0
+            on_metal, over_piece = _written(sunk), _written(sunk + limit.value)
+            if spec.shield is None:
+                hint, key, lengths = "wall-standoff", "mount.standoff", [wall, 0.0]
+            elif is_spacer:
+                hint, key, lengths = "wall-spacer", "shield.gap", [wall]
+            else:
+                hint, key, lengths = "wall-shield", "mount.standoff", [on_metal, over_piece]
+            yield violated(
+                "piece-wall", key, upper - lower, limit.value, "m", hint=hint, source=limit.source, piece=name,
+                process=mount.process, wall=f"{wall:.6g}", on_metal=f"{on_metal:.6g}", over_piece=f"{over_piece:.6g}",
                 fixes=(partial(each_read, spec, key, lengths),),
             )
-
-
-def _thicker(shield: Shield | None, is_spacer: bool, wall: float) -> tuple[str, list[float]]:
-    """Return text and lengths (mm) of a key with which a piece is thick enough, or is left out."""
-    thick = _written(wall)
-    if shield is None:
-        return (f"mount.standoff: {thick:.6g}, or 0: the board on the metal itself (SIT201 to SIT203 judge that)",
-                [thick, 0.0])
-    if is_spacer:
-        return f"shield.gap: {thick:.6g} or more", [thick]
-    on_metal, over_a_piece = (_written(shield.gap + shield.thickness + more) for more in (0.0, wall))
-    return (f"mount.standoff: {on_metal:.6g} lays the shield on the metal, {over_a_piece:.6g} leaves room for a piece "
-            "that can be made", [on_metal, over_a_piece])
 
 
 def _written(length: float) -> float:
@@ -232,26 +196,18 @@ def carried(design: Design) -> Iterator[Verdict]:
     is_all = found.carried >= HALF_OF_IT * found.pressed and found.body_carried < HALF_OF_IT * found.body
     area, of = (found.body_carried, found.body) if is_all else (found.carried, found.pressed)
     if area < MOST_OF_IT * of - ROUNDING**2 or is_all:
-        whole = f" (of the whole body, on {found.body_carried * 1e6:.3g} of {found.body * 1e6:.3g} mm2)"
-        under = f"the {BODY}" if is_all or found.name == BODY else f"the board under the {found.name}"
-        besides = "" if is_all or found.pressed == found.body else whole
-        yield Violation(
-            f"{under} is carried on {area * 1e6:.3g} of its {of * 1e6:.3g} mm2{besides}; the rest has nothing under it",
-            _what_carries(mount), "mount.standoff", area, (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2",
-            severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING,
+        name = BODY if is_all else found.name
+        details = () if is_all or found.pressed == found.body else ("carried-whole",)
+        if mount.kind == "fingertip":
+            hint = "carried-finger"
+        else:
+            hint = "carried-window" if mount.jaw is not None and not mount.standoff else "carried-jaw"
+        yield violated(
+            "carried-body" if name == BODY else "carried", "mount.standoff", area,
+            (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2", hint=hint, details=details,
+            severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING, part=name, area=of,
+            body=found.body, body_carried=found.body_carried,
         )
-
-
-def _what_carries(mount: Mount) -> str:
-    """Return advice to put support under the board."""
-    if mount.kind == "fingertip":
-        return "mount.standoff: plastic between the finger and the board carries all of it"
-    if mount.jaw is not None and not mount.standoff:
-        return "mount.standoff: a seat bridges the jaw's window, and carries what stands beside its face"
-    return (
-        "the seat is cut back to the port and the pad pocket: a lower stack (a thinner elastomer, a smaller "
-        "mount.standoff), which lays the board nearer to the closed pair's middle, a narrower board, or a wider jaw"
-    )
 
 
 def glue_on_silicone(design: Design) -> Iterator[Verdict]:
@@ -260,13 +216,10 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
     if glue is None or glue.bonds_silicone:
         return
     names = [name for name in presets.names("adhesive") if presets.adhesive(name).bonds_silicone]
-    primers = (f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names)
-    hint = f"assembly.adhesive: {' or '.join(primers)}"
-    yield Violation(
-        f"{glue.name} does not hold on silicone, and the {pad_of(design.spec.elastomer).material.name} pad is glued "
-        "with it on both faces", hint, "assembly.adhesive", source=glue.source,
-        fixes=(lambda: each_read(design.spec, "assembly.adhesive", names),),
-    )
+    primed = [f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names]
+    yield violated("glue-silicone", "assembly.adhesive", source=glue.source, glue=glue.name, glues=primed,
+                   rubber=pad_of(design.spec.elastomer).material.name,
+                   fixes=(lambda: each_read(design.spec, "assembly.adhesive", names),))
 
 
 def glue_open_times(design: Design) -> Iterator[Verdict]:
@@ -279,11 +232,8 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         used, most = hard_adhesive(design.layout), MOST_PRESSURE * area
         if used is not None and used.open_time is not None and board_force(design.layout, used) > most:
             takes = lying_time(used, plan, most, spec.assembly.glue_line, HARD_HANDLING)
-            yield Violation(
-                f"{used.name} under the board flows for {used.open_time:.3g} s and takes {takes:.2g} s to be spread, "
-                f"handled and pressed flat by {show(most, 'N', 2)}", "a thicker assembly.glue_line or a smaller board",
-                "assembly.glue_line", takes, used.open_time, "s", source=used.source,
-            )
+            yield violated("glue-board", "assembly.glue_line", takes, used.open_time, "s", source=used.source,
+                           glue=used.name, force=most)
             return
     if glue.open_time is None:
         return
@@ -295,12 +245,9 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         if takes <= glue.open_time:
             continue
         others = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
-        hint = f"assembly.adhesive: {' or '.join(others)}" if others else f"a smaller {part}"
-        yield Violation(
-            f"{glue.name} under the {part} flows for {glue.open_time:.3g} s and takes {takes:.2g} s to be spread, "
-            f"handled and pressed flat by {show(force, 'N', 2)}", hint, "assembly.adhesive", takes, glue.open_time, "s",
-            source=glue.source, fixes=(partial(each_read, spec, "assembly.adhesive", others),),
-        )
+        yield violated("glue-part", "assembly.adhesive", takes, glue.open_time, "s", source=glue.source,
+                       hint="" if others else "glue-part-smaller", glue=glue.name, part=part, force=force,
+                       others=others, fixes=(partial(each_read, spec, "assembly.adhesive", others),))
         return
 
 
@@ -311,14 +258,10 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
         return
     free = [each for each in map(presets.adhesive, presets.names("adhesive")) if not each.inhibitor]
     holds = [each.name for each in free if each.bonds_silicone or design.spec.elastomer is None]
-    other = f"or write assembly.adhesive: {' or '.join(holds)}, which lets it cure" if holds else (
-        "where it stays sticky, a barrier coat of clear acrylic lacquer on the glue keeps them apart (unverified)")
-    yield Violation(
-        f"{film.material.name} cures by platinum, and of {glue.product}, {glue.inhibitor}: it may stay liquid there",
-        f"let the glue cure fully, clean the faces and try a drop first; the assembly steps say how; {other}",
-        "encapsulation.material", source=glue.source,
-        fixes=(partial(each_read, design.spec, "assembly.adhesive", holds),) if holds else (),
-    )
+    yield violated("film-inhibited", "encapsulation.material", source=glue.source,
+                   hint="" if holds else "film-barrier", film=film.material.name, glue=glue.product,
+                   inhibitor=glue.inhibitor, others=holds,
+                   fixes=(partial(each_read, design.spec, "assembly.adhesive", holds),) if holds else ())
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
@@ -328,23 +271,18 @@ def hole_places(design: Design) -> Iterator[Verdict]:
     if mount is None or pattern is None or pattern.grid is not None or mount.kind != "bench-plate":
         return
     wall, worst = print_limit(mount.process, "wall"), (math.inf, 0, 0)
-    for (i, one), (k, other) in combinations(enumerate(pattern.holes), 2):
-        apart = math.dist(one.at, other.at)
-        between = apart - 0.5 * (one.diameter + other.diameter) - wall.value
-        heads = apart - 0.5 * (one.head + other.head)
+    for (i, hole), (k, next_hole) in combinations(enumerate(pattern.holes), 2):
+        apart = math.dist(hole.at, next_hole.at)
+        between = apart - 0.5 * (hole.diameter + next_hole.diameter) - wall.value
+        heads = apart - 0.5 * (hole.head + next_hole.head)
         worst = min(worst, (min(between, heads), i, k))
     short, first, second = worst
     if short >= -ROUNDING:
         yield from _under_board(design, pattern)
         return
-    one, other = pattern.holes[first], pattern.holes[second]
-    apart = math.dist(one.at, other.at)
-    yield Violation(
-        f"holes {first + 1} and {second + 1} of the plate are {show(apart, 'm', 3)} apart, centre to centre; their "
-        f"screw heads and a printable wall need {show(apart - short, 'm', 3)}",
-        f"move mount.holes.{second}.at by {show(-short, 'm', 3)}, or remove one of the holes",
-        _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
-    )
+    apart = math.dist(pattern.holes[first].at, pattern.holes[second].at)
+    yield violated("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
+                   holes=(first + 1, second + 1), moved=f"mount.holes.{second}.at", missing=-short)
 
 
 def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
@@ -354,12 +292,8 @@ def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
         return
     room, k = min((beside_board(layout, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
     needed = holes[k].head / 2 + BESIDE_HEAD
-    yield Violation(
-        f"hole {k + 1} of the plate is {show(needed + room, 'm', 3)} from the board, its tail or a plate on it; its "
-        f"screw needs {show(needed, 'm', 3)}, so a second piece, mount-adapter, gets your holes",
-        f"move hole {k + 1} by {show(-room, 'm', 3)}; or keep it, and screw mount-adapter on first",
-        _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
-    )
+    yield violated("hole-under-board", _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
+                   hole=k + 1, missing=-room)
 
 
 def _hole_key(pattern: HolePattern, number: int) -> str:
@@ -372,23 +306,16 @@ def tolerance_shares(design: Design) -> Iterator[Verdict]:
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
         if size and tolerance > limit.value * size * (1 + 1e-9):
-            yield Violation(
-                f"{TolerancesDocument.keys[part].about} is {show(size, 'm')} +- {show(tolerance, 'm')}: "
-                f"a tolerance of {100.0 * tolerance / size:.0f} %, maximum {100.0 * limit.value:.0f} %",
-                "write half of the band in which your parts were measured",
-                f"assembly.tolerances.{part}", tolerance, limit.value * size, "m", source=limit.source,
+            yield violated(
+                "tolerance", f"assembly.tolerances.{part}", tolerance, limit.value * size, "m", source=limit.source,
+                part=TolerancesDocument.keys[part].about, size=size, ratio=tolerance / size, most=limit.value,
             )
 
 
 def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
     """Yield a note if metal behind a custom mount is not part of the spec, because estimates then omit it."""
     if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
-        yield Violation(
-            "no metal behind the board is counted: a tube, a tool or a battery there takes signal, up to half of it "
-            "where it is a few tenths of a millimetre away",
-            "mount.metal_behind: {material: stainless-304, distance: 3, thickness: 1}, if metal lies behind; nothing, "
-            "if none does", "mount", severity=Severity.NOTE,
-        )
+        yield violated("metal-behind", "mount", severity=Severity.NOTE)
 
 
 def screw_heads(design: Design) -> Iterator[Verdict]:
@@ -400,12 +327,8 @@ def screw_heads(design: Design) -> Iterator[Verdict]:
     if above is None or above <= ROUNDING:
         return
     apart = screw_spacing(design.layout)
-    room = "" if apart is None else f"; their middles are {show(apart[0], 'm')} x {show(apart[1], 'm')} apart"
-    yield Violation(
-        f"the heads of the plate's screws stand {show(above, 'm', 3)} above the sensor's top face{room}",
-        "press with a part that goes between the heads, or take screws with lower heads, or a thicker elastomer",
-        "mount.holes", above, 0.0, "m",
-    )
+    yield violated("screw-heads", "mount.holes", above, 0.0, "m",
+                   details=() if apart is None else ("screw-heads-apart",), apart=apart)
 
 
 RULES: tuple[Rule, ...] = (

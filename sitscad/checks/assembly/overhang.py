@@ -27,13 +27,13 @@ from sitscad.checks.assembly.plates import (
 )
 from sitscad.checks.fixes.moves import each_read, larger_body
 from sitscad.checks.fixes.search import Family, Fix
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import beyond
 from sitscad.kernels.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
 from sitscad.spec.materials import Cutting
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
@@ -54,57 +54,40 @@ def overhang(design: Design) -> Iterator[Verdict]:
     spec, body = design.spec, design.layout.body_outline
     pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec.encapsulation)
 
-    def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
+    def complaint(case: str, low: Body, carrier: Path, key: str, over: float, box: tuple[float, ...],
+                  on: tuple[float, ...], details: tuple[str, ...] = ()) -> Violation:
         # an error if a piece's middle lies beside its support: it falls off, and the numbers do not apply
         beside = beyond(carrier, low.footprint.centre) > 0.0
-        hint = f"{why}: move it onto the body, take a smaller one, or make the body larger ({spec.fpc.body_key})"
-        return Violation(message, hint, key, over, 0.0, "m", severity=Severity.ERROR if beside else Severity.WARNING,
-                         fixes=_onto_body(design))
+        sides = _sides(box, on)
+        (x0, y0, x1, y1), (x, y), jaw = design.layout.body, spec.array.middle, spec.jaw
+        aside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
+        # direction in which the jaw limits the body's growth
+        limits = "overhang-jaw-length" if aside[0] >= aside[1] else "overhang-jaw-width"
+        is_limited = case != "overhang-target" and jaw is not None and max(aside) >= GRAIN
+        return violated(
+            case, key, over, 0.0, "m", details=("overhang-sides" if sides else "overhang-corners",
+                                                *[limits] * is_limited),
+            severity=Severity.ERROR if beside else Severity.WARNING, fixes=_onto_body(design), sides=sides,
+            part=low.role.value, body_key=spec.fpc.body_key, aside=max(aside),
+            length=0.0 if jaw is None else jaw.length, width=0.0 if jaw is None else jaw.width,
+        )
 
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
-        where = _where(plate.footprint.box, pad.footprint.box)
-        yield complaint(plate, pad.outline(), "elastomer.size", over,
-                        f"the target overhangs the elastomer by {show(over, 'm', 3)} {where}",
-                        "an unsupported edge bends and tilts the target")
-    low = max(lowest(spec), key=lambda one: one.footprint.hangs_over(body), default=None)
+        yield complaint("overhang-target", plate, pad.outline(), "elastomer.size", over, plate.footprint.box,
+                        pad.footprint.box)
+    low = max(lowest(spec), key=lambda each: each.footprint.hangs_over(body), default=None)
     bare = -math.inf if low is None else low.footprint.hangs_over(body)
     if low is None or bare + round_it <= ROUNDING:
         return
     beside, name = 0.0 if bare > ROUNDING else round_it, low.role.value
-    over = bare + beside
-    what = f"encapsulation round the {name}" if beside else name
-    yield complaint(
-        low, body, f"{name}.size", over, f"the {what} hangs over the board's body by {show(over, 'm', 3)} "
-        f"{_where(grown(low.footprint.box, beside), design.layout.body)}"
-        f"{_jaw_in_the_way(design.layout.body, design.spec.array.middle, design.spec.jaw)}",
-        "what hangs over is neither bonded nor supported",
-    )
+    yield complaint("overhang-film" if beside else "overhang-plate", low, body, f"{name}.size", bare + beside,
+                    grown(low.footprint.box, beside), design.layout.body)
 
 
-def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
-    """Return the sides at which a box protrudes from its support, with lengths if there are several sides.
-
-    If it protrudes at no side, the text names the corners.
-    """
+def _sides(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
+    """Return the sides at which a box protrudes from its support, with lengths. Empty if only corners protrude."""
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
-    sides = [(by, end) for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
-    if len(sides) < 2:
-        return f"at the {sides[0][1] if sides else 'corners'}"
-    words = [f"{show(by, 'm', 3)} at the {end}" for by, end in sides]
-    return f"({', '.join(words)})"
-
-
-def _jaw_in_the_way(body: tuple[float, float, float, float], middle: tuple[float, float], jaw: Jaw | None) -> str:
-    """Return text naming the direction in which the jaw limits the body's growth. Empty if it does not."""
-    (x0, y0, x1, y1), (x, y) = body, middle
-    beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
-    if jaw is None or max(beside) < GRAIN:
-        return ""
-    word, size = ("long", jaw.length) if beside[0] >= beside[1] else ("wide", jaw.width)
-    return (
-        f"; the body's middle stands {show(max(beside), 'm', 3)} beside the mean of the coils' centres, because the "
-        f"jaw, {show(size, 'm')} {word}, leaves it no room to grow to the other side"
-    )
+    return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
 
 
 def _onto_body(design: Design) -> tuple[Family, ...]:
@@ -161,19 +144,11 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
                       if needs > has + ROUNDING), None)
         if short is not None:
             x, y = (max(both) * 1e3 for both in zip(needed, cutting.sheet, strict=True))
-            yield Violation(
-                f"the {plate.part} with its kerf and the coupon beside it take {show(short[0], 'm')} of a sheet that "
-                f"has {show(short[1], 'm')} there", f"cutting.sheet: [{x:.6g}, {y:.6g}] or larger, the size of yours",
-                "cutting.sheet", *short, "m",
-            )
+            yield violated("sheet-size", "cutting.sheet", *short, "m", part=plate.part, x=f"{x:.6g}", y=f"{y:.6g}")
         elif (nests(plate.size, plate.kerf, cutting, plate.count * boards)[0].count > 1
               and cutting.gap <= plate.kerf + ROUNDING):
-            yield Violation(
-                f"copies of the {plate.part} lie so near each other that their cuts are {show(cutting.gap, 'm')} "
-                f"apart, and the beam takes {show(plate.kerf, 'm')}: nothing stays between them, and an edge is cut "
-                "twice", "cutting.gap: 1.5 or more leaves sheet between them that holds", "cutting.gap", cutting.gap,
-                plate.kerf, "m", fixes=(partial(each_read, spec, "cutting.gap", [1.5]),),
-            )
+            yield violated("sheet-gap", "cutting.gap", cutting.gap, plate.kerf, "m", part=plate.part,
+                           fixes=(partial(each_read, spec, "cutting.gap", [1.5]),))
 
 
 def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
@@ -183,11 +158,9 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
         return
     most, name = laser_limit(plate.material.name), plate.material.name
     assert most is not None
-    yield Violation(
-        f"no laser that we know cuts a target of {show(plate.thickness, 'm', 3)} of {name}: they cut "
-        f"{show(most, 'm', 3)} (unverified)",
-        f"have it etched or punched (laser/readme.txt says how), ask the shop, or target.thickness: {1e3 * most:.3g}",
-        "target.thickness", plate.thickness, most, "m", severity=Severity.NOTE,
+    yield violated(
+        "laser-metal", "target.thickness", plate.thickness, most, "m", severity=Severity.NOTE, metal=name,
+        most=f"{1e3 * most:.3g}",
         fixes=(partial(each_read, spec, "target.thickness", [float(f"{1e3 * most:.3g}")]),),
     )
 
@@ -197,14 +170,8 @@ def finger_carries(body_size: tuple[float, float], mount: Mount | None) -> Itera
     width = body_size[1]
     if mount is not None and mount.finger is not None and width > mount.finger.size[0] + ROUNDING:
         has = mount.finger.size[0]
-        yield Violation(
-            f"the board's body is {show(width, 'm', 3)} wide, the finger {show(has, 'm', 3)}: the cap carries "
-            f"{show((width - has) / 2, 'm', 3)} of it on each side beyond the finger, where it bends under load"
-            + (", and the estimate takes its metal as endless" if mount.finger.material else ""),
-            f"a finger of {show(width, 'm', 4)} (mount.finger.size), or a board narrower by "
-            f"{show(width - has, 'm', 3)} (smaller coils, or fpc.body: what has no room in it is named)",
-            "mount.finger.size", width, has, "m",
-        )
+        yield violated("finger-width", "mount.finger.size", width, has, "m", beside=(width - has) / 2,
+                       missing=width - has, details=("finger-metal",) if mount.finger.material else ())
 
 
 RULES: tuple[Rule, ...] = (

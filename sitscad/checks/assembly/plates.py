@@ -17,11 +17,11 @@ from sitscad.assembly.places.bodies import Body, elastomer, elastomers, film_thi
 from sitscad.assembly.places.column import print_limit
 from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import parse_quantity, show
+from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.fixes.moves import Plate, carrying, each_read, larger_target, over_the_middle, resized
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import ROUNDING, Undecided, Verdict, own_limits, rule_of, violated
 from sitscad.data import rows
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Footprint, beyond
@@ -235,12 +235,9 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     hint, fixes = _larger(design.spec, target, pitch, coil)
     if not is_as_long_as_line(design.spec.array, design.spec.target):
         yield from _beside_line_length(design, hint, fixes)
-    for word, axis in (("wide", 1),) if pitch else (("long", 0), ("wide", 1)):
+    for case, axis in (("target-narrow", 1),) if pitch else (("target-short", 0), ("target-narrow", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
-            yield Violation(
-                f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
-                "field passes beside it", hint, "target.size", target.size[axis], coil[axis], "m", fixes=fixes,
-            )
+            yield violated(case, "target.size", target.size[axis], coil[axis], "m", hint=hint, fixes=fixes)
     if any(target.offset):
         yield from _aside(design.spec, target, coil)
     elif pitch is None:
@@ -248,12 +245,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
         nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
         if nearest >= half:
-            yield Violation(
-                "the target lies between the coils and over none of them: the nearest one's middle stands "
-                f"{show(nearest, 'm', 3)} beyond its edge",
-                "a target that reaches the middles of the coils, or coils nearer together", "target.size", nearest,
-                half, "m",
-            )
+            yield violated("target-between", "target.size", nearest, half, "m")
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's length is judged over two coils in a line only; of this array it was checked only that "
@@ -282,11 +274,10 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     worth = gain.normal * gain.shear if is_shear_felt else gain.normal
     if worth <= limit.value:
         return
-    shear = f" and the shear force's signal by {gain.shear:.2g}" if is_shear_felt else ""
-    yield Violation(
-        f"the target is {show(_chord(target), 'm')} long; a length of {show(pitch, 'm')}, the distance of the "
-        f"coils' centres, would multiply the normal force's signal by {gain.normal:.2g}{shear}",
-        hint, "target.size", worth, limit.value, source=limit.source, fixes=fixes,
+    yield violated(
+        "target-length", "target.size", worth, limit.value, hint=hint, source=limit.source, fixes=fixes,
+        details=("target-length-shear",) if is_shear_felt else (), length=_chord(target), pitch=pitch,
+        normal=gain.normal, shear=gain.shear,
     )
 
 
@@ -296,13 +287,12 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger(
     spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[Family, ...]]:
-    """Return text and changes for a target as long as the distance of two coils, or as large as a coil."""
-    what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
+    """Return the case of a hint, and changes, for a target as long as the distance of two coils, or as a coil."""
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
-        return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so", ()
+        return "target-line-turned", ()
     length = pitch or max(target.size[0], coil[0])
     across = target.size[1] if target.outline.is_long or not pitch else 0.0  # a single size is no larger than required
-    return (f"a target {what}, or smaller coils if it has no room",
+    return ("target-line" if pitch else "target-coil",
             (lambda: larger_target(spec, length, max(across, coil[1])),))
 
 
@@ -324,19 +314,16 @@ def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Itera
         place = here.place_of(Point(*spec.array.middle))
         over = max(abs(place[k]) + 0.5 * (coil[k] - max(target.size[k], coil[k])) for k in (0, 1))
         names = [spec.array.placements[0].name] if over > ROUNDING else []
-        words = f"up to {show(min(over, coil[0], coil[1]), 'm', 3)} of coil"
+        case, over_coil = "target-aside", min(over, coil[0], coil[1])
     else:
         outlines, slack = (here.outline(), middle.outline()), 0.5 * TARGET_LENGTH_TOLERANCE * min(coil)
         beside = {p.name: [beyond(o, Point(*p.centre)) for o in outlines] for p in spec.array.placements}
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
-        names, over, words = list(lost), max(lost.values(), default=0.0), "the middle of coil"
+        names, over = list(lost), max(lost.values(), default=0.0)
+        case, over_coil = "target-aside-middles", over
     if names:
-        yield Violation(
-            f"the target is offset by {pair(target.offset)} mm: {words}{'s' * (len(names) > 1)} {', '.join(names)} "
-            "lies beside it, and so does the field there",
-            "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
-            "target larger", "target.offset", over, 0.0, "m", fixes=(partial(over_the_middle, spec),),
-        )
+        yield violated(case, "target.offset", over, 0.0, "m", fixes=(partial(over_the_middle, spec),),
+                       offset=pair(target.offset), coils=names, over=over_coil)
 
 
 def _chord(target: Target) -> float:
@@ -380,37 +367,24 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
                   if row["material"] == "silicone" and row["least"]), default=0.0)
     if joints(spec) and spec.web is not None and spec.web < finest:
-        yield Violation(
-            f"webs {show(spec.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
-            "silicone (unverified)", f"cells.web: {1e3 * finest:.6g} or more; or cast the pads", "cells.web",
-            spec.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
+        yield violated(
+            "webs-narrow", "cells.web", spec.web, finest, "m", severity=Severity.WARNING,
+            source="data/laser_cutting.csv", web=f"{1e3 * finest:.6g}",
             fixes=(partial(each_read, spec, "cells.web", [1e3 * finest]),),
         )
     for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
         pairs = combinations(bodies, 2)
-        gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
-        what = bodies[0].role.value
-        kerf = spec.elastomer.kerf if spec.elastomer is not None and what == "elastomer" else 0.0
+        gap, *cells = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
+        name, key = bodies[0].role.value, spec.array.distance_key
+        kerf = spec.elastomer.kerf if spec.elastomer is not None and name == "elastomer" else 0.0
         if gap <= 0.0:
-            how = f"overlap by {show(-gap, 'm', 3)}" if gap < -1e-9 else "touch"
-            yield Violation(
-                f"the {what}s of cells {one} and {other} {how}", "", design.spec.array.distance_key, gap,
-                0.0, "m", severity=Severity.ERROR,
-            )
+            yield violated("plates-overlap" if gap < -1e-9 else "plates-touch", key, gap, 0.0, "m",
+                           severity=Severity.ERROR, plate=name, cells=cells, overlap=-gap)
         elif gap <= kerf and joints(spec):
-            yield Violation(
-                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart, where a beam of "
-                f"{show(kerf, 'm', 3)} does not pass: joined by webs they would be cut as one plate",
-                "", design.spec.array.distance_key, gap, kerf, "m", severity=Severity.ERROR,
-            )
+            yield violated("plates-kerf", key, gap, kerf, "m", severity=Severity.ERROR, plate=name, cells=cells)
         elif gap < least:
-            yield Violation(
-                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart; {show(least, 'm', 3)} are "
-                "wanted", "", design.spec.array.distance_key, gap, least, "m", severity=Severity.WARNING,
-                detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)} (nearer, one well "
-                "takes both and places neither against the other); both pads pressed bulge by "
-                f"{show(2.0 * bulge, 'm', 3)}",
-            )
+            yield violated("plates-near", key, gap, least, "m", severity=Severity.WARNING, plate=name, cells=cells,
+                           wall=wall, bulge=2.0 * bulge)
 
 
 def _gap(one: Footprint, other: Footprint) -> float:

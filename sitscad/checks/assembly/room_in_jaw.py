@@ -23,7 +23,7 @@ from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
 from sitscad.checks.fixes.moves import each_read, narrower, other_ends
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, joined, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.board import Layout
@@ -32,9 +32,6 @@ from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
-
-OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
-NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
 
 SMALLEST_MEASURED_PORT = 1.1
 """Ratio of the smallest measured port to its nominal diameter: 5 mm trocars measure at least 5.5 mm inside (Limperg
@@ -60,16 +57,12 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     for slab in above_board(design.spec):
         yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
-    yield from _in_pocket(design, jaw, *design.layout.body_size)
+    yield from _in_pocket(design.spec, jaw, *design.layout.body_size)
     if across > jaw.port_diameter + ROUNDING:
         is_body = across <= design.layout.body_size[1] + ROUNDING
-        at_tail = "a straight tail, fewer contacts, a finer connector"
-        yield Violation(
-            f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
-            f"port leaves {show(jaw.port_diameter, 'm')}", "it goes through the port rolled or from behind only: "
-            + ("the body decides, make it narrower" if is_body else at_tail),
-            "coil.outer_diameter" if is_body else "fpc.tail", across, jaw.port_diameter, "m", severity=Severity.WARNING,
-            detail=unverified(jaw),
+        yield violated(
+            "flat-body" if is_body else "flat-tail", "coil.outer_diameter" if is_body else "fpc.tail", across,
+            jaw.port_diameter, "m", severity=Severity.WARNING, details=unverified(jaw),
         )
 
 
@@ -79,26 +72,12 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     middle, width = (y0 + y1) / 2, high - low
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
     if needed > room + ROUNDING:
-        aside = needed - width > ROUNDING
-        beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
-        side, smaller = ("that", "part, one that stands in the middle") if aside else ("each", "part")
-        yield Violation(
-            f"the {slab.name} is {show(width, 'm')} wide{beside}, the "
-            f"{'jaw' if room == jaw.width else 'board in its port'} {show(room, 'm')}",
-            f"{show((needed - room) / 2, 'm')} too much on {side} side: a smaller {smaller}, or a wider jaw",
-            f"{slab.role.value}.{'offset' if aside else 'size'}", needed, room, "m", detail=unverified(jaw),
+        is_aside = needed - width > ROUNDING
+        yield violated(
+            "plate-aside" if is_aside else "plate-wide", f"{slab.role.value}.{'offset' if is_aside else 'size'}",
+            needed, room, "m", details=unverified(jaw), plate=slab.name, width=width, aside=(needed - width) / 2,
+            carrier="jaw" if room == jaw.width else "board in its port", excess=(needed - room) / 2,
         )
-
-
-def _shares(design: Design) -> str:
-    """Return text with the parts of the body's width. Empty if no leads, vias or margin add to it."""
-    spec, coils = design.spec, 2.0 * coils_breadth(design.spec.array.placements, design.spec.coil).half
-    edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
-    beside = design.layout.body_size[1] - coils - edges - margin
-    parts = [f"coils {show(coils, 'm')}", f"board's edges {show(edges, 'm')}"]
-    parts += [f"fpc.margin {show(margin, 'm')}"] if margin else []
-    parts += [f"and {show(beside, 'm')} for leads and vias that pass beside the coils"] if beside > ROUNDING else []
-    return f" ({', '.join(parts)})" if len(parts) > 2 else ""
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
@@ -131,25 +110,19 @@ def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
 
 
-def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
+def _in_pocket(spec: SensorSpec, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
     """Yield findings on a board that does not fit into a pad pocket."""
-    mount = design.spec.mount
+    mount = spec.mount
     if jaw.pocket is None or mount is None:
         return
     length, room = (side - 2.0 * POCKET_CLEARANCE for side in jaw.pocket)
     if long > length + ROUNDING:
-        yield Violation(
-            f"the board's body is {show(long, 'm')} long, and what lies under it has {show(length, 'm')} in the jaw's "
-            "pocket", "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
-            design.spec.array.distance_key, long, length, "m", detail=unverified(jaw),
-        )
+        yield violated("pocket-long", spec.array.distance_key, long, length, "m", details=unverified(jaw))
     if mount.standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
-        yield Violation(
-            f"the board's body is {show(wide, 'm')} wide and lies {show(jaw.recess - mount.standoff, 'm', 3)} below "
-            f"the rims of the jaw's pocket, which leaves {show(room, 'm')}",
-            f"mount.standoff: {jaw.recess * 1e3:.6g} or more lays it over the rims, or a narrower board",
-            "mount.standoff", wide, room, "m", detail=unverified(jaw),
-            fixes=(partial(each_read, design.spec, "mount.standoff", [jaw.recess * 1e3]),),
+        yield violated(
+            "pocket-wide", "mount.standoff", wide, room, "m", details=unverified(jaw),
+            depth=jaw.recess - mount.standoff, standoff=f"{jaw.recess * 1e3:.6g}",
+            fixes=(partial(each_read, spec, "mount.standoff", [jaw.recess * 1e3]),),
         )
 
 
@@ -159,29 +132,29 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
-    wide = width_under(design.layout)
-    cut = f", which the port leaves {show(wide, 'm')} wide there" if wide is not None and wide < body - ROUNDING else ""
-    carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
-    said = (
-        f"the board's body, {show(body, 'm')} wide{_shares(design) if severity else ''}, stands "
-        f"{show(max(0.0, over.nominal), 'm', 3)} over each side of the jaw's face, which is "
-        f"{show(section(rim(jaw)).face, 'm')} wide{_with_tolerances(over)}; "
-    )
-    found = Violation(said, "", "coil.outer_diameter", over.measured, over.limit, "m", severity or Severity.NOTE,
-                      detail=unverified(jaw))
+    spec, wide = design.spec, width_under(design.layout)
+    coils = 2.0 * coils_breadth(spec.array.placements, spec.coil).half
+    edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
+    leads, excess = body - coils - edges - margin, 2.0 * (over.worst - over.limit)
+    less = None if severity is None else _less_margin(spec, 1, excess)
+    is_cut = bool(over.limit) and wide is not None and wide < body - ROUNDING
+    key, hint, fixes = "coil.outer_diameter", "face-narrower", tuple[Family, ...]()
     if severity is None:
-        yield replace(found, message=f"{said}held by {carried}", hint="nothing has to be changed for that: the mount "
-                      "is cut back to the port's circle; a narrower board would lie on metal altogether")
-        return
-    excess = 2.0 * (over.worst - over.limit)
-    less = _less_margin(design.spec, 1, excess)
-    found = replace(found, message=f"{said}it is to be held by {carried}",
-                    hint=f"{show(excess, 'm')} too much: {'a smaller margin' if less else NARROWER}, or {OTHER_SEAT}")
-    if less is not None:
-        found = replace(found, key="fpc.margin", fixes=(lambda: _less_margins(design.spec, 1, excess),))
+        hint = "face-held"
+    elif less is not None:
+        key, hint, fixes = "fpc.margin", "face-margin", (lambda: _less_margins(spec, 1, excess),)
     elif severity is Severity.ERROR:
-        found = replace(found, fixes=_narrower(design.spec, excess))
-    yield found
+        fixes = _narrower(spec, excess)
+    has_shares = severity is not None and bool(margin or leads > ROUNDING)
+    details = (*["width-shares"] * has_shares, *["width-margin"] * (has_shares and margin > 0.0),
+               *["width-leads"] * (has_shares and leads > ROUNDING), "with-tolerances", *["face-cut"] * is_cut,
+               *unverified(jaw))
+    yield violated(
+        "face-overhang" if over.limit else "face-overhang-bare", key, over.measured, over.limit, "m", hint=hint,
+        details=details, severity=severity or Severity.NOTE, fixes=fixes, body=body, overhang=max(0.0, over.nominal),
+        face=section(rim(jaw)).face, excess=excess, coils=coils, edges=edges, margin=margin, leads=leads, cut=wide,
+        likely=over.root_sum_square, worst=over.worst,
+    )
 
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
@@ -191,14 +164,13 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     if measure is None or severity is None:
         return
     excess = measure.worst - jaw.length
-    less, too_much = _less_margin(design.spec, 0, excess), f"{show(excess, 'm')} too much at worst: "
-    pitch = ", or a smaller pitch" if len(design.spec.array.placements) > 1 else ""
-    yield Violation(
-        f"the board's body is {show(measure.nominal, 'm')} long{_with_tolerances(measure)}, the jaw "
-        f"{show(jaw.length, 'm')}", too_much + ("a smaller margin" if less else f"fewer or smaller coils{pitch}"),
-        "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m", severity=severity,
-        fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (),
-        detail=unverified(jaw),
+    less = _less_margin(design.spec, 0, excess)
+    hint = "length-pitch" if len(design.spec.array.placements) > 1 else "length-coils"
+    yield violated(
+        "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
+        hint="length-margin" if less else hint, details=("with-tolerances", *unverified(jaw)), severity=severity,
+        fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (), length=measure.nominal, excess=excess,
+        likely=measure.root_sum_square, worst=measure.worst,
     )
 
 
@@ -214,91 +186,65 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         return
     pair, jaw = _measure_of(design.fit, CLOSED_PAIR), jaw_of(design.spec.jaw)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
-        yield Violation(
-            f"the jaw alone is {show(jaw.width, 'm')} wide, the port {show(jaw.port_diameter, 'm')}: its back was "
-            "taken as round as the port, and so narrower than the jaw",
-            "mount.jaw.port_diameter: that of the port that this jaw passes", "mount.jaw.width", jaw.width,
-            jaw.port_diameter, "m", detail=unverified(jaw),
-        )
+        yield violated("jaw-wide", "mount.jaw.width", jaw.width, jaw.port_diameter, "m", details=unverified(jaw))
     # height of the pad pockets' rims, against the distance between the pockets' floors
     at = levels(column(design.layout))
     between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
     if rims > between + ROUNDING:
-        yield Violation(
-            f"the rims of the pad pockets are {show(rims, 'm', 3)} high together, and {show(between, 'm', 3)} lie "
-            "between the pockets' floors: they meet before anything touches the sensor, which feels nothing",
-            "a higher stack (mount.standoff), or mount.jaw.recess as it is measured", "mount.jaw.recess", rims, between,
-            "m",
-        )
+        yield violated("rims-meet", "mount.jaw.recess", rims, between, "m")
     if pair is not None and _weight_of(pair) is not None:
         yield _too_high(design, jaw, pair)
     square = square_back(design.layout)
     if square is not None and 2.0 * square > jaw.port_diameter + ROUNDING:
-        yield Violation(
-            f"the jaw's back is taken as round as the port: check does not read mount.jaw.step. A back as square as "
-            f"the written width and height allow needs a circle of {show(2.0 * square, 'm')} at worst, the port is "
-            f"{show(jaw.port_diameter, 'm')}",
-            "sitscad build measures the file's solid: it says what does not pass (SIT321) and how the back differs "
-            "(SIT332)", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m", severity=Severity.NOTE,
-        )
+        yield violated("square-back", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m", severity=Severity.NOTE)
 
 
 def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     # The violation for a closed pair that does not pass its port, with the reducible heights, largest first, and
     # the largest tolerances.
     spec, wider = design.spec, SMALLEST_MEASURED_PORT * pair.limit
-    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
-    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
+    heights = [("mount.standoff", spec.mount.standoff if spec.mount else 0.0)]
     heights += [("elastomer.thickness", spec.elastomer.thickness)] if spec.elastomer else []
     heights += [("target.thickness", spec.target.thickness)] if spec.target else []
-    thinner = ", ".join(f"{key} is {show(height, 'm', 3)}"
-                        for key, height in sorted(heights, key=lambda e: (-e[1], e[0])) if height > 0.0)
+    heights = sorted(((key, height) for key, height in heights if height > 0.0), key=lambda e: (-e[1], e[0]))
     widest = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
-    loose = [f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest]
-    plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
-
-    def otherwise() -> str:
-        less, over = _height_to_take_off(design, pair), pair.measured - pair.limit
-        slower = (f" ({show(less / over, '', 2)} times what the circle is too wide: its width stays as it is)"
-                  if less > over + LEAST_STEP else "")
-        return (
-            f"take {show(less, 'm', 3)} off{slower}: {thinner}; or narrower tolerances: "
-            f"{', '.join(loose)} (assembly.tolerances, where yours are measured)"
-        )
+    excess = pair.measured - pair.limit
 
     @cache
-    def narrower_by() -> tuple[float, str]:
+    def less_height() -> float:
+        return _height_to_take_off(design, pair)
+
+    @cache
+    def narrower_by() -> float:
         x0, y0, x1, y1 = design.layout.body
 
         def passes(less: float) -> bool:
             return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
 
-        # None if no narrower board suffices
-        by = _least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None
-        return (by, f"a board narrower by {show(by, 'm', 3)}:") if by else (0.0, "")
+        # 0 if no narrower board suffices
+        return (_least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None) or 0.0
 
     def hint() -> str:
-        by, words = narrower_by()
-        return f"{words} {NARROWER}; or {otherwise()}" if by else plates + otherwise()
+        return "pair-board" if narrower_by() else "pair-plates" if pair.decided_by in PLATES else "pair-height"
 
     def fixes() -> Iterator[Fix]:
         # less margin, other ends of the layers, or smaller coils, with which the pair passes its port
-        by, _ = narrower_by()
+        by = narrower_by()
         if by and _less_margin(spec, 1, by) is not None:
             yield from _less_margins(spec, 1, by)
         elif by:
             yield from (fix for family in _narrower(spec, by) for fix in family())
 
     glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
-    passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
-    return Violation(
-        f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
-        f"{_with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
-        hint, "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=_weight_of(pair),
-        fixes=(fixes,) if pair.decided_by == BOARD else (),
-        detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
-                      "" if pair.measured > wider + ROUNDING else passes),
+    passes_measured = pair.measured <= wider + ROUNDING
+    return violated(
+        "closed-pair", "mount.standoff", pair.measured, jaw.port_diameter, "m", hint=hint, severity=_weight_of(pair),
+        details=("with-tolerances", *unverified(jaw), *["pair-measured-port"] * passes_measured),
+        fixes=(fixes,) if pair.decided_by == BOARD else (), nominal=pair.nominal, part=pair.decided_by, glue=glue,
+        heights=[f"{key} {show(height, 'm', 3)}" for key, height in heights], keys=[key for key, _ in heights],
+        loose=[f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest], wider=wider, less=less_height,
+        factor=lambda: less_height() / excess, by=narrower_by, likely=pair.root_sum_square, worst=pair.worst,
     )
 
 
@@ -350,12 +296,6 @@ def _weight_of(measure: Measure) -> Severity | None:
     if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
         return Severity.ERROR
     return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
-
-
-def _with_tolerances(measure: Measure) -> str:
-    """Return text with a measure by root-sum-square of tolerances and at worst."""
-    likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
-    return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
 
 
 RULES: tuple[Rule, ...] = (

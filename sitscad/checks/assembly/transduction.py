@@ -15,9 +15,10 @@ from sitscad.checks.assembly.plates import lies
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.fixes.pads import other_thicknesses
 from sitscad.checks.fixes.search import Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, own_limits, rule_of, violated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
+from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.mechanics import elastomer
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR
 from sitscad.spec.circuit import LayerKind
@@ -60,26 +61,28 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         certain = max(helped.strain, nominal.least_strain)
     is_error = certain > STRAIN_ERROR
     strain, limit = (certain, STRAIN_ERROR) if is_error else (most.strain, valid)
-    which = "the softest case"
-    if is_error:
-        which = "even helped most by the rest of the pad" if nominal.doubt else "that"
     larger = "target" if nominal.loaded_share < LOADED else "or thinner pad"
-    otherwise = (
-        f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
-    )
 
     def stiffer() -> _StifferPad:
         return kept(design, "stiffer pad", lambda: _stiffer(design.spec, force))
 
-    beyond = f"; beyond {100.0 * valid:.0f} % the pad's law is extrapolated" if nominal.strain > valid else ""
-    yield Violation(
-        f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {rubber.name} pad by {100.0 * nominal.strain:.0f} "
-        f"% ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
-        f"{show(rubber.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to {show(nominal.gap, 'm', 3)}",
-        lambda: stiffer().words + otherwise, "elastomer.material", strain, limit,
-        severity=Severity.ERROR if is_error else Severity.WARNING, fixes=(lambda: stiffer().fixes,),
-        detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
-        f"{nominal.shape_factor:.2f}{_part(nominal)}",
+    def hint() -> str:
+        if stiffer().modulus is None:
+            return "compression-larger"
+        return "compression-stiffer" if stiffer().preset is None else "compression-preset"
+
+    is_part, is_doubtful = nominal.loaded_share < LOADED, bool(nominal.doubt)
+    details = (*["compression-helped"] * (is_error and is_doubtful), *["compression-beyond"] * (nominal.strain > valid),
+               *["pad-part"] * is_part, *["pad-cut"] * (is_part and is_doubtful))
+    yield violated(
+        "compression-error" if is_error else "compression", "elastomer.material", strain, limit, hint=hint,
+        severity=Severity.ERROR if is_error else Severity.WARNING, details=details,
+        fixes=(lambda: stiffer().fixes,), force=force, thickness=pad.thickness, rubber=rubber.name,
+        nominal=nominal.strain, least=least.strain, most=most.strain, modulus=rubber.shear_modulus, sigma=sigma,
+        gap=nominal.gap, shape=nominal.shape_factor, valid=valid, loaded=nominal.loaded_share,
+        whole=nominal.least_strain, larger=larger, stiffer=lambda: stiffer().modulus,
+        preset=lambda: stiffer().preset, preset_modulus=lambda: stiffer().preset_modulus,
+        preset_sigma=lambda: stiffer().preset_sigma,
     )
 
 
@@ -95,13 +98,10 @@ def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> I
     film = spec.encapsulation.material.modulus_temperature_coefficient if spec.encapsulation is not None else 0.0
     factors = {"modulus": 1.0 + more, "film": 1.0 + film * (at - ROOM_TEMPERATURE)}
     there, valid = pressed(spec, **factors).strain, elastomer.VALID_STRAIN
-    yield Violation(
-        f"all numbers are of a pad at {ROOM_TEMPERATURE:g} degC, which {show(force, 'N')} compress by "
-        f"{100.0 * nominal.strain:.1f} %; at {at:g} degC, with {100.0 * more:+.0f} % of modulus, they compress it by "
-        f"{100.0 * there:.1f} %", "where you know the modulus at that temperature, write it "
-        "(elastomer.material.shear_modulus)", "requirements.temperature", there, valid,
+    yield violated(
+        "compression-in-use", "requirements.temperature", there, valid,
         severity=Severity.WARNING if there > valid >= nominal.strain else Severity.NOTE, keeps_limit=there <= valid,
-        detail=f"the modulus by {slope * 1e6:.4g} ppm/K (elastomer.material.modulus_temperature_coefficient)",
+        temperature=at, room=ROOM_TEMPERATURE, modulus=1.0 + more, force=force, nominal=nominal.strain, slope=slope,
     )
 
 
@@ -121,29 +121,26 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     # whether the pad gives way sideways under the required normal force, with the target held level or free
     lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
-    ratio, slender = pad.thickness / width, show(SLENDERNESS * width, "m", 3)
-    if ratio <= SLENDERNESS + ROUNDING and lost not in (GIVES_WAY, TOO_SOFT):
-        return
-    said = f"the elastomer is {ratio:.2g} times as thick as {'' if width == min(pad.size) else 'the target is '}wide"
+    ratio, part = pad.thickness / width, "pad" if width == min(pad.size) else "target"
     if lost not in (GIVES_WAY, TOO_SOFT):
-        reading = "force" if len(design.spec.array.placements) == 1 else "shear"
-        yield Violation(
-            f"{said}: the target tilts easily, and tilt reads as {reading}",
-            f"{slender} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); thinner "
-            "is steadier still", "elastomer.thickness", ratio, SLENDERNESS, severity=Severity.NOTE,
-        )
+        if ratio > SLENDERNESS + ROUNDING:
+            yield violated(
+                "slender", "elastomer.thickness", ratio, SLENDERNESS, severity=Severity.NOTE, part=part,
+                slender=SLENDERNESS * width,
+                reading="force" if len(design.spec.array.placements) == 1 else "shear",
+            )
         return
-    under = f"{said}: under {show(force or 0.0, 'N')} it gives way sideways"
     enough = _thickness_that_holds(design.spec, force or 0.0, SLENDERNESS * width)
-    thin = "" if enough is None else f"by the pad's law, {show(enough, 'm', 3)} of it hold the target in place; "
     takes_moments = any(design.spec.requirements.moments)  # a target held level takes up moments
-    level = "" if lost == TOO_SOFT or takes_moments else ", or a face that keeps the target level"
-    yield Violation(
-        f"{under}, even with the target held level, and the target is off the coils" if lost == TOO_SOFT else
-        f"{under} if the target is free to tilt, and the readings do not tell the force",
-        f"{thin}or a stiffer or a wider pad{level}", "elastomer.thickness", ratio,
-        None if enough is None else enough / width, severity=Severity.ERROR if lost == TOO_SOFT else Severity.WARNING,
-        fixes=() if enough is None else (
+    if lost == TOO_SOFT or takes_moments:
+        hint = "gives-way-stiffer" if enough is None else "gives-way-thinner"
+    else:
+        hint = "gives-way-stiffer-level" if enough is None else "gives-way-thinner-level"
+    yield violated(
+        "gives-way-level" if lost == TOO_SOFT else "gives-way-free", "elastomer.thickness", ratio,
+        None if enough is None else enough / width, hint=hint,
+        severity=Severity.ERROR if lost == TOO_SOFT else Severity.WARNING, force=force or 0.0, part=part,
+        enough=enough, fixes=() if enough is None else (
             lambda: [setting(design.spec, "elastomer.thickness", enough, f"{enough * 1e3:.4g} mm")],),
     )
 
@@ -175,7 +172,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     The limits are the valid shear strain of the pad and half the coils' distance.
     """
     spec, pad, force = design.spec, pad_of(design.spec.elastomer), design.spec.requirements.shear_force
-    pitch, hint = spec.array.pitch, "a stiffer, a larger or a thinner pad"
+    pitch = spec.array.pitch
     assert force is not None
     if not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD)
@@ -188,11 +185,9 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
     travel, over_coils = strain * pad.thickness, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness)
     if math.inf > travel > pitch / 2.0:
-        yield Violation(
-            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
-            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
-            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed a coil's centre and the signal turns "
-            "back", hint, "elastomer.material", travel, pitch / 2.0, "m",
+        yield violated(
+            "shear-travel", "elastomer.material", travel, pitch / 2.0, "m", force=force,
+            sigma=pad.material.shear_modulus_sigma, ratio=travel / pad.thickness,
             fixes=(lambda: _taking(spec, _softest_for_shear(spec, force, over_coils)), lambda: other_thicknesses(spec)),
         )
 
@@ -232,10 +227,10 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
             modulus = pad_of(spec.elastomer).material.shear_modulus
             stiffer = _softest_enough(
                 lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
-            yield Violation(
-                f"{show(force, 'N')} of shear are required; {beyond_held_shear(held)}",
-                f"a stiffer pad{_named_preset(stiffer)}, or a larger one under a larger target, goes less far",
-                "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
+            yield violated(
+                "shear-validated", "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
+                hint="shear-validated-preset" if stiffer else "", beyond=beyond_held_shear(held),
+                preset="" if stiffer is None else stiffer.name,
             )
         return
     material, area = pad_of(spec.elastomer).material, loaded_face(spec)[0].area
@@ -246,24 +241,29 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         return _softest_for_shear(spec, force, limit)
 
     @cache
-    def hint() -> str:
+    def wanted_modulus() -> float:
         more = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
-        return (
-            f"a shear modulus of {show(_rounded_up(material.shear_modulus * more), 'Pa', 3)} or more known as well "
-            f"as this one{_larger_area(design, area, area * more)} keeps the softest case within it"
-            f"{_named_preset(enough())}; a thinner pad shortens the travel, not this share"
-        )
+        return _rounded_up(material.shear_modulus * more)
 
-    moved, softer = (f"by {100.0 * one:.0f} % of its thickness" if math.isfinite(one) else
-                     "out of its place: it gives way" for one in (strain, usual))
-    yield Violation(
-        f"{show(force, 'N')} of shear, with the required normal force or without, move the target on the "
-        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", hint, "elastomer.material",
-        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE,
+    def wanted_area() -> float:
+        return area * wanted_modulus() / material.shear_modulus
+
+    def hint() -> str:
+        if spec.jaw is not None and wanted_area() > spec.jaw.width * spec.jaw.length:
+            return "shear-jaw-preset" if enough() else "shear-jaw"
+        if _has_room(spec, math.sqrt(wanted_area() / area), design.layout.body_outline):
+            return "shear-area-preset" if enough() else "shear-area"
+        return "shear-body-preset" if enough() else "shear-body"
+
+    case = "shear-strain" if math.isfinite(usual) else "shear-strain-softer"
+    yield violated(
+        case if math.isfinite(strain) else "shear-lost", "elastomer.material",
+        most if math.isfinite(most) else None, limit, hint=hint, source=elastomer.SHEAR_SOURCE,
         severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
-        fixes=(lambda: _taking(spec, enough()),),
-        detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
-        "and edges of the pad may peel",
+        fixes=(lambda: _taking(spec, enough()),), force=force, rubber=material.name, strain=strain, softer=usual,
+        modulus=wanted_modulus, area=wanted_area, now=area,
+        face=0.0 if spec.jaw is None else spec.jaw.width * spec.jaw.length,
+        preset=lambda: getattr(enough(), "name", ""), body_key=spec.fpc.body_key,
     )
 
 
@@ -307,33 +307,21 @@ def _modulus_for_shear(
     return high
 
 
-def _larger_area(design: Design, area: float, wanted: float) -> str:
-    """Return advice for a larger target and pad (m2). If the jaw's face has no room, the text gives its area."""
-    spec, pad, target, jaw = design.spec, pad_of(design.spec.elastomer), design.spec.target, design.spec.jaw
-    room = math.inf if jaw is None else jaw.width * jaw.length
-    now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
-    if wanted > room:
-        return f" (target and pad would have to be {then}, the jaw's face has {has})"
+def _has_room(spec: SensorSpec, scale: float, body: Path) -> bool:
+    """Whether target and pad, larger by a factor, lie on a body's outline."""
+    pad, target = pad_of(spec.elastomer), spec.target
     assert target is not None
-    scale = math.sqrt(wanted / area)
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
-    body = f" on a larger body ({spec.fpc.body_key}), for this one is too small"
-    has_room = lies(larger, design.layout.body_outline)
-    return f", or a target and pad of {then} instead of {now}{'' if has_room else body},"
+    return lies(larger, body)
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:
     """Yield a finding on a target without an elastomer, which lies on the board itself."""
     if design.spec.elastomer is None:
         film = design.spec.fpc.stackup.layers[0].kind
-        top = "bare copper" if film is LayerKind.COPPER else f"the {film}"
-        yield Violation(
-            "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
-            f"at rest are those of metal against {top}",
-            "add an elastomer (like elastomer: {thickness: 1}): its thickness is the gap between board and target",
-            "elastomer", 0.0, None, "m",
-        )
+        yield violated("target-gap", "elastomer", 0.0, None, "m",
+                       film="bare copper" if film is LayerKind.COPPER else str(film))
 
 
 def target_bending(design: Design) -> Iterator[Verdict]:
@@ -376,26 +364,11 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
         is_flat = bent[-1] <= limit
-        stiff = "something stiff that is no metal glued on it, and its size as requirements.contact"
-        flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if is_flat else ""
-
-        yield Violation(
-            f"{show(target.thickness, 'm')} of {target.material.name} bend: where {show(force, 'N')} press "
-            f"{show(contact[0], 'm')} x {show(contact[1], 'm')} of its middle, that goes down by "
-            f"{100.0 * bent[0]:.0f} % of the pad's way more than the target's edges, and all numbers are "
-            "those of a rigid plate",
-            f"{flat}{stiff}", "target.thickness", float(bent[0]), limit,
-            fixes=(lambda: [thicker_target(spec, enough)],) if is_flat else (),
-            detail=f"{100.0 * limit:.0f} % are borne; requirements.contact says what presses",
+        yield violated(
+            "target-bends", "target.thickness", float(bent[0]), limit, hint="target-bends-thicker" if is_flat else "",
+            fixes=(lambda: [thicker_target(spec, enough)],) if is_flat else (), thickness=target.thickness,
+            metal=target.material.name, force=force, contact=contact, enough=enough,
         )
-
-
-def _part(pressed: elastomer.Compression) -> str:
-    """Return text that only a part of the pad is loaded. Empty if the whole pad is loaded."""
-    if pressed.loaded_share >= LOADED:
-        return ""
-    cut = f", which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"
-    return f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad{cut if pressed.doubt else ''}"
 
 
 def _softest(sigma: float) -> float:
@@ -405,9 +378,15 @@ def _softest(sigma: float) -> float:
 
 @record
 class _StifferPad:
-    """A pad that withstands the force, in words and as changes."""
+    """A pad that withstands the force: its shear modulus (Pa), the softest preset with it, and changes of the spec.
 
-    words: str = ""
+    None if there is none.
+    """
+
+    modulus: float | None = None
+    preset: str | None = None
+    preset_modulus: float = 0.0
+    preset_sigma: float = 0.0
     fixes: tuple[Fix, ...] = ()
 
 
@@ -431,9 +410,10 @@ def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
     least, enough = _rounded_up(high / _softest(sigma)), _softest_enough(bears)
     written = show(least, "Pa", 3)
     change = setting(spec, "elastomer.material.shear_modulus", least, written, f"a shear modulus of {written} or more")
-    known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
-    result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return _StifferPad(f"{change.words}{known} {result}{_named_preset(enough)}; ", (*_taking(spec, enough), change))
+    fixes = (*_taking(spec, enough), change)
+    if enough is None:
+        return _StifferPad(least, fixes=fixes)
+    return _StifferPad(least, enough.name, enough.shear_modulus, enough.shear_modulus_sigma, fixes)
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
@@ -441,14 +421,6 @@ def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> Elasto
     # this shear modulus (Pa). None if there is none.
     presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
     return next((m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma))), None)
-
-
-def _named_preset(found: ElastomerMaterial | None) -> str:
-    """Return a silicone in words. Empty if there is none."""
-    if found is None:
-        return ""
-    known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
-    return f" (the softest preset that does is {found.name}, {known})"
 
 
 def _rounded_up(value: float) -> float:

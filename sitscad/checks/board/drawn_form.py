@@ -15,11 +15,10 @@ import numpy as np
 
 from sitscad.basics.finding import Place
 from sitscad.basics.record import record
-from sitscad.basics.units import show
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
 from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.fixes.moves import other_ends
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, Segment
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
@@ -250,11 +249,6 @@ The stubs drawn by sitscad meet their spirals at 75 degrees and more.
 
 _SAME_PLACE = 1e-8
 
-DRAWN = "the layout drew this, it is no fault of the spec"
-DRAWN_SO = (f"{DRAWN}: another coil.start_angle, or part of a turn more or less, draws the leads otherwise; the "
-            "board works as it is, only its yield is lower")
-
-
 def acute_angle(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks that meet at an acute angle, without a pad over the corner."""
     copper = copper_in(design)
@@ -270,40 +264,30 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
         if a.net != b.net or pair in seen or is_covered:
             continue
         seen.add(pair)
-        what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
-        yield Violation(
-            f"{what} meet at {math.degrees(angle):.3g} degrees on layer {layer}", DRAWN_SO, "coil", math.degrees(angle),
-            math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
-            fixes=(lambda: other_ends(design.spec),),
+        yield violated(
+            "acute", "coil", math.degrees(angle), math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
+            fixes=(lambda: other_ends(design.spec),), tracks=[name_of(a), name_of(b)], layer=layer,
         )
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
     """Yield findings on gaps within one conductor that turns back on itself, narrower than the fabricator's spacing."""
     asked = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
-    who, source = gap_asked_by(design.spec.fpc.rules, asked)
+    holder, source = gap_asked_by(design.spec.fpc.rules, asked)
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
-        yield Violation(
-            f"{pair_in_words(near)} leave a notch of {show(near.gap, 'm')} between them on layer {near.layer}; {who} "
-            f"asks {show(asked, 'm')}",
-            f"{show(asked - near.gap, 'm')} are missing: a gap this narrow is not etched through, or leaves a strip "
-            f"of resist that comes off; {DRAWN_SO}", "coil", near.gap, asked, "m", source=source,
-            place=Place(near.x, near.y, near.layer, (near.one.net,)),
-            fixes=(lambda: other_ends(design.spec),),
+        yield violated(
+            "notch", "coil", near.gap, asked, "m", source=source, fixes=(lambda: other_ends(design.spec),),
+            place=Place(near.x, near.y, near.layer, (near.one.net,)), pair=pair_in_words(near), layer=near.layer,
+            house=holder,
         )
 
 
 def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Yield findings on closed conducting loops of any net, with the coils that they run around."""
     for loop in closed_loops(_graph(design)):
-        round_it = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
-        does = f"closes a loop of {loop.area * 1e6:.3g} mm2: a coil leads from contact to contact"
-        if round_it:
-            does = f"closes a loop round coil {' and '.join(round_it)}: a shorted turn"
-        yield Violation(
-            f"copper of {' and '.join(loop.nets)} {does}", "open the loop: the current induced in it takes inductance "
-            "and quality; tell us if the layout drew it", "coil", place=Place(*loop.points[0], loop.layer, loop.nets),
-        )
+        coils = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
+        yield violated("shorted-turn" if coils else "closed-loop", "coil", hint="shorted-turn",
+                       place=Place(*loop.points[0], loop.layer, loop.nets), nets=loop.nets, area=loop.area, coils=coils)
 
 
 def unconnected(design: Design) -> Iterator[Verdict]:
@@ -316,16 +300,10 @@ def unconnected(design: Design) -> Iterator[Verdict]:
         yield Undecided("the layout is not complete: see what found no room")
         return
     for point, layer, net in loose_ends(_graph(design)):
-        yield Violation(
-            f"copper of {net} ends in nothing on layer {layer}",
-            "a track or via is missing there, or does not meet its neighbour", "coil",
-            place=Place(*point, layer, (net,)),
-        )
-    for one, other in open_nets(_graph(design)):
-        yield Violation(
-            f"no copper joins contacts {one.pin} and {other.pin} of {one.net}",
-            "a track or via is missing between them", "coil", place=Place(*other.centre, other.layer, (one.net,)),
-        )
+        yield violated("loose-end", "coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
+    for first, second in open_nets(_graph(design)):
+        yield violated("open-net", "coil", place=Place(*second.centre, second.layer, (first.net,)),
+                       pins=(first.pin, second.pin), net=first.net)
 
 
 def _graph(design: Design) -> TrackGraph:

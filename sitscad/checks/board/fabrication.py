@@ -400,7 +400,8 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
         key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
         is_short = 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING
         yield violated(
-            "adhesive" if layer.adhesive else "adhesive-unstated", key, most, asked, "m", hint="adhesive", side=side,
+            "cover-adhesive" if layer.adhesive else "cover-adhesive-unstated", key, most, asked, "m",
+            hint="cover-adhesive", side=side,
             severity=Severity.ERROR if is_short else Severity.WARNING, copper=copper.thickness, thinnest=thinnest,
             coverlay=film + adhesive, adhesive=adhesive,
             fixes=(partial(_with_film, design.spec, key, film, adhesive) if not is_preset else tuple,

@@ -12,10 +12,9 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
 from sitscad.assembly.places.stack import largest_outline
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
-from sitscad.basics.units import show
 from sitscad.checks.fixes import moves
 from sitscad.checks.fixes.search import GROWTH, Costly, Family, Fix, Growing, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import beyond
 from sitscad.kernels.geometry.path import bounding_box, rectangle
@@ -34,7 +33,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
     """Return a rule's function that yields a violation for each shortfall of one kind in the layout."""
 
     def reported(design: Design) -> Iterator[Verdict]:
-        return (_complaint(design, lack) for lack in design.layout.shortfalls if lack.what is what)
+        return (_too_little_room(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
 
     return reported
 
@@ -77,40 +76,35 @@ def lead_gap(spec: SensorSpec) -> tuple[float, float] | None:
     return gap, max(2.0 * keep, gap) + width + rules.trace_spacing
 
 
-def _complaint(design: Design, shortfall: Shortfall) -> Violation:
+def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
-    lack = _with_need(design.spec, shortfall)
-    # hint, key and source (empty: the rule's)
-    spec, body = design.spec, design.spec.fpc.body
+    lack, body = _with_need(spec, shortfall), spec.fpc.body
+    is_known, is_single = lack.need is not None, len(spec.array.placements) == 1
     is_sized = body is not None and body.size is not None
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
-    at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
-    between = design.spec.array.distance_key if len(spec.array.placements) > 1 else "coil.start_angle"
-    said = {
-        Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
-                          "coil.layers", ""),
-        Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
-        Missing.LEAD_ROOM: ("move the coils apart, or " * (between != "coil.start_angle")
-                            + "change coil.start_angle or the number of turns, so that the layers end at other angles",
-                            "fpc.body" if is_sized else between, f"via pad {of_rules}"),
-        Missing.TAIL_LAYERS: ("give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers",
-                              ""),
-        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if spec.fpc.tail else "fpc",
-                            f"{'trace' if lack.need else 'via pad'} {of_rules}"),
-        Missing.BODY_ROOM: ("a larger body, smaller coils, or coils nearer to each other", "fpc.body", ""),
+    leads = "lead-room" if is_single else "lead-room-coils"
+    have, need, unit = lack.have, lack.need, lack.unit
+    if lack.what is Missing.LEAD_ROOM and not is_sized and have is None and (gap := lead_gap(spec)) is not None:
+        leads, have, need, unit = "lead-room-gap", *gap, "m"
+    # case, key and source (None: the rule's)
+    texts: dict[Missing, tuple[str, str, str | None]] = {
+        Missing.WAY_OUT: ("way-out", "coil.layers", None),
+        Missing.INNER_ROOM: ("inner-room", "coil.turns", f"via pad {of_rules}"),
+        Missing.LEAD_ROOM: ("lead-room-body" if is_sized else leads, "fpc.body" if is_sized else "coil.start_angle" if
+                            is_single else spec.array.distance_key, f"via pad {of_rules}"),
+        Missing.TAIL_LAYERS: ("tail-pairs", "fpc.tail.layers", None),
+        Missing.TAIL_ROOM: ("tail-room" if is_known else "tail-room-unknown",
+                            "fpc.tail.connector" if spec.fpc.tail else "fpc",
+                            f"{'trace' if is_known else 'via pad'} {of_rules}"),
+        Missing.BODY_ROOM: ("body-room", "fpc.body", None),
     }
-    hint, key, source = said[lack.what]
-    message, have, need, unit, detail = lack.message, lack.have, lack.need, lack.unit, ""
+    case, key, source = texts[lack.what]
+    hint = ""
     if lack.what is Missing.LEAD_ROOM:
-        detail = "the estimates are of the coils without leads"
-        if is_sized and body is not None:
-            message = f"{message} inside the body that is asked for ({body.written})"
-        elif have is None and (gap := lead_gap(spec)) is not None:
-            have, need, unit = *gap, "m"
-            message = (f"{message}: {show(have, 'm', 3)} between the nearest coils, minimum {show(need, 'm', 3)} for "
-                       "one more via or lead")
-    return Violation(message, hint, key, have, need, unit, source=source or None, place=lack.place,
-                     fixes=_room(spec, shortfall), detail=detail)
+        hint = "lead-room" if is_single else "lead-room-coils"
+    return violated(case, key, have, need, unit, hint=hint, source=source, place=lack.place,
+                    fixes=_room(spec, shortfall), lack=lack.message, layers=len(spec.coil.layers) + 1,
+                    body=body.written if body is not None else "")
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:
@@ -118,10 +112,8 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
     yield from no_room(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
-        yield Violation(
-            f"coil {', '.join(coil.name for coil in unled)} does not reach both of its contacts: it cannot be driven",
-            key="coil.layers", place=Place(*unled[0].centre),
-        )
+        yield violated("no-way-out", "coil.layers", place=Place(*unled[0].centre),
+                       coils=[coil.name for coil in unled])
 
 
 def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
@@ -174,22 +166,14 @@ def within_largest(design: Design) -> Iterator[Verdict]:
         return
     over, (x0, y0, x1, y1) = _beyond_largest(design.layout), bounding_box([design.layout.body_outline])
     if over > ROUNDING:
-        nearer = ", or coils nearer to each other, make" if len(spec.array.placements) > 1 else " make"
-        yield Violation(
-            f"the body, {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, reaches {show(over, 'm')} beyond the largest "
-            f"outline that is asked for ({largest.written})",
-            lambda: f"smaller coils{nearer} a smaller body{_as_body(spec, largest)}",
-            "fpc.largest", over, 0.0, "m",
+        # the outline may be written as the body's own if everything has room in it
+        yield violated(
+            "largest-body", "fpc.largest", over, 0.0, "m", size=(x1 - x0, y1 - y0), largest=largest.written,
+            hint=lambda: "" if arrange(_as_asked(spec, largest).spec).shortfalls else "largest-as-body",
             fixes=_fitting(spec, largest, over, (x1 - x0, y1 - y0)),
         )
     yield from _wide_tail(design.layout, largest)
     yield from _larger_plate(design.layout, largest)
-
-
-def _as_body(spec: SensorSpec, largest: BodySpec) -> str:
-    """Return advice to write the largest outline as the body's own. Empty if not everything has room in it."""
-    short = arrange(_as_asked(spec, largest).spec).shortfalls
-    return "" if short else f"; or write fpc.body: {largest.written}, in which everything has room"
 
 
 def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
@@ -207,15 +191,12 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
         return
     has_end = end[0] > limit + ROUNDING
     plugs = moves.narrower_plugs(layout.spec, end[0]) if has_end else []
-    what = f"the tail's end, with {len(layout.pads)} contacts of {tail.connector.name}," if has_end else "the tail"
-    narrower = "".join(f"{fix.words} ({show(width, 'm')} wide), " for width, fix in plugs[:1])
-    yield Violation(
-        f"{what} is {show(end[0] if has_end else widest, 'm')} wide, and the outline that is asked for is "
-        f"{show(limit, 'm')} wide ({largest.written}): it holds for the body alone",
-        f"{narrower}fewer coils, or contacts that stay outside"
-        if has_end else "fewer coils on the tail, or finer tracks (fpc.rules)",
-        "fpc.tail.connector" if has_end else "fpc.tail", end[0] if has_end else widest, limit, "m",
-        severity=Severity.NOTE, fixes=(lambda: [fix for _, fix in plugs],) if plugs else (),
+    width = end[0] if has_end else widest
+    yield violated(
+        "wide-end" if has_end else "wide-tail", "fpc.tail.connector" if has_end else "fpc.tail", width, limit, "m",
+        hint="wide-end-plugs" if plugs else "", severity=Severity.NOTE, largest=largest.written,
+        connector=tail.connector.name, contacts=len(layout.pads), plug=plugs[0][1].words if plugs else "",
+        plug_width=plugs[0][0] if plugs else 0.0, fixes=(lambda: [fix for _, fix in plugs],) if plugs else (),
     )
 
 
@@ -234,13 +215,8 @@ def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
         plates = [rectangle(-a / 2, -b / 2, a / 2, b / 2, PLATE_CORNER) for a, b in (lying, upright)]
     over = min(max(beyond(largest.edge, corner) for corner in plate.flattened(1e-6)) for plate in plates)
     if over > ROUNDING:
-        yield Violation(
-            f"the mount is a plate of {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} with its screws: it reaches "
-            f"{show(over, 'm')} beyond the outline that is asked for ({largest.written}), which holds for the board "
-            "alone",
-            "write mount.kind: custom and glue the board on a part of your own, or use smaller coils", "fpc.largest",
-            over, 0.0, "m", severity=Severity.NOTE,
-        )
+        yield violated("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
+                       size=(x1 - x0, y1 - y0), largest=largest.written)
 
 
 def _beyond_largest(layout: Layout) -> float:

@@ -8,24 +8,25 @@ contacts' finish.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 from sitscad.assembly.places.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.basics.finding import Edit, Place, Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import show
 from sitscad.checks.board.clearances import crossings
 from sitscad.checks.board.fabrication import house
 from sitscad.checks.fixes.moves import each_read, larger_body, thinner_tails
 from sitscad.checks.fixes.search import Family, Fix, Growing, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.path import Path, bounding_box
+from sitscad.kernels.geometry.path import Path, Segment, bounding_box
 from sitscad.layout.bending import (
+    Bend,
     Where,
     bend_figure,
     bend_length,
@@ -35,7 +36,7 @@ from sitscad.layout.bending import (
     tail_thickness,
     unfit_for_bending,
 )
-from sitscad.layout.board import Pad, Stiffener
+from sitscad.layout.board import Pad, Stiffener, Trace
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import contact_row
@@ -50,8 +51,6 @@ LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
 
 FIRST_ROOM = 1e-3
 """Least length (m) by which a tail without any room to bend is lengthened."""
-
-NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 GRAIN = 0.05e-3
 """Step (m) of the margins that hints name."""
@@ -81,87 +80,69 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     if is_rigid(design.spec.fpc.stackup):
         yield Undecided("a rigid board has no zone that bends: SIT308 refuses the bend")
         return
+    layout, spec = design.layout, design.spec
     if zone is not None:
         # A violation for every via, contact and stiffener inside the bend zone (x from and to, m)
-        layout = design.layout
         stiff = [(f"a via of {v.net}", v.centre.x, v.pad / 2, Place(*v.centre, None, (v.net,))) for v in layout.vias]
         stiff += [(f"contact {pad.name}", pad.centre.x, pad.size[0] / 2, Place(*pad.centre, pad.layer, (pad.net,)))
                   for pad in layout.all_pads]
         if layout.stiffener is not None:
             x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
             stiff += [("the stiffener", (x0 + x1) / 2, (x1 - x0) / 2, Place(max(x0, zone[0]), (y0 + y1) / 2))]
-        for what, middle, half, place in stiff:
+        for item, middle, half, place in stiff:
             inside = min(middle + half, zone[1]) - max(middle - half, zone[0])
             if inside > ROUNDING:
-                yield Violation(
-                    f"{what} reaches {show(inside, 'm', 3)} into the bend zone",
-                    "lengthen the tail, so that it lies outside the bend, or do without a bend (fpc.tail.bend: none)",
-                    "fpc.tail.bend", inside, 0.0, "m", place=place,
-                )
-    yield from _mount_bends(design)
-    yield from _too_short(design)
-    yield from _misplaced(design)
-    yield from _too_sharp(design.spec)
-
-
-def _mount_bends(design: Design) -> Iterator[Violation]:
-    """Yield a finding if a bend made by the mount extends beyond the part that may be bent."""
-    path, straight = tail_path(design.layout), _straight(design)
+                yield violated("stiff-in-bend", "fpc.tail.bend", inside, 0.0, "m", place=place, item=item)
+    room, path, bends = room_for_own(layout), tail_path(layout), bends_of_mount(layout)
+    straight = _straight(zone, room, layout.in_bend_zone, layout.traces)
+    end = straight.start + straight.length
     if path is not None and path.reason == TOO_SHORT:
-        yield Violation(
-            "the tail is too short for the two bends by which it is let down to what carries the mount",
-            "a longer fpc.tail.length, or a smaller mount.standoff", "fpc.tail.length", severity=Severity.WARNING,
+        yield violated("mount-bends-short", "fpc.tail.length", severity=Severity.WARNING)
+    elif bends and bends[-1].end > end + ROUNDING:
+        line = bends[-1].line
+        yield violated(
+            "mount-bends", "fpc.tail.length", bends[-1].end - end, 0.0, "m", severity=Severity.WARNING,
+            place=Place(line, sum(layout.reach_at(line)) / 2), start=bends[0].start, end=bends[-1].end, straight=end,
         )
-        return
-    made, end = bends_of_mount(design.layout), straight.start + straight.length
-    if made and made[-1].end > end + ROUNDING:
-        last = made[-1]
-        at = Place(last.line, sum(design.layout.reach_at(last.line)) / 2)
-        yield Violation(
-            f"the mount bends the tail from x = {show(made[0].start, 'm')} to {show(last.end, 'm')}, its tracks run "
-            f"straight as far as {show(end, 'm')}: {show(last.end - end, 'm', 3)} too much",
-            "a longer fpc.tail.length, a smaller mount.standoff, or a mount that ends nearer to the board",
-            "fpc.tail.length", last.end - end, 0.0, "m", severity=Severity.WARNING, place=at,
-        )
+    yield from _too_short(spec, zone, straight, bends[-1].end if bends else None,
+                          None if layout.shortfalls else layout.tail_length)
+    bend = own_bend(layout)
+    if zone is not None and bend is not None and room is not None and tail.bend_at is not None:
+        yield from _misplaced(zone, bend, room, layout.body[2], layout.reach_at)
+    yield from _too_sharp(spec)
 
 
-def _too_short(design: Design) -> Iterator[Violation]:
-    """Yield a violation if the tail has no straight part long enough for its bend."""
-    spec, layout, tail = design.spec, design.layout, design.spec.fpc.tail
-    straight, needed, fits, figure = _straight(design), bend_length(spec.fpc), _fits(design), bend_figure(spec.fpc)
+def _too_short(
+    spec: SensorSpec, zone: tuple[float, float] | None, straight: _Straight, mount_end: float | None,
+    tail_length: float | None,
+) -> Iterator[Violation]:
+    """Yield a violation if the tail has no straight part long enough for its bend.
+
+    `mount_end` is the end of the mount's bends (m), if any. `tail_length` is the length of the tail (m), or None if
+    leads or vias have no room: a longer tail does not help then.
+    """
+    tail, needed, figure = spec.fpc.tail, bend_length(spec.fpc), bend_figure(spec.fpc)
     assert tail is not None
-    if straight.unfit is not None:
-        rest = (
-            "a part of the tail that is free of stiff pieces has tracks that turn or change their width; they run "
-            f"straight at one width from x = {show(straight.start, 'm')} on, over "
-            f"{show(max(0.0, straight.length if fits else straight.room), 'm', 3)}"
-        )
-        place = replace(straight.unfit, x=straight.start)
-        if fits:
-            hint = "nothing has to be changed: all bends of the drawing lie there. Bend the tail nowhere else"
-            yield Violation(rest, hint, "fpc.tail.bend", straight.length, needed or None, "m", Severity.NOTE,
-                            place=place)
+    fits = zone is not None and straight.room >= needed - ROUNDING
+    place = None if straight.unfit is None else replace(straight.unfit, x=straight.start)
     if fits:
+        if place is not None:
+            yield violated("bend-tracks", "fpc.tail.bend", straight.length, needed or None, "m",
+                           severity=Severity.NOTE, place=place, start=straight.start)
         return
-    angle, radius = f"{math.degrees(tail.bend_angle):g} deg", ""
-    if figure is not None:
-        radius = f" at the radius of {figure[1]:g} thicknesses that {house(spec.fpc.rules, figure[0])} asks"
-    mount = " beyond the mount's bends" if bends_of_mount(layout) else ""
-    asked = f"{show(needed, 'm', 3)}{radius}"
-    if straight.unfit is not None:
-        message = f"{rest}, and a bend by {angle}{mount} needs {asked}"
-    else:
-        free = f"{show(max(0.0, straight.room), 'm', 3)} free of vias, turns and stiffener{mount}"
-        message = f"the tail has {free} for its {tail.bend} bend"
-        message += f"; one by {angle} needs {asked}" if needed else radius
+    field, ratio = figure or ("", 0.0)
     # an error if no part of the tail this long, straight or not, is free of stiff items
-    zone = layout.bend_zone
-    start = max([zone[0] if zone else 0.0, *(bend.end for bend in bends_of_mount(layout))])
+    start = max([zone[0] if zone else 0.0, mount_end or 0.0])
     has_room = zone is not None and zone[1] - start >= needed - ROUNDING
-    yield Violation(
-        message, NO_ROOM, "fpc.tail.length", straight.room, needed, "m",
-        Severity.WARNING if has_room else Severity.ERROR, spec.fpc.rules.source_of(figure[0]) if figure else None,
-        place if straight.unfit is not None else None, fixes=_longer(design),
+    details = (*["bend-room-radius"] * (figure is not None), *["bend-room-mount"] * (mount_end is not None),
+               *["bend-room-tracks"] * (place is not None))
+    yield violated(
+        "bend-room" if needed else "bend-room-unknown", "fpc.tail.length", straight.room, needed, "m", details=details,
+        severity=Severity.WARNING if has_room else Severity.ERROR, place=place,
+        source=spec.fpc.rules.source_of(field) if figure else None, bend=tail.bend, angle=tail.bend_angle,
+        room=max(0.0, straight.room), ratio=ratio, house=house(spec.fpc.rules, field) if figure else "",
+        start=straight.start, fixes=() if tail_length is None else _longer(
+            spec, tail_length, max(needed - max(0.0, straight.room), FIRST_ROOM if zone is None else 0.0)),
     )
 
 
@@ -172,33 +153,27 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     if drawn > tail.length + ROUNDING:
         needed = LENGTH_GRAIN * math.ceil(drawn / LENGTH_GRAIN - 1e-6)
         fix = setting(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
-        yield Violation(
-            f"a tail of {show(tail.length, 'm', 3)} is asked for and {show(drawn, 'm', 3)} are drawn: so much its "
-            "leads take to come together, to spread to the contacts, and for the stiffener under them",
-            "write the length that is drawn; a shorter one wants fewer contacts", "fpc.tail.length", tail.length,
-            drawn, "m", fixes=(lambda: [fix],),
-        )
+        yield violated("tail-length", "fpc.tail.length", tail.length, drawn, "m", fixes=(lambda: [fix],),
+                       length=f"{needed * 1e3:.1f} mm")
 
 
-def _misplaced(design: Design) -> Iterator[Violation]:
-    """Yield a finding if a bend at a given place extends beyond the part that may be bent."""
-    tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, own_bend(design.layout)
-    stretch = room_for_own(design.layout)
-    if tail is None or tail.bend_at is None or zone is None or bend is None or stretch is None:
-        return
-    beyond = max(stretch[0] - bend.start, bend.end - stretch[1])
+def _misplaced(
+    zone: tuple[float, float], bend: Bend, room: tuple[float, float], body_end: float,
+    reach_at: Callable[[float], tuple[float, float]],
+) -> Iterator[Violation]:
+    """Yield a finding if a bend at a given place extends beyond the part that may be bent.
+
+    `zone` and `room` are parts of the tail (x from and to, m) without stiff items, and left by the mount's bends.
+    """
+    beyond = max(room[0] - bend.start, bend.end - room[1])
     if beyond > ROUNDING:
-        half, (low, high) = (bend.end - bend.start) / 2, (x - design.layout.body[2] for x in stretch)
-        room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}"
+        half, (low, high) = (bend.end - bend.start) / 2, (x - body_end for x in room)
         is_stiff = max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING
-        into = "vias, contacts, stiffener or the body" if is_stiff else ""
-        yield Violation(
-            f"the bend about x = {show(bend.line, 'm')} takes the tail from x = {show(bend.start, 'm')} to "
-            f"{show(bend.end, 'm')} and reaches {show(beyond, 'm', 3)} into "
-            f"{into or 'tracks that are not straight, or what the mount takes'}",
-            f"fpc.tail.bend.at has room {room if high - low > 2 * half else 'nowhere yet'}; or leave it out",
-            "fpc.tail.bend.at", beyond, 0.0, "m", severity=Severity.ERROR if is_stiff else Severity.WARNING,
-            place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2),
+        yield violated(
+            "bend-at-stiff" if is_stiff else "bend-at-tracks", "fpc.tail.bend.at", beyond, 0.0, "m",
+            hint="bend-at-room" if high - low > 2 * half else "bend-at-nowhere", line=bend.line, start=bend.start,
+            end=bend.end, low=low + half, high=high - half, place=Place(bend.line, sum(reach_at(bend.line)) / 2),
+            severity=Severity.ERROR if is_stiff else Severity.WARNING,
         )
 
 
@@ -211,44 +186,34 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
         rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # rounded as written
         changed = setting(spec, "fpc.tail.bend_radius", rounder, "").spec
         fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), changed)
-        hint = "a larger fpc.tail.bend.radius, or leave it out"
-        yield Violation(
-            f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
-            f"thicknesses that {house(spec.fpc.rules, figure[0])} asks: {show(least, 'm', 3)}", hint,
-            "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
-            source=spec.fpc.rules.source_of(figure[0]),
-            fixes=(lambda: [fix],),
+        yield violated(
+            "bend-radius-small", "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
+            source=spec.fpc.rules.source_of(figure[0]), fixes=(lambda: [fix],), bend=tail.bend, ratio=figure[1],
+            house=house(spec.fpc.rules, figure[0]),
         )
 
 
-def _longer(design: Design) -> tuple[Family, ...]:
-    # Longer tails. None if leads or vias have no room: a longer tail does not help then.
-    missing = bend_length(design.spec.fpc) - max(0.0, _straight(design).room)
-    if design.layout.bend_zone is None:
-        missing = max(missing, FIRST_ROOM)
+def _longer(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Family, ...]:
+    """Return longer tails for a tail (m) that lacks a length (m)."""
 
     def longer(by: float) -> Fix:
-        length = LENGTH_GRAIN * math.ceil((design.layout.tail_length + by) / LENGTH_GRAIN - 1e-6)
-        fix = setting(design.spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
-        return fix if length <= LONGEST else Fix((), design.spec)
+        length = LENGTH_GRAIN * math.ceil((tail_length + by) / LENGTH_GRAIN - 1e-6)
+        fix = setting(spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
+        return fix if length <= LONGEST else Fix((), spec)
 
-    return () if design.layout.shortfalls else (Growing(longer, missing, LENGTH_GRAIN),)
-
-
-def _fits(design: Design) -> bool:
-    """Whether there is a bend zone, with straight tracks along the whole bend."""
-    return design.layout.bend_zone is not None and _straight(design).room >= bend_length(design.spec.fpc) - ROUNDING
+    return (Growing(longer, missing, LENGTH_GRAIN),)
 
 
-def _straight(design: Design) -> _Straight:
+def _straight(
+    zone: tuple[float, float] | None, room: tuple[float, float] | None,
+    in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...],
+) -> _Straight:
     """Return the longest straight part that may be bent, and the first item that is unfit for bending."""
-    zone = design.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
-    unfit = unfit_for_bending(design.layout.bend_zone, design.layout.in_bend_zone, design.layout.traces)
+    unfit = unfit_for_bending(zone, in_bend_zone, traces)
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
-    room = room_for_own(design.layout)
     return _Straight(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
 
 
@@ -262,25 +227,17 @@ def special_build(design: Design) -> Iterator[Verdict]:
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
     if tail is None or last == count:
         if layout.vias and stackup.plating is Plating.BUTTONS:
-            panel = _copper(stackup.built(Plating.PANEL, 0))
-            yield Violation(
-                f"holes and their pads alone are plated (buttons), so that the tracks stay {_copper(stackup)} of "
-                "foil: a build to ask for",
-                f"a house plates the whole panel without being asked, which finishes the copper at {panel} "
-                "(fpc.plated: panel; the preset flex-2l-30um is such a board): have the buttons confirmed with the "
-                "quotation", "fpc.plated",
-            )
+            yield violated("buttons", "fpc.plated", copper=_copper(stackup),
+                           panel=_copper(stackup.built(Plating.PANEL, 0)))
         return
-    plain = replace(spec, fpc=replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count)))
-    radii = [least_bend_radius(each.fpc) for each in (spec, plain)]
-    bent = f" and bends to {show(radii[1], 'm')} instead of {show(radii[0], 'm')}" if radii[0] and radii[1] else ""
-    yield Violation(
-        f"a tail of {last} copper layer{'s' * (last > 1)} on a body of {count} is a special build; finished copper "
-        f"{_copper(spec.fpc.stackup)}",
-        "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes "
-        f"only, finished copper {_copper(stackup)}); its tail is {show(tail_thickness(plain.fpc), 'm')} thick instead "
-        f"of {show(tail_thickness(spec.fpc), 'm')}{bent}. For this one, have the steps confirmed with the quotation",
-        "fpc.tail.layers", float(last), float(count), detail=lamination_text(layout),
+    plain = replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count))
+    radius, plain_radius = least_bend_radius(spec.fpc), least_bend_radius(plain)
+    yield violated(
+        "tail-layers", "fpc.tail.layers", float(last), float(count),
+        details=("tail-layers-plain", *["tail-layers-bends"] * bool(radius and plain_radius)), layers=last,
+        copper=_copper(spec.fpc.stackup), plain=_copper(stackup), thickness=tail_thickness(spec.fpc),
+        plain_thickness=tail_thickness(plain), radius=radius, plain_radius=plain_radius,
+        steps=lamination_text(layout),
     )
 
 
@@ -305,36 +262,32 @@ def step(design: Design) -> Iterator[Verdict]:
     if layout.spec.fpc.has_tail_coverlay and asked > apart:
         field, apart = "coverlay_lap", asked
     if near is not None and gap < apart - ROUNDING:
-        message = (
-            f"a hole of {near.net} stands {show(gap, 'm')} from the body's end, where copper "
-            f"{layout.spec.fpc.tail_copper + 1} and what is below it end; {house(rules, field)} asks {show(apart, 'm')}"
-        )
-        place = Place(*near.centre, nets=(near.net,))
-        yield _too_near(design, message, gap, apart, rules.source_of(field), place)
+        yield _near_step("hole-to-step", design.spec, gap, apart, rules.source_of(field),
+                         Place(*near.centre, nets=(near.net,)), net=near.net, house=house(rules, field),
+                         copper=layout.spec.fpc.tail_copper + 1)
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
     if layout.spec.fpc.has_tail_coverlay and gap < asked - ROUNDING:
-        message = (
-            f"the turns of {coil.name} begin {show(gap, 'm')} from the body's end, into which the tail's own coverlay "
-            f"laps {show(rules.coverlay_lap, 'm')}, laid within {show(rules.coverlay_registration, 'm')}: layers lie "
-            "farther apart there"
+        yield _near_step(
+            "turns-to-step", design.spec, gap, asked, rules.source_of("coverlay_lap"),
+            Place(*coil.centre, nets=(coil.net,)), coil=coil.name, house=house(rules, "coverlay_lap"),
+            lap=rules.coverlay_lap, registration=rules.coverlay_registration,
         )
-        place = Place(*coil.centre, nets=(coil.net,))
-        yield _too_near(design, message, gap, asked, rules.source_of("coverlay_lap"), place)
 
 
-def _too_near(design: Design, message: str, gap: float, asked: float, source: str, place: Place) -> Violation:
+def _near_step(
+    case: str, spec: SensorSpec, gap: float, asked: float, source: str, place: Place, **values: Any
+) -> Violation:
     """Return the violation for an item too near to the step in thickness, with a longer body as remedy."""
-    margin = design.spec.fpc.margin
+    margin = spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + (asked - gap)) / GRAIN - 1e-6)
-    fix = setting(design.spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
-    if design.spec.fpc.body is not None:
-        fix = larger_body(design.spec, longer)
-    hint = (f"{show(asked - gap, 'm')} are missing: a longer body ({design.spec.fpc.body_key}), or as many layers in "
-            f"the tail (the step is {show(design.layout.spec.fpc.tail_step, 'm')} high)")
-    return Violation(message, hint, "fpc.tail.layers", gap, asked, "m", source=source, place=place,
-                     fixes=(lambda: [fix],))
+    fix = setting(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
+    if spec.fpc.body is not None:
+        fix = larger_body(spec, longer)
+    return violated(case, "fpc.tail.layers", gap, asked, "m", hint="near-step", details=("near-step",), source=source,
+                    place=place, fixes=(lambda: [fix],), missing=asked - gap, body_key=spec.fpc.body_key,
+                    height=spec.fpc.tail_step, **values)
 
 
 LONGEST_BAR = 1.5e-3
@@ -365,22 +318,16 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
         names = [name for name in presets.names("connector") if name != connector.name]
         others, fixes = partial(each_read, spec, "fpc.tail.connector", names), tuple[Family, ...]()
         if bare <= wanted + allowed + ROUNDING:
-            hint = (f"choose a stiffener {show(wrong, 'm')} {'thinner' if have > wanted else 'thicker'} "
-                    "(fpc.tail.stiffener), or another fpc.tail.connector")
+            hint = "insertion-thinner" if have > wanted else "insertion-thicker"
             plate_of = [f"{1e3 * (wanted - bare):.6g}"] if wanted > bare else []
             fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), others
         elif presets.is_rigid(spec.fpc.stackup):
-            hint = "fpc.tail.connector: solder-pads, for wires or a soldered connector: FR4 is too thick for plugs"
-            fixes = (partial(each_read, spec, "fpc.tail.connector", ["solder-pads"]),)
+            hint, fixes = "insertion-rigid", (partial(each_read, spec, "fpc.tail.connector", ["solder-pads"]),)
         else:
-            hint = ("it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a "
-                    "thinner fpc.stackup, or another fpc.tail.connector")
-            fixes = partial(thinner_tails, spec), others
-        yield Violation(
-            f"the tail's end, with its stiffener, is {show(have, 'm')} thick; {connector.name} takes "
-            f"{show(wanted, 'm')} +- {show(allowed, 'm')}{plug_mark(connector)}", hint, "fpc.tail.connector", have,
-            wanted, "m", source=connector.source, fixes=fixes,
-        )
+            hint, fixes = "insertion-bare", (partial(thinner_tails, spec), others)
+        yield violated("insertion", "fpc.tail.connector", have, wanted, "m", hint=hint,
+                       details=_plug_unverified(connector), source=connector.source, fixes=fixes,
+                       connector=connector.name, tolerance=allowed, wrong=wrong)
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
@@ -399,13 +346,11 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     # a stiffener from stock comes within half a step of the required thickness
     half_a_step = max(b - a for a, b in pairwise(_in_stock())) / 2
     if worst[0] > half_a_step + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
-        yield Violation(
-            f"the contacts come out {show(band.minimum, 'm')} to {show(band.maximum, 'm')} thick with the fabricator's "
-            f"tolerance; {connector.name} takes {show(low, 'm')} to {show(high, 'm')}{plug_mark(connector)}",
-            f"write the connector's band on the order ({show(wanted, 'm')} +- {show(allowed, 'm')}) and have it "
-            "confirmed, or measure the parts before they are plugged in", "fpc.tail.connector", worst[1],
-            high if worst[1] == band.maximum else low, "m", source=band.source,
-            place=Place(*pads[0].centre, 1) if pads else None,
+        yield violated(
+            "contact-thickness", "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m",
+            details=_plug_unverified(connector), source=band.source, place=Place(*pads[0].centre, 1) if pads else None,
+            minimum=band.minimum, maximum=band.maximum, low=low, high=high, wanted=wanted, tolerance=allowed,
+            connector=connector.name,
         )
 
 
@@ -423,13 +368,8 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
     key, severity = "fpc.tail.connector", Severity.WARNING
     if tail.stiffener is not None:
         key, severity = "fpc.tail.stiffener", Severity.NOTE
-    yield Violation(
-        f"the stiffener is {show(plate.thickness, 'm')} thick with its adhesive; none of the films and adhesives that "
-        f"are commonly in stock makes it ({show(totals[0], 'm')} to {show(totals[-1], 'm')}, near it "
-        f"{' and '.join(show(total, 'm') for total in near)})",
-        "ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener", key, plate.thickness,
-        near[0], "m", severity, "sitscad/data/stiffeners.csv",
-    )
+    yield violated("stiffener-stock", key, plate.thickness, near[0], "m", severity=severity,
+                   source="sitscad/data/stiffeners.csv", near=near, thinnest=totals[0], thickest=totals[-1])
 
 
 def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
@@ -443,47 +383,42 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
         return
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(placements, fpc.tail, connector).count)
-        mark = plug_mark(connector, "width_tolerance")
-        yield Violation(
-            f"the tail's end is {show(width, 'm')} wide, +- {show(rules.outline_tolerance, 'm')} by "
-            f"{house(rules, 'outline_tolerance')}; {connector.name} guides it by its sides and takes +- "
-            f"{show(connector.width_tolerance, 'm')}{mark}",
-            f"order and drawing ask for +- {show(connector.width_tolerance, 'm')} there: have it confirmed (cut by "
-            "laser, or by a punch of its own), or measure the parts before they are plugged in", "fpc.tail.connector",
-            rules.outline_tolerance, connector.width_tolerance, "m", source=rules.source_of("outline_tolerance"),
-            place=Place(*pads[0].centre, 1) if pads else None,
+        yield violated(
+            "plug-width", "fpc.tail.connector", rules.outline_tolerance, connector.width_tolerance, "m",
+            details=_plug_unverified(connector, "width_tolerance"), source=rules.source_of("outline_tolerance"),
+            place=Place(*pads[0].centre, 1) if pads else None, width=width, house=house(rules, "outline_tolerance"),
+            connector=connector.name,
         )
 
 
 def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield findings on a number of contacts that the connector is not made with, and on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
-    row, made, mark = contact_row(placements, fpc.tail, connector), connector.positions, plug_mark(connector,
-                                                                                                   "positions")
+    row, made = contact_row(placements, fpc.tail, connector), connector.positions
+    unverified = _plug_unverified(connector, "positions")
     if made and row.count not in made:
-        written = tail is not None and tail.contacts is not None
+        is_written = tail is not None and tail.contacts is not None
         others = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
-        other = f"fpc.tail.connector: {' or '.join(others)}, made with {row.count}, or " if others else ""
-        yield Violation(
-            f"{connector.name} is not known to be made with {row.count} contacts (its list has {made[0]} to "
-            f"{made[-1]}){mark}",
-            f"{other}compare with the drawing of what you buy" if written else f"{other}fewer coils",
-            "fpc.tail.contacts" if written else "fpc.tail.connector", float(row.count), float(made[-1]),
-            severity=Severity.WARNING if written else None, source=connector.source,
+        hint = "positions-written" if is_written else "positions-coils"
+        if others:
+            hint = "positions-others-written" if is_written else "positions-others-coils"
+        yield violated(
+            "positions", "fpc.tail.contacts" if is_written else "fpc.tail.connector", float(row.count),
+            float(made[-1]), hint=hint, details=unverified, severity=Severity.WARNING if is_written else None,
+            source=connector.source, connector=connector.name, fewest=made[0], others=others,
         )
     elif made and row.count > row.used:
-        yield Violation(
-            f"the coils need {row.used} contacts and {connector.name} has {row.count}{mark}: {row.count - row.used} "
-            f"lead nowhere, the coils have {row.first} to {row.first + row.used - 1}",
-            "wire the converter's board to those; a connector with another number is written as fpc.tail.contacts",
-            "fpc.tail.connector", float(row.used), float(row.count), severity=Severity.NOTE, source=connector.source,
+        yield violated(
+            "contacts-unused", "fpc.tail.connector", float(row.used), float(row.count), details=unverified,
+            severity=Severity.NOTE, source=connector.source, connector=connector.name, first=row.first,
+            last=row.first + row.used - 1,
         )
 
 
-def plug_mark(connector: Connector, *fields: str) -> str:
-    """Return a warning in brackets if a connector's values were not read from its drawing. Otherwise empty."""
+def _plug_unverified(connector: Connector, *fields: str) -> tuple[str, ...]:
+    """Return the detail for values of a connector that were not read from its drawing. Otherwise empty."""
     fields = fields or ("insertion_thickness", "insertion_thickness_tolerance")
-    return " (unverified: compare with its drawing)" if is_unverified(connector.source, *fields) else ""
+    return ("plug-unverified",) if is_unverified(connector.source, *fields) else ()
 
 
 def _connector(fpc: FpcSpec) -> Connector:
@@ -498,22 +433,16 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
     as_enig = partial(each_read, design.spec, "fpc.finish", ["enig"])
     if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):
-        why = "plugged in: it wears off" if is_plugged else "soldered to: so much gold makes the joints brittle"
-        yield Violation(f"{fpc.finish} is not for contacts that are {why}", "fpc.finish: enig serves both",
-                        "fpc.finish", severity=Severity.WARNING, source=chosen.source, fixes=(as_enig,))
+        yield violated("finish-plugs" if is_plugged else "finish-solder", "fpc.finish", severity=Severity.WARNING,
+                       source=chosen.source, fixes=(as_enig,), finish=fpc.finish)
     if chosen.is_electrolytic and layout.pads:
         apart = max(_to_the_edge(layout.outline, pad) for pad in layout.pads)
         is_long = apart > LONGEST_BAR + ROUNDING
-        bars = (
-            "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it "
-            "confirmed; fpc.finish: enig needs none and serves a socket that is mated seldom"
-        )
-        long = f"bars of more than {show(LONGEST_BAR, 'm')} leave copper at the cut; fpc.finish: enig needs none"
-        yield Violation(
-            f"{chosen.words} is plated by a current, for which all {len(layout.pads)} contacts have to be joined to "
-            f"the panel: plating bars are not drawn; the contacts end {show(apart, 'm')} before the board's edge",
-            long if is_long else bars, "fpc.finish", severity=Severity.ERROR if is_long else Severity.WARNING,
-            source=chosen.source, place=Place(*layout.pads[0].centre, 1), fixes=(as_enig,),
+        yield violated(
+            "plating-bars", "fpc.finish", hint="plating-bars-long" if is_long else "",
+            severity=Severity.ERROR if is_long else Severity.WARNING, source=chosen.source,
+            place=Place(*layout.pads[0].centre, 1), fixes=(as_enig,), finish=chosen.words, count=len(layout.pads),
+            distance=apart, longest=LONGEST_BAR,
         )
 
 
