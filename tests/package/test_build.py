@@ -33,14 +33,20 @@ coil: {shape: circle, outer_diameter: 3, turns: 4.5, layers: 2, trace_width: 100
 LIGHT = ("gerber", "kicad", "laser", "firmware", "report")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def good():
-    return sitscad.load_text(GOOD, "some/where/good.yaml")
+    """Its coils and pad are solved once for all tests."""
+    return sitscad.Design(sitscad.load_text(GOOD, "some/where/good.yaml"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
+def fewer_turns():
+    return sitscad.Design(sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml"))
+
+
+@pytest.fixture(scope="module")
 def weak():
-    return sitscad.load_text(WEAK, "weak.yaml")
+    return sitscad.Design(sitscad.load_text(WEAK, "weak.yaml"))
 
 
 def _hashes(directory: Path) -> dict[str, str]:
@@ -131,7 +137,7 @@ def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
 
 @pytest.mark.slow
 def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
-    changed = sitscad.load_text(GOOD.replace("thickness: 4", "thickness: 4.5"), "good.yaml")
+    changed = sitscad.Design(sitscad.load_text(GOOD.replace("thickness: 4", "thickness: 4.5"), "good.yaml"))
     sitscad.build(good, tmp_path / "a", LIGHT)
     sitscad.build(changed, tmp_path / "a", LIGHT)
     sitscad.build(changed, tmp_path / "b", ["kicad"])
@@ -156,12 +162,11 @@ def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_p
 
 
 @pytest.mark.slow
-def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, tmp_path):
+def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, fewer_turns, tmp_path):
     sitscad.build(good, tmp_path, LIGHT)
     same = _outcomes(sitscad.build(good, tmp_path, ["gerber"]))
     assert (same["gerber"], same["kicad"], same["laser"], same["report"]) == ("kept",) * 4
-    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
-    other = sitscad.build(changed, tmp_path, ["gerber"])
+    other = sitscad.build(fewer_turns, tmp_path, ["gerber"])
     outcomes = _outcomes(other)
     assert outcomes["gerber"] == "made"
     assert {outcomes[name] for name in ("kicad", "laser", "firmware", "report")} == {"dropped"}
@@ -203,7 +208,7 @@ def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
 
 def test_two_specs_of_one_name_are_refused(good):
     with pytest.raises(PackageError, match="both have the name"):
-        require_distinct_names([good, good])
+        require_distinct_names([good.spec, good.spec])
 
 
 def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
@@ -213,19 +218,18 @@ def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["../x", "/x", "manifest.json", "REPORT.html"])
-def test_a_writer_cannot_leave_the_package_or_write_over_it(good, tmp_path, monkeypatch, name):
+def test_a_writer_cannot_leave_the_package_or_write_over_it(good, fewer_turns, tmp_path, monkeypatch, name):
     first = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(first)
     monkeypatch.setattr(stages.Writer, "render", lambda self, *values: {name: b"x", "report.HTML": b"y"})
-    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
     with pytest.raises(PackageError):
-        sitscad.build(changed, tmp_path, ["gerber"])
+        sitscad.build(fewer_turns, tmp_path, ["gerber"])
     assert _hashes(first) == before
     assert os.listdir(tmp_path) == ["good-coil"]
 
 
 @pytest.mark.slow
-def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatch):
+def test_a_writer_that_refuses_leaves_the_old_package(good, fewer_turns, tmp_path, monkeypatch):
     directory = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(directory)
 
@@ -233,9 +237,8 @@ def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatc
         raise ValueError("it does not fit")
 
     monkeypatch.setattr(stages.Writer, "render", refuse)
-    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
     with pytest.raises(PackageError, match="it does not fit; nothing was changed"):
-        sitscad.build(changed, tmp_path, ["gerber"])
+        sitscad.build(fewer_turns, tmp_path, ["gerber"])
     assert _hashes(directory) == before
 
 
