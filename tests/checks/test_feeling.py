@@ -358,6 +358,7 @@ def test_tilt_note_advises_only_what_the_spec_leaves_out(bench):
     assert "requirements.tilt_error.shear_x" in other
 
 
+@pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", templates.names())
 def test_hints_advise_nothing_that_the_spec_has(name):

@@ -578,6 +578,7 @@ def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
     assert " 9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])
 def test_the_height_to_take_off_is_enough(thickness):

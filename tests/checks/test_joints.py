@@ -135,6 +135,7 @@ def test_small_holes_are_named_once():
     assert found(holes.replace("PROCESS", "resin"), "SIT316") == []
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", presets.names("hole pattern"))
 def test_holes_of_every_pattern_can_be_made_by_every_process(name):

@@ -227,6 +227,7 @@ def test_a_stiffer_pad_was_tried(judge):
     assert found.fixes or "tried in vain" in found.hint
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("array", "named"),
@@ -415,6 +416,7 @@ def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
         assert not {"SIT218", "SIT306"} & {f.rule for f in after}, fix.edits
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
 def test_nothing_untried_is_named_without_trials(name):

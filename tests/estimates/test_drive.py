@@ -96,6 +96,7 @@ def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
     assert drive_codes([near, near], LDC1614) == (LDC1614.drive_code(2200.0),) * 2
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("template", ["robotic_jaw_12mm", "fingertip_foil", "grasper_4layer", "square_bench"])
 def test_copper_as_it_may_be_delivered_keeps_the_amplitude_in_its_window(root, template):

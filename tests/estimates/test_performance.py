@@ -176,6 +176,7 @@ def test_two_loads_of_one_reading_are_found():
     assert not list(_alike(fitted(x, x + 0.2 * x**2, 2), one_axis))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("shear", [1.2, 1.5, 2.0])
 def test_loads_that_read_alike_are_found_however_wide_the_range(shear):

@@ -142,6 +142,7 @@ def test_binding_coil_width_holds_for_windings_only(tmp_path):
     assert b"memberOfGroup" not in kicad.render(loose)[f"kicad/{spec.name}.kicad_dru"]
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("copper", [2, 3, 4])

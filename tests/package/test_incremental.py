@@ -10,6 +10,7 @@ import resource
 import subprocess
 import sys
 from concurrent.futures.process import BrokenProcessPool
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,12 @@ ELECTRICAL = {
 }
 
 
+@cache
+def design_of(text: str) -> sitscad.Design:
+    """A design whose coils and pad are solved once for all builds of it."""
+    return sitscad.Design(sitscad.load_text(text, "sensor.yaml"))
+
+
 def changed(key: str, value: str, text: str = TEXT) -> str:
     """The template with one value changed."""
     found = rewritten(text, [Edit(key, value)])
@@ -48,7 +55,7 @@ def changed(key: str, value: str, text: str = TEXT) -> str:
 
 def files_of(text: str, stages: tuple[str, ...], folder: Path) -> dict[str, bytes]:
     """The files of some stages, built anew."""
-    found = sitscad.build(sitscad.load_text(text, "sensor.yaml"), folder, stages, force=True)
+    found = sitscad.build(design_of(text), folder, stages, force=True)
     manifest = read_manifest(found.directory)
     return {
         name: (found.directory / name).read_bytes() for name, entry in manifest.files.items() if entry.stage in stages
@@ -68,13 +75,14 @@ def test_what_no_stage_reads_is_what_is_tried_here():
     assert set(UNREAD["assembly"]) == {"readout", "source"}, "pictures are drawn at the required force"
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ELECTRICAL)
 def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path):
     assert files_of(changed(key, ELECTRICAL[key]), LIGHT, tmp_path) == before
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "key", "value"), [("grasper_4layer", "shield.thickness", "0.09"), ("bench_7mm", "target.size", "30")]
@@ -82,8 +90,8 @@ def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path)
 def test_bend_lines_in_kicad_move_with_the_mount_that_makes_the_bends(name, key, value, tmp_path):
     """A thicker shield lets the tail down deeper, a larger target widens the plate under it: stale lines once."""
     text = templates.read(name).replace("bend: static", "bend: {angle: 30 deg}")
-    sitscad.build(sitscad.load_text(text, "sensor.yaml"), tmp_path, ("kicad",), force=True)
-    spec = sitscad.load_text(changed(key, value, text), "sensor.yaml")
+    sitscad.build(design_of(text), tmp_path, ("kicad",), force=True)
+    spec = design_of(changed(key, value, text))
     (drawn,) = sitscad.build(spec, tmp_path, ("kicad",), force=True).directory.glob("kicad/*.kicad_pcb")
     (fresh,) = sitscad.build(spec, tmp_path / "fresh", ("kicad",), force=True).directory.glob("kicad/*.kicad_pcb")
     assert drawn.read_bytes() == fresh.read_bytes()
@@ -112,7 +120,7 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
     monkeypatch.undo()
     assert {name for name in first if first[name] != again[name]} == {"mount/assembly.txt"}
     assert again == files_of(other, ("assembly",), tmp_path / "fresh")
-    spec, only = sitscad.load_text(other, "sensor.yaml"), ("assembly", "datasheet")
+    spec, only = design_of(other), ("assembly", "datasheet")
     beside = sitscad.build(spec, tmp_path / "beside", only, jobs=2)
     assert {name: (beside.directory / name).read_bytes() for name in again} == again
     made = [name for name, outcome in outcomes(beside).items() if outcome == "made"]
@@ -123,7 +131,7 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
 @pytest.mark.slow
 def test_steps_of_a_package_that_grows_name_what_it_still_lacks(tmp_path):
     """Steps of `--only mount` said which files are lacking, also once these were there."""
-    spec = sitscad.load_text(templates.read("bench_7mm"), "sensor.yaml")
+    spec = design_of(templates.read("bench_7mm"))
 
     def lacking(only):
         folder = sitscad.build(spec, tmp_path, only=only).directory
@@ -138,12 +146,12 @@ def test_steps_of_a_package_that_grows_name_what_it_still_lacks(tmp_path):
 @pytest.mark.slow
 def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatch):
     """By too little memory, mostly: the package before stays as it is, and the error is told."""
-    spec = sitscad.load_text(TEXT, "sensor.yaml")
+    spec = design_of(TEXT)
     before = sitscad.build(spec, tmp_path, ("report",))
     stamps = {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")}
     monkeypatch.setattr(stages, "_render_aside", os.abort)  # ends in the other process, whatever it is given
     with pytest.raises(BrokenProcessPool, match="solids"):
-        sitscad.build(spec, tmp_path, ("mesh", "datasheet", "report"), jobs=2)
+        sitscad.build(spec, tmp_path, ("mesh", "firmware", "report"), jobs=2)
     assert {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")} == stamps
 
 
@@ -153,8 +161,8 @@ def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatc
 def test_a_longer_tail_makes_no_new_mount(tmp_path):
     """Neither is anything of it made, nor would a fresh build make other bytes."""
     longer = changed("fpc.tail.length", "40")
-    first = sitscad.build(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path, SOLID)
-    again = sitscad.build(sitscad.load_text(longer, "sensor.yaml"), tmp_path, SOLID)
+    first = sitscad.build(design_of(TEXT), tmp_path, SOLID)
+    again = sitscad.build(design_of(longer), tmp_path, SOLID)
     assert [outcomes(first)[stage] for stage in SOLID] == ["made", "made"]
     assert [outcomes(again)[stage] for stage in (*SOLID, "assembly")] == ["kept", "kept", "made"]
     assert files_of(longer, SOLID, tmp_path / "fresh") == files_of(TEXT, SOLID, tmp_path / "before")
@@ -176,10 +184,10 @@ def outcomes(result: sitscad.BuildResult) -> dict[str, str]:
 )
 def test_a_changed_value_makes_only_what_depends_on_it(tmp_path, change, made):
     light = ("gerber", "kicad", "laser", "firmware", "report")
-    sitscad.build(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path, light)
-    result = sitscad.build(sitscad.load_text(changed(*change), "sensor.yaml"), tmp_path, light, force=True)
+    sitscad.build(design_of(TEXT), tmp_path, light)
+    result = sitscad.build(design_of(changed(*change)), tmp_path, light, force=True)
     assert {stage for stage, outcome in outcomes(result).items() if outcome == "made"} == made
-    fresh = sitscad.build(sitscad.load_text(changed(*change), "sensor.yaml"), tmp_path / "fresh", light, force=True)
+    fresh = sitscad.build(design_of(changed(*change)), tmp_path / "fresh", light, force=True)
     for path in sorted(path for path in fresh.directory.rglob("*") if path.is_file()):
         assert path.read_bytes() == (result.directory / path.relative_to(fresh.directory)).read_bytes(), path
 
@@ -189,7 +197,7 @@ def test_a_changed_value_makes_only_what_depends_on_it(tmp_path, change, made):
 
 @pytest.fixture
 def built(tmp_path):
-    spec = sitscad.load_text(TEXT, "sensor.yaml")
+    spec = design_of(TEXT)
     return spec, sitscad.build(spec, tmp_path, ("firmware", "report")), tmp_path
 
 
@@ -245,7 +253,7 @@ def test_stages_that_were_built_one_after_the_other_count_together(built):
 
 @pytest.mark.slow
 def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
-    spec = sitscad.load_text(templates.read("grasper_3p5mm"), "sensor.yaml")
+    spec = design_of(templates.read("grasper_3p5mm"))
     assert sitscad.build(spec, tmp_path, ("firmware",), force=True).forced
     again = sitscad.build(spec, tmp_path, ("firmware",), force=True)
     assert again.forced and not again.is_unchanged and not again.checked.ok
@@ -285,7 +293,7 @@ def test_what_is_stale_is_named_and_nothing_is_written(built):
     (first.directory / "report.html").write_text("mine")
     (first.directory / "more.txt").write_text("mine")
     stamps = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
-    other = sitscad.load_text(changed("readout.clock", "39 MHz"), "sensor.yaml")
+    other = design_of(changed("readout.clock", "39 MHz"))
     found = stale(other, out, only)
     assert not found.written and not found.is_unchanged
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == stamps
@@ -299,5 +307,5 @@ def test_what_is_stale_is_named_and_nothing_is_written(built):
 
 @pytest.mark.slow
 def test_a_package_that_is_not_there_is_stale(tmp_path):
-    found = stale(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path / "outputs", ("firmware",))
+    found = stale(design_of(TEXT), tmp_path / "outputs", ("firmware",))
     assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()

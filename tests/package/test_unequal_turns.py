@@ -129,6 +129,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
         assert [w.path.length for w in coil.windings] == approx([w.path.length for w in home], rel=1e-6)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("name", [
@@ -149,6 +150,7 @@ def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
     assert done.returncode == 0, json.loads(report.read_text())
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.needs("gmsh", "scipy")
 @pytest.mark.parametrize("name", ["every layer another", "hexagon"])

@@ -57,7 +57,7 @@ def kinds():
 KINDS = dict(kinds())
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_figures_and_solids_agree_on_what_carries_the_board(kind):

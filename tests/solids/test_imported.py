@@ -159,6 +159,7 @@ def test_files_that_are_none_are_found_by_name_and_line(tmp_path, name, content,
     assert words in found.message
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "body",

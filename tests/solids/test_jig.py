@@ -141,6 +141,7 @@ def test_jig_frames_leave_pads_and_targets_of_every_thickness_free(name, spec):
                 break  # what is glued on it later is not there yet
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "spec"),
@@ -166,6 +167,7 @@ def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
             assert interferences((frame, press)) == ()
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round"])
 def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
@@ -282,6 +284,7 @@ def test_tools_that_overlap_cut_what_they_cut_one_after_the_other():
         without(block, [*tools, box(-1e-3, -1e-3, -1e-3, 5e-3, 3e-3, 2e-3)], "block")
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("template", ["round_button_12mm", "three_axis_triangle", "grasper_4layer"])
 def test_the_board_s_press_stands_on_the_board_s_rim_and_touches_neither_mount_nor_pieces(template):

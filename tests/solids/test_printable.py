@@ -108,6 +108,7 @@ def pieces(layout):
     return (*mounts.mount(layout), *aids(layout))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
 def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
@@ -115,7 +116,7 @@ def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
         assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("process", ["powder", "filament"])
 @pytest.mark.parametrize("kind", ["ledges", "ati-nano17", "finger-circle"])
@@ -199,6 +200,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
     assert held.volume - plain.volume == approx(2 * one, rel=1e-6)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):

@@ -47,7 +47,7 @@ def random_sensor(seed):
     return replace(layout, spec=replace(layout.spec, assembly=replace(GLUED, glue_line=chance.uniform(0.0, 1e-4))))
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seed",

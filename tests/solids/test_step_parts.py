@@ -174,6 +174,7 @@ def test_a_corner_beyond_the_port_is_told_by_place_and_excess_and_no_passing_rul
         assert any(each == approx(figure, rel=5e-3, abs=6e-3) for each in figures), figure
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", [10.0, 25.4])
 def test_a_file_in_another_unit_has_no_metal_under_the_coils(tmp_path, unit):
@@ -228,6 +229,7 @@ def unread(name):
             "far too large": block().scale(100)}[name]
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["two solids", "sheet", "wire", "far too large"])
 def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
@@ -306,6 +308,7 @@ def test_a_path_that_is_no_file_is_found_at_its_key(tmp_path, kind):
     assert (found.key, found.line) == ("mount.jaw.step", 10) and found.hint
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("datum", ["datum: [50.8, 0, 0]", "datum: SEAT"])
 def test_a_file_in_inches_is_the_jaw_that_it_says(tmp_path, datum):

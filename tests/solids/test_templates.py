@@ -24,6 +24,7 @@ def unglued(layout):
     return replace(layout, spec=replace(layout.spec, assembly=Assembly(glue_line=0.0, glue_tolerance=0.0)))
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 def test_a_template_s_solids_fit_together(template):
     layout = unglued(lay_out(load(template)))

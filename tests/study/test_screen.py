@@ -127,6 +127,7 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     assert screened([spec], ["rp"])[0].level == level
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("template", "changes"), [
     ("three_axis_triangle", {"target.size": 14e-3}),  # 14.1 mN of normal force for 6.0
@@ -157,6 +158,7 @@ def test_target_beyond_the_sketch_alone_is_left_to_the_full_level():
     assert "SIT307" in found.unknown and "SIT307" not in {*found.refused, *found.warned}
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
 def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):

@@ -136,6 +136,7 @@ def test_text_and_json_say_what_was_found(answered):
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["nsga2", "sobol", "grid"])
 def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folder):
@@ -579,6 +580,7 @@ def test_a_changed_study_uses_again_what_still_fits(folder):
 PROFILE = "name: {0}\nbased_on: generic-flex\nsource: {0}\n"
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("asked", [
     {"vary": {"fpc.rules": ["one.yaml", "two.yaml"]}},
@@ -808,6 +810,7 @@ def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
     assert [said.found.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "bench_7mm", "grasper_3p5mm", "skin_strip_6"])
 def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
@@ -837,6 +840,7 @@ def _screened(asked, count):
     return evaluate_chunk(asked.base, Chunk(tuple(designs), asked.measures, "screen"))[0]
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "grasper_3p5mm", "racetrack_jaw", "three_axis_triangle"])
 def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(name, tmp_path, monkeypatch):

@@ -71,6 +71,7 @@ def test_it_has_the_keys_that_the_loader_reads():
     assert list(json_schema()["properties"]) == list(SpecDocument.keys)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", templates.names())
 def test_templates_are_valid(name):
     jsonschema = pytest.importorskip(
