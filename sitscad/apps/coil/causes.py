@@ -1,0 +1,278 @@
+"""Causes of a difference between a measured coil and the computed one, and the fit of each to the measurement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from sitscad.apps.coil.variants import CoilVariants, Impedance
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+
+METALS = ("aluminium", "stainless-304", "stainless-17-4ph")
+"""Metals that are tried near a coil: a good conductor, a poor conductor, a magnetic one (`data/conductors.csv`)."""
+
+ADDED_PARAMETER = 2.0
+"""Penalty on chi-square for each fitted parameter (Akaike 1974)."""
+
+CLOSE = 6.0
+"""Causes whose penalised chi-squares differ by less cannot be told apart: their odds are below 20 to 1."""
+
+DECISIVE = 10.0
+"""Decrease of the penalised chi-square from which a cause is preferred to the coil as drawn: odds of 150 to 1."""
+
+STEPS = 12
+"""Largest number of Gauss-Newton steps of a fit. Fits of tests need 3 to 6."""
+
+
+@record(eq=False)
+class Cause:
+    """A cause that changes the impedance of a coil by parameters.
+
+    ``impedance`` returns the changed coil for parameter values, and `text` states the cause with the values and their
+    standard deviations. `starts` are the values from which the fit begins; the best fit is taken. They are empty for a
+    cause without parameters. `lowest` and `highest` limit the parameters, and `step` is for their derivatives.
+    """
+
+    name: str
+    impedance: Callable[[Sequence[float]], Impedance]
+    text: Callable[[Sequence[float], Sequence[float]], str]
+    starts: tuple[tuple[float, ...], ...] = ((),)
+    lowest: tuple[float, ...] = ()
+    highest: tuple[float, ...] = ()
+    step: tuple[float, ...] = ()
+
+
+@record(eq=False)
+class Explanation:
+    """A cause fitted to a measurement.
+
+    Attributes
+    ----------
+    cause : str
+        name of the cause
+    text : str
+        the cause with its fitted values
+    values, sigmas : tuple of float
+        fitted parameters and their standard deviations (SI), empty for causes without parameters
+    chi_square : float
+        sum of the squared residuals over their standard deviations
+    is_sufficient : bool
+        whether the residuals are within the errors of meter, model and manufacture
+    impedances : (n,) complex array
+        ohm, at the compared frequencies
+    """
+
+    cause: str
+    text: str
+    values: tuple[float, ...]
+    sigmas: tuple[float, ...]
+    chi_square: float
+    is_sufficient: bool
+    impedances: ComplexArray
+
+    @property
+    def penalised(self) -> float:
+        """Chi-square with `ADDED_PARAMETER` for each parameter. The smallest is the best explanation."""
+        return self.chi_square + ADDED_PARAMETER * len(self.values)
+
+
+@record(eq=False)
+class Residuals:
+    """Residuals of impedances from measured ones, in units of their standard deviation and without correlation."""
+
+    measured: ComplexArray
+    whitening: Array
+
+    @classmethod
+    def of(cls, measured: ComplexArray, meter_error: float, tolerances: Sequence[ComplexArray]) -> Residuals:
+        """Return residuals for measured impedances (n; ohm).
+
+        Parameters
+        ----------
+        measured
+            Impedances (n; ohm).
+        meter_error
+            Relative error of the meter, as gain and as phase (rad), equal at all frequencies. Each point scatters by
+            half of it.
+        tolerances
+            Changes (n; ohm) of the impedance by one sigma of each tolerance and of each error of the model.
+        """
+        size = np.abs(measured)
+        turned = measured / size
+        common = [meter_error * turned, 1j * meter_error * turned, *(change / size for change in tolerances)]
+        covariance = (SCATTER * meter_error) ** 2 * np.eye(2 * len(measured))
+        for each in common:
+            column = np.concatenate((each.real, each.imag))
+            covariance += np.outer(column, column)
+        return cls(measured, np.linalg.inv(np.linalg.cholesky(covariance)))
+
+    def __call__(self, impedances: ComplexArray) -> Array:
+        """Return the residuals (2 n) of impedances (n; ohm)."""
+        apart = (impedances - self.measured) / np.abs(self.measured)
+        return np.asarray(self.whitening @ np.concatenate((apart.real, apart.imag)))
+
+    @property
+    def sufficient(self) -> float:
+        """Largest chi-square of a sufficient explanation: three sigma above its mean."""
+        count = 2 * len(self.measured)
+        return count + 3.0 * math.sqrt(2.0 * count)
+
+
+SCATTER = 0.5
+"""Scatter of single points over the meter's error. Most of a meter's error is equal at neighbouring frequencies."""
+
+
+def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[Cause]:
+    """Yield all causes that can change this coil in the direction of the measured impedances (n; ohm)."""
+    yield from _manufacturing_causes(variants)
+    yield from _winding_causes(variants)
+    yield from _fixture_causes(variants)
+    if (measured.imag < variants.nominal.terminal.imag).any():  # metal lowers the inductance, but for magnetic metal
+        yield from _metal_causes(variants)
+
+
+def _manufacturing_causes(variants: CoilVariants) -> Iterator[Cause]:
+    coil, stackup = variants.spec.coil, variants.spec.fpc.stackup
+    width, pitch = coil.trace_width, coil.pitch
+    copper = stackup.copper[coil.layers[0] - 1].thickness
+    yield Cause(
+        "etched width", lambda values: variants.with_width(values[0]),
+        lambda values, sigmas: f"the tracks are {_with_sigma(values[0], sigmas[0], 'm')} wide; drawn are "
+                               f"{show(width, 'm')}",
+        ((0.9 * width,), (1.1 * width,)), (0.25 * width,), (min(3.0 * width, width + 0.9 * (pitch - width)),),
+        (0.02 * width,),
+    )
+    yield Cause(
+        "copper thickness", lambda values: variants.with_copper(math.exp(values[0])),
+        lambda values, sigmas: f"the copper is {_with_sigma(copper * math.exp(values[0]), copper * sigmas[0], 'm')} "
+                               f"thick; the stack-up has {show(copper, 'm')}",
+        ((0.0,),), (math.log(0.2),), (math.log(4.0),), (0.05,),
+    )
+    if len(coil.layers) > 1:
+        layers = [stackup.copper[each - 1] for each in coil.layers]
+        film = abs(layers[0].z - layers[1].z) - 0.5 * (layers[0].thickness + layers[1].thickness)
+        yield Cause(
+            "distance of layers", lambda values: variants.with_films(math.exp(values[0])),
+            lambda values, sigmas: f"{_with_sigma(film * math.exp(values[0]), film * sigmas[0], 'm')} lie between the "
+                                   f"first two layers of the coil; the stack-up has {show(film, 'm')}",
+            ((0.0,),), (math.log(0.2),), (math.log(10.0),), (0.05,),
+        )
+
+
+def _winding_causes(variants: CoilVariants) -> Iterator[Cause]:
+    coil = variants.spec.coil
+    count = len(coil.layers)
+    for number, layer in enumerate(coil.layers):
+        if count > 1:
+            yield _certain(f"layer {layer} missing", f"the turns on copper {layer} are missing or bypassed",
+                           lambda number=number: variants.without_layer(number))
+        if count > 2 or (count == 2 and number == 1):  # of two layers, either turns against the other
+            yield _certain(f"layer {layer} reversed", f"the turns on copper {layer} turn the other way",
+                           lambda number=number: variants.with_layer_reversed(number))
+        for more, word in ((-1.0, "missing"), (1.0, "more")):
+            if (coil.layer_turns[number] + more) < 0.5 or coil.layer_turns[number] + more > coil.turns_that_fit:
+                continue
+            yield _certain(f"turn {word} on layer {layer}", f"copper {layer} has one turn {_MORE[word]} than drawn",
+                           lambda number=number, more=more: variants.with_turns(number, more))
+
+
+_MORE = {"missing": "less", "more": "more"}
+"""Word of a text for the word in a cause's name."""
+
+
+def _fixture_causes(variants: CoilVariants) -> Iterator[Cause]:
+    nominal = variants.nominal
+    omega = 2.0 * math.pi * variants.frequencies
+
+    def in_series(values: Sequence[float]) -> Impedance:
+        return replace(nominal, series=nominal.series + values[1] + 1j * omega * values[0])
+
+    inductance = float(nominal.series.imag[0] / omega[0])
+    yield Cause(
+        "fixture's capacitance", lambda values: replace(nominal, capacitance=nominal.capacitance + values[0]),
+        lambda values, sigmas: f"the fixture adds {_with_sigma(values[0], sigmas[0], 'F')} across the coil",
+        ((0.0,),), (-0.9 * nominal.capacitance,), (10e-9,), (1e-13,),
+    )
+    yield Cause(
+        "fixture in series", in_series,
+        lambda values, sigmas: f"leads and fixture add {_with_sigma(values[0], sigmas[0], 'H')} and "
+                               f"{_with_sigma(values[1], sigmas[1], 'ohm')} in series",
+        ((0.0, 0.0),), (-0.5 * inductance, -0.5 * float(nominal.series.real[0])), (MOST_LEADS, 100.0), (1e-10, 1e-4),
+    )
+
+
+MOST_LEADS = 2e-6
+"""Largest inductance (H) of leads and fixture: some two metres of wire."""
+
+
+def _metal_causes(variants: CoilVariants) -> Iterator[Cause]:
+    size = min(variants.spec.coil.size)
+    for metal in METALS:
+        yield Cause(
+            f"metal near by ({metal})",
+            lambda values, metal=metal: variants.with_metal(metal, math.exp(values[0])),
+            lambda values, sigmas, metal=metal: (
+                f"metal like {metal} lies about {show(math.exp(values[0]), 'm', 2)} from the board's lower face"),
+            ((math.log(0.05 * size),), (math.log(0.3 * size),)), (math.log(1e-5),), (math.log(2.0 * size),), (0.05,),
+        )
+
+
+def _certain(name: str, text: str, impedance: Callable[[], Impedance]) -> Cause:
+    """Return a cause without parameters."""
+    return Cause(name, lambda values: impedance(), lambda values, sigmas: text)
+
+
+def _with_sigma(value: float, sigma: float, unit: str) -> str:
+    return f"{show(value, unit, 3)} +- {show(sigma, unit, 1)}"
+
+
+def explain(cause: Cause, residuals: Residuals) -> Explanation:
+    """Fit the parameters of a cause by least squares (Gauss-Newton with halved steps)."""
+    fits = [_fit(cause, residuals, start) for start in cause.starts]
+    values, sigmas, impedances, misfit = min(fits, key=lambda fit: fit[3])
+    return Explanation(cause.name, cause.text(values, sigmas), values, sigmas, misfit,
+                       misfit <= residuals.sufficient, impedances)
+
+
+Fit = tuple[tuple[float, ...], tuple[float, ...], ComplexArray, float]
+"""Parameters, their standard deviations, impedances (n; ohm) and chi-square."""
+
+
+def _fit(cause: Cause, residuals: Residuals, start: Sequence[float]) -> Fit:
+    values = np.array(start, dtype=float)
+    impedances = cause.impedance(values.tolist()).terminal
+    apart = residuals(impedances)
+    misfit, steps = float(apart @ apart), np.array(cause.step)
+    slopes = np.zeros((len(apart), len(values)))
+    for _ in range(STEPS if len(values) else 0):
+        slopes = _slopes(cause, residuals, values, apart, steps)
+        change = steps * np.linalg.lstsq(slopes * steps, -apart, rcond=None)[0]  # parameters of equal size
+        for halving in range(6):
+            trial = np.clip(values + 0.5**halving * change, cause.lowest, cause.highest)
+            changed = cause.impedance(trial.tolist()).terminal
+            residual = residuals(changed)
+            if float(residual @ residual) < misfit:
+                break
+        else:
+            break
+        gain = misfit - float(residual @ residual)
+        values, impedances, apart, misfit = trial, changed, residual, float(residual @ residual)
+        if gain < 0.01:
+            break
+    scaled = slopes * steps
+    sigmas = steps * np.sqrt(np.diag(np.linalg.pinv(scaled.T @ scaled)))
+    return tuple(values.tolist()), tuple(sigmas.tolist()), impedances, misfit
+
+
+def _slopes(cause: Cause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
+    """Return derivatives of the residuals (2 n, parameters). Steps go away from the limits."""
+    columns = []
+    for k, step in enumerate(steps.tolist()):
+        moved = values.copy()
+        moved[k] += step if values[k] + step <= cause.highest[k] else -step
+        columns.append((residuals(cause.impedance(moved.tolist()).terminal) - apart) / (moved[k] - values[k]))
+    return np.stack(columns, axis=1)

@@ -1,0 +1,217 @@
+"""The impedance of a coil as drawn, and of the same coil with one thing different."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE, REST
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.record import record, replace
+from sitscad.estimates.circuits.coils import coil_circuits
+from sitscad.estimates.circuits.solved_winding import SolvedWinding
+from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.states.steps import wind
+from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.tolerances.scatter import DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
+from sitscad.estimates.windings.leads import NO_LEADS
+from sitscad.estimates.windings.own_capacitance import CAPACITANCE_ERROR
+from sitscad.layout import lay_out
+from sitscad.layout.board import Layout
+from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.mount import Mount
+from sitscad.spec.sensor import SensorSpec
+
+
+@record(eq=False)
+class Impedance:
+    """A coil at (n,) frequencies: series impedances (n; ohm) of inductance and resistance, and C (F) across them."""
+
+    frequencies: Array
+    series: ComplexArray
+    capacitance: float
+
+    @property
+    def terminal(self) -> ComplexArray:
+        """Impedances (n; ohm) between the terminals, with the capacitance."""
+        return self.series / (1.0 + 2j * math.pi * self.frequencies * self.capacitance * self.series)
+
+
+@record(eq=False)
+class CoilVariants:
+    """Impedances of one coil and of variants of it at (n,) frequencies (Hz).
+
+    `nominal` is the coil as drawn, between the terminals. A variant changes only the winding: `spec` has this coil
+    alone, and `winding` is its impedance without leads. The leads of `nominal` stay.
+    """
+
+    frequencies: Array
+    spec: SensorSpec
+    nominal: Impedance
+    winding: Impedance
+    inductance_error: float
+    resistance_errors: Array
+
+    @classmethod
+    def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
+        """Return the variants of coil `number` (from 0) of a layout, with its leads if `has_leads`."""
+        spec = _alone(layout.spec)
+        solved, circuit = _solve(spec)
+        winding = _impedance(circuit, FREE, frequencies)
+        nominal = winding
+        if has_leads:
+            wound = wind(layout)
+            circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
+            nominal = _impedance(circuits[number], FREE, frequencies, circuits[number].self_capacitance)
+        errors = [solved.bound.relative(circuit.loss.resistance_ratio(f), f) for f in frequencies.tolist()]
+        return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors))
+
+    def with_coil(self, **changes: object) -> Impedance:
+        """Return the impedance with other values of the coil's spec."""
+        return self._with(replace(self.spec, coil=replace(self.spec.coil, **changes)))
+
+    def with_width(self, width: float) -> Impedance:
+        """Return the impedance with tracks of another width (m) on the same centre lines."""
+        coil = self.spec.coil
+        wider = width - coil.trace_width
+        return self.with_coil(trace_width=width, trace_spacing=coil.trace_spacing - wider,
+                              size=(coil.size[0] + wider, coil.size[1] + wider))
+
+    def with_copper(self, factor: float) -> Impedance:
+        """Return the impedance with the thickness of all copper multiplied by a factor."""
+        return self._with_stackup(_scaled(self.spec.fpc.stackup, factor, of_copper=True))
+
+    def with_films(self, factor: float) -> Impedance:
+        """Return the impedance with the thickness of all films between copper layers multiplied by a factor."""
+        return self._with_stackup(_scaled(self.spec.fpc.stackup, factor, of_copper=False))
+
+    def with_metal(self, material: str, distance: float) -> Impedance:
+        """Return the impedance near a thick sheet of metal, at a distance (m) from the board's bottom face."""
+        mount = _mount(material)
+        assert mount.metal_behind is not None
+        mount = replace(mount, standoff=distance, metal_behind=replace(mount.metal_behind, distance=distance))
+        return self._with(replace(self.spec, mount=mount), REST)
+
+    def with_layer_reversed(self, number: int) -> Impedance:
+        """Return the impedance with the current of one layer (from 0) turning the other way.
+
+        Notes
+        -----
+        L of two parts in series is La + Lb + 2M, and La + Lb - 2M with one of them reversed. Resistance and capacitance
+        stay: the currents within the tracks change a little, which is left out.
+        """
+        alone, others = (self._parts(each) for each in ([number], self._others(number)))
+        omega = 2.0 * math.pi * self.frequencies
+        change = 2.0 * (alone.series.imag + others.series.imag - self.winding.series.imag) / omega
+        return replace(self.nominal, series=self.nominal.series + 1j * omega * change)
+
+    def without_layer(self, number: int) -> Impedance:
+        """Return the impedance without the turns of one layer (from 0)."""
+        parts = self._parts(self._others(number))
+        return self._moved(parts)
+
+    def with_turns(self, number: int, more: float) -> Impedance:
+        """Return the impedance with more turns (negative: fewer) on one layer (from 0), at the inner end."""
+        turns = list(self.spec.coil.layer_turns)
+        turns[number] += more
+        return self.with_coil(turns=tuple(turns))
+
+    def tolerances(self) -> Mapping[str, ComplexArray]:
+        """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error."""
+        coil, sigma = self.spec.coil, sigmas(self.spec)
+        omega = 2.0 * math.pi * self.frequencies
+        series, capacitance = self.nominal.series, self.nominal.capacitance
+        moved = {
+            "error of the inductance": replace(self.nominal, series=series + 1j * self.inductance_error * series.imag),
+            "error of the resistance": replace(self.nominal, series=series + self.resistance_errors * series.real),
+            "error of the capacitance": replace(self.nominal, capacitance=capacitance * (1.0 + CAPACITANCE_ERROR)),
+            WIDTH: self.with_width(coil.trace_width * (1.0 + sigma[WIDTH])),
+            THICKNESS: self.with_copper(1.0 + sigma[THICKNESS]),
+            DIAMETER: replace(self.nominal, series=series + 1j * omega * sigma[DIAMETER] * series.imag / omega),
+            PERMITTIVITY: replace(self.nominal, capacitance=capacitance * (1.0 + sigma[PERMITTIVITY])),
+        }
+        if len(coil.layers) > 1:
+            moved[DISTANCE] = self.with_films(1.0 + sigma[DISTANCE])
+        return {name: each.terminal - self.nominal.terminal for name, each in moved.items()}
+
+    def _others(self, number: int) -> list[int]:
+        return [each for each in range(len(self.spec.coil.layers)) if each != number]
+
+    def _parts(self, numbers: Sequence[int]) -> Impedance:
+        """Return the impedance of the winding on some of its layers (from 0), without leads."""
+        coil = self.spec.coil
+        part = replace(coil, layers=tuple(coil.layers[each] for each in numbers),
+                       turns=tuple(coil.layer_turns[each] for each in numbers))
+        return _impedance(_solve(replace(self.spec, coil=part))[1], FREE, self.frequencies)
+
+    def _with_stackup(self, stackup: Stackup) -> Impedance:
+        return self._with(replace(self.spec, fpc=replace(self.spec.fpc, stackup=stackup)))
+
+    def _with(self, spec: SensorSpec, state: str = FREE) -> Impedance:
+        return self._moved(_impedance(_solve(spec)[1], state, self.frequencies))
+
+    def _moved(self, winding: Impedance) -> Impedance:
+        """Return the impedance between the terminals with another winding and the leads of `nominal`."""
+        capacitance = self.nominal.capacitance + winding.capacitance - self.winding.capacitance
+        return Impedance(self.frequencies, self.nominal.series + winding.series - self.winding.series, capacitance)
+
+
+PLAIN_COIL: Mapping[str, object] = {
+    "shape": "circle", "outer_diameter": 8, "turns": 5, "trace_width": "100 um", "trace_spacing": "100 um",
+}
+"""Coil of specs whose coil is then replaced."""
+
+THICK_SHEET = 3.0
+"""Thickness (mm) of metal near a coil. Thicker metal changes the coil no more above some 10 kHz."""
+
+
+@cache
+def _mount(material: str) -> Mount:
+    """Return a mount with thick metal behind the board."""
+    behind = {"material": material, "distance": 1.0, "thickness": THICK_SHEET}
+    mount = {"kind": "custom", "standoff": 1.0, "metal_behind": behind}
+    made = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL, "mount": mount}).mount
+    assert made is not None
+    return made
+
+
+def _alone(spec: SensorSpec) -> SensorSpec:
+    """Return a spec with one coil of a spec, its stack-up and its temperature, and nothing else."""
+    plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
+    requirements = replace(plain.requirements, temperature=spec.requirements.temperature)
+    fpc = replace(plain.fpc, stackup=spec.fpc.stackup)
+    return replace(plain, coil=spec.coil, fpc=fpc, requirements=requirements)
+
+
+def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
+    """Return the solved winding of a spec with one coil, and its circuit."""
+    wound = wind(lay_out(spec))
+    return wound.winding, coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)[0]
+
+
+def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance: float | None = None) -> Impedance:
+    """Return the impedance of a circuit in a state. Without its leads unless `capacitance` (F, with leads) is given."""
+    if capacitance is None:
+        circuit = replace(circuit, leads=NO_LEADS, known={})
+    inductance, resistance = circuit.own(state, frequencies)
+    series = resistance + 2j * math.pi * frequencies * inductance
+    return Impedance(frequencies, series, circuit.winding_capacitance if capacitance is None else capacitance)
+
+
+def _scaled(stackup: Stackup, factor: float, of_copper: bool) -> Stackup:
+    """Return a stack-up with all copper, or all films between copper layers, multiplied in thickness."""
+    layers = stackup.layers
+    copper = [k for k, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
+
+    def scaled() -> Iterator[object]:
+        for k, layer in enumerate(layers):
+            is_scaled = k in copper if of_copper else copper[0] < k < copper[-1] and k not in copper
+            yield replace(layer, thickness=factor * layer.thickness) if is_scaled else layer
+
+    return replace(stackup, layers=tuple(scaled()))
+
+
