@@ -16,6 +16,7 @@ import click
 
 import sitscad
 from sitscad.basics.units import counted
+from sitscad.cli.measured import measured_options, print_comparison
 from sitscad.cli.terminal import (
     DAY,
     RELATIVE_ERROR,
@@ -84,14 +85,18 @@ def _asked(prompt: str) -> str:
 @click.option("--at", "at", multiple=True, metavar="FREQUENCY",
               help="Add L, R and Q of each coil alone at a frequency, like 13.56MHz; can be repeated.")
 @click.option("--performance", is_flag=True, help="Add the sensing performance, in newtons (2 to 4 s more).")
+@measured_options
+@click.option("--coil", "name", metavar="NAME", help="The measured coil (--measured).  [default: the first]")
 def estimate(
-    spec: str, format_name: str, tolerance: float | None, method: str | None, at: tuple[str, ...], performance: bool
+    spec: str, format_name: str, tolerance: float | None, method: str | None, at: tuple[str, ...], performance: bool,
+    measured: str | None, meter_error: float, overlay: str | None, name: str | None,
 ) -> int:
     """Print the electrical figures of SPEC.
 
     They are inductance, resistance and frequency of every coil, and the settings of the readout. Each coil is free, at
     rest or pressed. With --performance, the sensing performance in newtons is added. With --at, L, R and Q of each coil
-    alone at a frequency are added. They need neither target nor tank.
+    alone at a frequency are added. They need neither target nor tank. With
+    --measured, one coil of the bare board is compared at its contacts with a measurement.
 
     \b
     Words in the tables:
@@ -133,6 +138,10 @@ def estimate(
         print_result(show(spec, None, unread, coloured(sys.stdout), None, None, ()))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
+    if measured is not None:
+        return print_comparison(layout, measured, name, meter_error, format_name, overlay)
+    if overlay or name:
+        raise click.UsageError("--overlay and --coil go with --measured DATA")
     try:
         estimates = sitscad.estimate(layout, method=method, tolerance=tolerance)
     except ValueError as error:

@@ -7,6 +7,7 @@ import sys
 
 import click
 
+from sitscad.cli.measured import measured_options, print_comparison
 from sitscad.cli.terminal import Example, coloured, print_result, row_of, say, write_output
 
 
@@ -73,9 +74,11 @@ OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 @click.option("--svg", type=click.Path(dir_okay=False), help="Write a picture of the coil to this file.")
 @click.option("--kicad-mod", type=click.Path(dir_okay=False), help="Write the coil as a KiCad footprint to this file.")
+@measured_options
 def coil(
     file: str | None, net: str, start: str, end: str, stackup: str | None, frequencies: tuple[str, ...],
-    temperature: float, format_name: str, svg: str | None, kicad_mod: str | None, **section: object,
+    temperature: float, format_name: str, svg: str | None, kicad_mod: str | None, measured: str | None,
+    meter_error: float, overlay: str | None, **section: object,
 ) -> int:
     """Print inductance, resistance and quality factor of one planar coil.
 
@@ -91,6 +94,8 @@ def coil(
       sitscad coil board.kicad_pcb --net COIL
       sitscad coil board.kicad_pcb --from J1.1 --to J1.2
       sitscad coil footprint.kicad_mod --stackup flex-2l-30um
+    Beside a measurement, with the likeliest cause of a difference:
+      sitscad coil --outer-diameter 8 ... --measured sweep.s1p
 
     \b
     Figures:
@@ -106,6 +111,10 @@ def coil(
     Exit code: 0 the figures are printed, 2 there is no such coil.
     """  # noqa: D301 - click needs the control character itself
     dimensions = {key: value for key, value in section.items() if value is not None}
+    if overlay and not measured:
+        raise click.UsageError("--overlay goes with --measured DATA")
+    if file is not None and measured:
+        raise click.UsageError("--measured goes with the coil's dimensions, or with a spec (sitscad estimate)")
     if file is not None:
         return _print_drawn(file, net, start, end, dimensions, stackup, frequencies, temperature, format_name, svg,
                             kicad_mod)
@@ -132,6 +141,9 @@ def coil(
         raise click.BadParameter(str(error), param_hint="--at") from error
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--kicad-mod") from error
+    if measured:
+        _write(files)
+        return print_comparison(result, measured, None, meter_error, format_name, overlay)
     print_result(show(result, coloured(sys.stdout)))
     _write(files)
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -132,7 +133,7 @@ def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[Cause]
     yield from _winding_causes(variants)
     yield from _fixture_causes(variants)
     if (measured.imag < variants.nominal.terminal.imag).any():  # metal lowers the inductance, but for magnetic metal
-        yield from _metal_causes(variants)
+        yield from (_metal_cause(variants, metal) for metal in METALS)
 
 
 def _manufacturing_causes(variants: CoilVariants) -> Iterator[Cause]:
@@ -169,15 +170,15 @@ def _winding_causes(variants: CoilVariants) -> Iterator[Cause]:
     for number, layer in enumerate(coil.layers):
         if count > 1:
             yield _certain(f"layer {layer} missing", f"the turns on copper {layer} are missing or bypassed",
-                           lambda number=number: variants.without_layer(number))
+                           partial(variants.without_layer, number))
         if count > 2 or (count == 2 and number == 1):  # of two layers, either turns against the other
             yield _certain(f"layer {layer} reversed", f"the turns on copper {layer} turn the other way",
-                           lambda number=number: variants.with_layer_reversed(number))
+                           partial(variants.with_layer_reversed, number))
         for more, word in ((-1.0, "missing"), (1.0, "more")):
             if (coil.layer_turns[number] + more) < 0.5 or coil.layer_turns[number] + more > coil.turns_that_fit:
                 continue
             yield _certain(f"turn {word} on layer {layer}", f"copper {layer} has one turn {_MORE[word]} than drawn",
-                           lambda number=number, more=more: variants.with_turns(number, more))
+                           partial(variants.with_turns, number, more))
 
 
 _MORE = {"missing": "less", "more": "more"}
@@ -209,16 +210,14 @@ MOST_LEADS = 2e-6
 """Largest inductance (H) of leads and fixture: some two metres of wire."""
 
 
-def _metal_causes(variants: CoilVariants) -> Iterator[Cause]:
+def _metal_cause(variants: CoilVariants, metal: str) -> Cause:
     size = min(variants.spec.coil.size)
-    for metal in METALS:
-        yield Cause(
-            f"metal near by ({metal})",
-            lambda values, metal=metal: variants.with_metal(metal, math.exp(values[0])),
-            lambda values, sigmas, metal=metal: (
-                f"metal like {metal} lies about {show(math.exp(values[0]), 'm', 2)} from the board's lower face"),
-            ((math.log(0.05 * size),), (math.log(0.3 * size),)), (math.log(1e-5),), (math.log(2.0 * size),), (0.05,),
-        )
+    return Cause(
+        f"metal near by ({metal})", lambda values: variants.with_metal(metal, math.exp(values[0])),
+        lambda values, sigmas: f"metal like {metal} lies about {show(math.exp(values[0]), 'm', 2)} from the board's "
+                               "lower face",
+        ((math.log(0.05 * size),), (math.log(0.3 * size),)), (math.log(1e-5),), (math.log(2.0 * size),), (0.05,),
+    )
 
 
 def _certain(name: str, text: str, impedance: Callable[[], Impedance]) -> Cause:

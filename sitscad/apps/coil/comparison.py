@@ -12,7 +12,7 @@ from sitscad.apps.coil.causes import CLOSE, DECISIVE, Cause, Explanation, Residu
 from sitscad.apps.coil.measurement import Measurement, MeasurementError
 from sitscad.apps.coil.spiral import Spiral
 from sitscad.apps.coil.variants import CoilVariants, Impedance
-from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.arrays import Array, ComplexArray, Index
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.basics.version import __version__
@@ -71,12 +71,12 @@ class Comparison:
         all measured points
     coil : str
         name of the coil
-    frequencies, measured, computed : (n,) arrays
-        compared frequencies (Hz), and impedances (ohm) between the terminals
+    frequencies, measured : (n,) arrays
+        compared frequencies (Hz), and measured impedances (ohm) between the terminals
     meter_error : float
         relative error of the meter
-    chi_square : float
-        misfit of the coil as drawn, with the errors of meter, model and manufacture
+    drawn : Explanation
+        the computed coil as drawn, with the errors of meter, model and manufacture
     is_as_drawn : bool
         whether the coil as drawn is within these errors and no cause explains the measurement much better
     fit : ImpedanceFit
@@ -91,9 +91,8 @@ class Comparison:
     coil: str
     frequencies: Array
     measured: ComplexArray
-    computed: ComplexArray
     meter_error: float
-    chi_square: float
+    drawn: Explanation
     is_as_drawn: bool
     fit: ImpedanceFit
     explanations: tuple[Explanation, ...]
@@ -135,7 +134,7 @@ class Comparison:
             {"frequency_Hz": f, "measured_inductance_H": m.imag / w, "measured_resistance_ohm": m.real,
              "computed_inductance_H": c.imag / w, "computed_resistance_ohm": c.real}
             for f, w, m, c in zip(self.frequencies.tolist(), omega.tolist(), self.measured.tolist(),
-                                  self.computed.tolist(), strict=True)
+                                  self.drawn.impedances.tolist(), strict=True)
         ]
         causes = [
             {"cause": each.cause, "text": each.text, "values": list(each.values), "sigmas": list(each.sigmas),
@@ -145,7 +144,7 @@ class Comparison:
             "sitscad": __version__, "file": self.measurement.path, "coil": self.coil, "meter_error": self.meter_error,
             "as_drawn": self.is_as_drawn, "cause": None if self.cause is None else self.cause.cause,
             "alternatives": [each.cause for each in self.alternatives], "verdict": self.verdict,
-            "chi_square": self.chi_square, "points_left_out": self.left_out,
+            "chi_square": self.drawn.chi_square, "points_left_out": self.left_out,
             "fit": {
                 "frequency_Hz": fit.frequency, "inductance_H": fit.inductance,
                 "inductance_sigma_H": fit.inductance_sigma, "resistance_ohm": fit.resistance,
@@ -221,9 +220,9 @@ def compare(
     tried = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, measured)),
                          key=lambda each: (not each.is_sufficient, each.penalised)))
     return Comparison(
-        measurement, names[number], frequencies, measured, drawn.impedances, meter_error, drawn.chi_square,
-        drawn.is_sufficient and drawn.penalised < tried[0].penalised + DECISIVE, _fitted(variants, measured, meter_error),
-        tried, len(measurement.frequencies) - int(is_compared.sum()),
+        measurement, names[number], frequencies, measured, meter_error, drawn,
+        drawn.is_sufficient and drawn.penalised < tried[0].penalised + DECISIVE,
+        _fitted(variants, measured, meter_error), tried, len(measurement.frequencies) - int(is_compared.sum()),
     )
 
 
@@ -233,7 +232,7 @@ def _self_resonance(coil: Impedance) -> float:
     return resonance_frequency(inductance, max(coil.capacitance, 1e-16))
 
 
-def _thinned(numbers: Array, frequencies: Array) -> Array:
+def _thinned(numbers: Index, frequencies: Array) -> Index:
     """Return at most `MOST_POINTS` of the point numbers, evenly over the logarithm of their frequencies."""
     if len(numbers) <= MOST_POINTS:
         return numbers

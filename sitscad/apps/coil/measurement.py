@@ -151,8 +151,8 @@ _DIMENSIONS = {
 
 _COMBINATIONS: Mapping[tuple[str, str], Callable[[Array, Array, Array], ComplexArray]] = {
     ("R", "X"): lambda omega, r, x: r + 1j * x,
-    ("L", "R"): lambda omega, l, r: r + 1j * omega * l,
-    ("L", "Q"): lambda omega, l, q: omega * l / q + 1j * omega * l,
+    ("L", "R"): lambda omega, inductance, r: r + 1j * omega * inductance,
+    ("L", "Q"): lambda omega, inductance, q: omega * inductance * (1.0 / q + 1j),
     ("Z", "phase"): lambda omega, z, phase: z * np.exp(1j * phase),
 }
 """Impedance (ohm) by angular frequency (1/s) and two quantities. The first pair that a table has is used."""
@@ -161,21 +161,22 @@ _COMBINATIONS: Mapping[tuple[str, str], Callable[[Array, Array, Array], ComplexA
 def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
     """Return frequencies and impedances of a table."""
     lines = text.splitlines()
-    for number, line in enumerate(lines):
+    for number, line in enumerate(lines, 1):
         delimiter = _delimiter(line)
         heads = next(csv.reader([line], delimiter=delimiter), [])
         columns = _columns(heads)
         if "f" in columns and len(heads) > 1:
+            head_line = number
             break
     else:
         raise MeasurementError(
             f"{name} has no line that names the frequency and its columns, like \"f (Hz),Ls (H),Rs (ohm)\"")
     pair = next((each for each in _COMBINATIONS if set(each) <= set(columns)), None)
     if pair is None:
-        raise MeasurementError(f"{name}:{number + 1}: {_missing(heads)}")
+        raise MeasurementError(f"{name}:{head_line}: {_missing(heads)}")
     wanted = ("f", *pair)
     values: dict[str, list[float]] = {quantity: [] for quantity in wanted}
-    for place, row in enumerate(csv.reader(lines[number + 1:], delimiter=delimiter), number + 2):
+    for place, row in enumerate(csv.reader(lines[head_line:], delimiter=delimiter), head_line + 1):
         if not any(cell.strip() for cell in row) or row[0].lstrip()[:1] in ("#", "!", "%"):
             continue
         for quantity in wanted:

@@ -1,0 +1,56 @@
+"""The option `--measured` of `sitscad coil` and `sitscad estimate`: a measured coil beside the computed one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from sitscad.cli.terminal import InRange, coloured, print_result, row_of, say
+
+if TYPE_CHECKING:
+    from sitscad.apps.coil.spiral import Spiral
+    from sitscad.layout.board import Layout
+
+
+def measured_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of a comparison with a measurement to a command."""
+    for option in (
+        click.option("--overlay", type=click.Path(dir_okay=False),
+                     help="Write a picture of measured and computed L and R to this file (--measured)."),
+        click.option("--meter-error", type=InRange(0.01, 20), default=0.3, show_default=True, metavar="PERCENT",
+                     help="Error of the meter (--measured)."),
+        click.option("--measured", type=click.Path(dir_okay=False), metavar="DATA",
+                     help="Compare with a measured impedance: Touchstone (.s1p), or CSV of frequency with R and X, L "
+                          "and R, L and Q, or Z and phase."),
+    ):
+        command = option(command)
+    return command
+
+
+def print_comparison(
+    coil: Spiral | Layout, data: str, name: str | None, meter_error: float, format_name: str, overlay: str | None
+) -> int:
+    """Print the comparison of a coil with the measurement in a file. Return the exit code."""
+    from sitscad.apps.coil.comparison import compare
+    from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
+    from sitscad.apps.coil.measurement import MeasurementError, read_measurement
+    from sitscad.assembly.solids import MissingExtra
+    from sitscad.package.folder import write_file
+
+    show = row_of(COMPARISON_FORMATS, format_name, "--format")
+    try:
+        comparison = compare(coil, read_measurement(data), name, 0.01 * meter_error)
+        picture = comparison_picture(comparison) if overlay else ""
+    except (MeasurementError, MissingExtra) as error:
+        say(str(error))
+        return 2
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--coil") from error
+    print_result(show(comparison, coloured(sys.stdout)))
+    if overlay:
+        write_file(overlay, picture.encode("utf-8"))
+        say(f"wrote {overlay}")
+    return 0
