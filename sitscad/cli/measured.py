@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from sitscad.cli.terminal import InRange, coloured, print_result, row_of, say
+from sitscad.cli.terminal import InRange, coloured, print_result, row_of, say, write_output
 
 if TYPE_CHECKING:
     from sitscad.apps.coil.spiral import Spiral
@@ -38,7 +38,6 @@ def print_comparison(
     from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
     from sitscad.apps.coil.measurement import MeasurementError, read_measurement
     from sitscad.assembly.solids import MissingExtra
-    from sitscad.package.folder import write_file
 
     show = row_of(COMPARISON_FORMATS, format_name, "--format")
     try:
@@ -51,6 +50,6 @@ def print_comparison(
         raise click.BadParameter(str(error), param_hint="--coil") from error
     print_result(show(comparison, coloured(sys.stdout)))
     if overlay:
-        write_file(overlay, picture.encode("utf-8"))
+        write_output(overlay, picture.encode("utf-8"))
         say(f"wrote {overlay}")
     return 0

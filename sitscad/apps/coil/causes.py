@@ -20,7 +20,7 @@ ADDED_PARAMETER = 2.0
 """Penalty on chi-square for each fitted parameter (Akaike 1974)."""
 
 CLOSE = 6.0
-"""Causes whose penalised chi-squares differ by less cannot be told apart: their odds are below 20 to 1."""
+"""The points do not distinguish causes whose penalised chi-squares differ by less: their odds are below 20 to 1."""
 
 DECISIVE = 10.0
 """Decrease of the penalised chi-square from which a cause is preferred to the coil as drawn: odds of 150 to 1."""

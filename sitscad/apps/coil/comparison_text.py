@@ -10,8 +10,8 @@ import numpy as np
 
 from sitscad.apps.coil.comparison import Comparison
 from sitscad.basics.quantities import Table
-from sitscad.basics.units import counted, quantity, show
-from sitscad.checks.findings import printable, styled, to_json
+from sitscad.basics.units import counted, printable, quantity, show
+from sitscad.checks.findings import styled, to_json
 from sitscad.files.drawing.sheet import Sheet, plot
 from sitscad.files.drawing.svg import svg
 from sitscad.files.report.numbers import table_text

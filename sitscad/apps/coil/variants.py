@@ -43,7 +43,7 @@ class Impedance:
 
 @record(eq=False)
 class CoilVariants:
-    """Impedances of one coil and of variants of it at (n,) frequencies (Hz).
+    """Impedances of one coil and of its variants at (n,) frequencies (Hz).
 
     `nominal` is the coil as drawn, between the terminals. A variant changes only the winding: `spec` has this coil
     alone, and `winding` is its impedance without leads. The leads of `nominal` stay.
