@@ -15,6 +15,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from sitscad.assembly.places.fit import hinge_pivot
 from sitscad.assembly.places.jaws import PartsError
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Severity
@@ -498,7 +499,8 @@ def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str
     """Return the data of the page's interactive views, for those whose files the package has."""
     views = {}
     if "mount/assembly.glb" in files:
-        views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
+        views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout.spec.jaw,
+                                          hinge_pivot(contents.layout))
     design, has_cells = contents.design.bare, contents.spec.cells is not None
     text = files.get(f"calibration/{f'cell-{design.cells.weakest_number}/' if has_cells else ''}calibration.json")
     calibration = None if text is None else json.loads(text)

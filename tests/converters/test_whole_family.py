@@ -191,6 +191,6 @@ def test_results_are_read_at_the_family_s_own_clock(xdc2214):
     header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
     assert "reading all results over I2C: 196 us" in header and "fastest clock of I2C: 1 MHz" in header
     apart = replace(design.estimates, readout=replace(design.estimates.readout, drive_codes=(3, 4)))
-    rows = dict(readout_table(apart).rows)
+    rows = dict(readout_table(apart.coils, apart.readout).rows)
     assert rows["a code for every channel"] == "C1 3, C2 4: one for all leaves a coil below 900 mV"
     assert rows["fastest clock of I2C"] == "1 MHz" and "reading all results over I2C" in rows

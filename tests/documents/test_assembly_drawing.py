@@ -10,7 +10,7 @@ from legibility import assert_legible
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.bodies import above_board
+from sitscad.assembly.places.bodies import above_board, lines_below_target
 from sitscad.files.documents.drawings import plan_view
 from sitscad.files.documents.drawings import plan_view as assembly_drawing
 from sitscad.files.drawing.frame import mm
@@ -108,7 +108,7 @@ def test_the_report_shows_it_and_speaks_of_a_jaw_only_where_there_is_one(tmp_pat
 def test_pieces_of_cells_are_listed_in_the_order_of_their_cells_as_coils_are(name):
     """Pieces ran from 6 down to 1, coils from 1 up."""
     spec = load_text(templates.read(name))
-    said = [*plan_view._notes(spec, above_board(spec))]
+    said = [*plan_view._notes(spec.assembly.glue_line, spec.encapsulation, lines_below_target(spec), above_board(spec))]
     for part in ("Target", "Elastomer"):
         numbers = [int(line.split(":")[0].split("-")[1]) for line in said if line.startswith(f"{part}-")]
         assert len(numbers) > 5 and numbers == [*range(1, len(numbers) + 1)]

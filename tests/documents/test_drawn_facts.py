@@ -147,7 +147,8 @@ def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
 
 
 def test_the_board_drawing_dimensions_the_tail(real):
-    labels, found = labels_of(board_drawing.drawing(real, "")), tail_width(real)
+    labels = labels_of(board_drawing.drawing(real, ""))
+    found = tail_width(real.body[2], real.outline, real.pads, real.spec.fpc.tail)
     if real.spec.fpc.tail is None:
         assert found is None
         return

@@ -257,7 +257,8 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
         assert by_formula == approx(float(microhenries) * 1e-6, rel=2e-6)
         state = found.coils[0].states[name]
-        (row,) = [row for row in other_table(found).rows if row[1].startswith(name) or f" {name} " in row[1]]
+        rows = other_table(found.coils, found.temperature, found.normal_force).rows
+        (row,) = [row for row in rows if row[1].startswith(name) or f" {name} " in row[1]]
         assert show(by_formula, "H") == row[3]
         # what the header says about the difference to the inductance at the contacts
         if cable is not CABLE:

@@ -169,7 +169,8 @@ def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_mi
      ({"assembly.adhesive": "transfer-tape"}, "")],
 )
 def test_what_may_keep_the_film_liquid_is_said_where_it_is_known(changes, named):
-    said = gluing.inhibited(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes))
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
+    said = gluing.inhibited(spec.assembly.adhesive, spec.encapsulation)
     assert (named in said and "24 h" in said) if named else said == ""
 
 
@@ -188,7 +189,7 @@ def test_a_bend_whose_rod_would_lie_in_the_jaw_is_made_before_the_board_is_glued
     for bend in bends(layout):
         over_edge = lip(layout) is not None and bend.why
         step, other = (late, early) if over_edge else (early, late)
-        place = bend_place(layout, bend)
+        place = bend_place(layout.body[2], bend)
         assert place in step and place not in other
         _, _, after = step.partition(place)
         rod = re.search(r"rod (under|over)", after.partition(". ")[0])

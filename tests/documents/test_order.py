@@ -185,9 +185,11 @@ def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
 
 
 def test_plating_is_named_only_where_there_are_holes(board):
-    assert "12 um nominal in the holes (copper 1 and 2 once)" in _flex_facts.finish_text(lay_out(load_text(SIX)))
+    six = lay_out(load_text(SIX))
+    text = _flex_facts.finish_text(six.pads, six.spec.fpc, bool(six.vias))
+    assert "12 um nominal in the holes (copper 1 and 2 once)" in text
     bare = replace(board, vias=())
-    assert not bare.vias and "plated" not in _flex_facts.finish_text(bare)
+    assert not bare.vias and "plated" not in _flex_facts.finish_text(bare.pads, bare.spec.fpc, bare.vias)
 
 
 @pytest.mark.parametrize("turn", ["none", "left"])

@@ -317,7 +317,7 @@ def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
     cuts = [(Solid("jig-base", shape, "resin", "#000000", BodyRole.JIG), cut),
             (Solid("mount", shape, "resin", "#000000", BodyRole.MOUNT), cut)]
     with sheet.group("section"):
-        rendered._labels(sheet, cuts, spec, lambda y, z: rendered.Point(y, z), 10.0, 10.0)
+        rendered._labels(sheet, cuts, spec.encapsulation, spec.mount, lambda y, z: rendered.Point(y, z), 10.0, 10.0)
     (group,) = sheet.items
     texts = {item.text for item in group.items if hasattr(item, "text")}
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}

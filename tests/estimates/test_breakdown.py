@@ -40,7 +40,7 @@ def nanohenries(cell):
 def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
     layout = lay_out(load(template))
     found = estimate(layout)
-    (frequency, *rows, total) = numbers.part_table(found).rows
+    (frequency, *rows, total) = numbers.part_table(found.coils).rows
     assert "frequency" in frequency[0] and "sum" in total[0] and len(rows) == len(PARTS)
     for column, (coil, drawn) in enumerate(zip(found.coils, layout.coils, strict=True), start=1):
         free = coil.states["free"]
@@ -103,7 +103,7 @@ def test_without_room_for_leads_the_first_thing_said_is_that_they_lack():
 
 def test_where_no_closed_formula_exists_that_is_said():
     found, _ = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))
-    ((_, formula, *_, reason),) = numbers.cross_check_table(found).rows
+    ((_, formula, *_, reason),) = numbers.cross_check_table(found.cross_checks, found.no_cross_check).rows
     assert formula == "none" and "racetrack" in reason and "Mohan" in reason
     assert found.as_json("x")["no_cross_check"] == reason
     unequal = RACETRACK.replace("racetrack", "circle").replace("[14, 7]", "7").replace("TURNS", "[8, 7]")

@@ -390,7 +390,7 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
     printed = [*signal_table(signals(found), found.coils, found.readout.drive_code).rows,
-               *numbers.other_table(found).rows]
+               *numbers.other_table(found.coils, found.temperature, found.normal_force).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
 

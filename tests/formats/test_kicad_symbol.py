@@ -64,7 +64,7 @@ def test_the_pins_of_the_sensor_are_the_pads_of_its_footprint(array):
     pads = set(re.findall(r'\(pad "(\d+)"', kicad_footprint.library_footprints(layout)["contacts"]))
     assert {str(number) for number in pins} == pads
     nets = dict(re.findall(r'\(pad "(\d+)".*?\(net \d+ "([^"]+)"\)', kicad_footprint.board_footprint(
-        layout, kicad_board.net_numbers(layout), (0, 0)
+        layout, kicad_board.net_numbers(layout.all_pads, layout.nets, layout.traces, layout.vias), (0, 0)
     )))
     assert all(used[int(number)].startswith(f"{net}.") for number, net in nets.items() if net)
 

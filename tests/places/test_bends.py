@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
-from sitscad.assembly.places.tail_path import bends, bends_of_mount, free_from, lip, own_bend, tail_path
+from sitscad.assembly.places.tail_path import bends, bends_of_mount, free_from, lip, own_bend, pivot_line, tail_path
 from sitscad.checks.board.tail import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
@@ -62,7 +62,8 @@ def test_every_paper_names_every_bend(name):
     """The S of a grasper's tail stood in STEP and jaw drawing alone, and the cap's lip nowhere."""
     layout = laid(name)
     drawing = " ".join(i.text for i in flattened(board_drawing.drawing(layout, "").items) if isinstance(i, Label))
-    for words in (bend_text(layout), bent_text(layout), drawing, kicad_board(layout)):
+    for words in (bend_text(bend_stretch(layout), bends(layout), pivot_line(layout)), bent_text(layout), drawing,
+                  kicad_board(layout)):
         for bend in bends(layout):
             assert f"{bend.angle_text} {bend.direction}" in words
 

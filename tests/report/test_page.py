@@ -173,10 +173,10 @@ def test_each_inductance_says_what_it_is_for(design):
     text = numbers.as_text("a.yaml", estimates, checked)
     titles = [line for line in text.splitlines() if line and not line.startswith(" ")]
     assert titles[1].startswith("Signal from rest") and titles[2].startswith("At the contacts")
-    assert titles.index(numbers.at_temperature(OTHERS_TITLE, estimates)) > titles.index("Coils, at 20 degC")
+    assert titles.index(numbers.at_temperature(OTHERS_TITLE, estimates.temperature)) > titles.index("Coils, at 20 degC")
     assert all(words in text for words in OTHERS_MEANING)
     (state,) = [s for s in estimates.coils[1].states.values() if s.state == "pressed"]
-    others = numbers.other_table(estimates).rows
+    others = numbers.other_table(estimates.coils, estimates.temperature, estimates.normal_force).rows
     (row,) = [row for row in others if row[:2] == ["C2", "pressed (required force)"]]
     assert row[2:] == [quantity(state.apparent_inductance, "H"), quantity(state.converter_inductance, "H")]
 
@@ -262,7 +262,7 @@ def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
         "trace_spacing: 0.1}\nreadout: {scan_rate: 3 kHz}\n"
     )
     found = sitscad.estimate(sitscad.lay_out(spec))
-    rows = {row[0]: row[1] for row in numbers.readout_table(found).rows}
+    rows = {row[0]: row[1] for row in numbers.readout_table(found.coils, found.readout).rows}
     value, unit = rows["from one result of the coil to the next"].split()
     period = float(value) * {"us": 1e-6, "ms": 1e-3}[unit]
     assert 1.0 / period == approx(found.readout.scan_rate, rel=2e-3)
@@ -284,10 +284,10 @@ def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(des
         number, unit = row[1].split()
         return float(number) * factors[unit]
 
-    rows = {row[0]: row for row in numbers.readout_table(design[1]).rows}
+    rows = {row[0]: row for row in numbers.readout_table(design[1].coils, design[1].readout).rows}
     parts = [shown(rows[f"- {name}"]) for name in ("settling", "conversion", "switching to the next coil")]
     assert sum(parts) == approx(shown(rows["time on one coil, of every scan"]), abs=1.1e-6)
-    rows = {row[0]: row for row in numbers.coil_table(design[1]).rows}
+    rows = {row[0]: row for row in numbers.coil_table(design[1].coils, design[1].temperature).rows}
     own = shown(rows["of that, the coil's own, with leads and tail"])
     assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == approx(own, rel=1e-3)
 

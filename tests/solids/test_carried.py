@@ -99,7 +99,8 @@ def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
         found[30.0 if first is None else 0.0] = layout, measured
     assert not found[30.0][1].is_kept and found[0.0][1].is_kept
     layout, measured = found[30.0]
-    first = min(bends(layout), key=lambda bend: bend.start)
+    tail_bends = bends(layout)
+    first = min(tail_bends, key=lambda bend: bend.start)
     rod, (low, high) = first.radius + ROD, layout.reach_at(first.start)
     x, top = np.linspace(first.start - rod, 15e-3, 4001), board_heights(layout.spec.fpc.stackup)[0]
     face, half = top - layout.spec.assembly.glue_line, np.sqrt(np.maximum(0.0, rod**2 - (x - first.start) ** 2))
@@ -110,7 +111,8 @@ def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
     document = {"measured": [mounting._measured(measured)]}
     (finding,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
-    assert f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0") in tail_steps.own_end(layout)
+    end = f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0")
+    assert end in tail_steps.own_end(layout.body[2], tail_bends)
 
 
 def built(tmp_path, size):

@@ -121,7 +121,8 @@ def test_a_change_of_resistance_is_known_within_its_bound_and_has_no_sign_within
     found = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     force = found.estimates.normal_force
     solved = found.response.under(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
-    row = next(row for row in coil_table(found.estimates).rows if row[0] == RESISTANCE_CHANGE)
+    table = coil_table(found.estimates.coils, found.estimates.temperature)
+    row = next(row for row in table.rows if row[0] == RESISTANCE_CHANGE)
     for k, coil in enumerate(found.estimates.coils):
         change, error = coil.resistance_change
         assert abs(solved[1, k] - solved[0, k] - change) < error < 0.02 * coil.states["rest"].resistance

@@ -12,6 +12,7 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, glued_pieces, joined
 from sitscad.assembly.places.column import (
+    Layer,
     Levels,
     Toleranced,
     column,
@@ -26,6 +27,7 @@ from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, ski
 from sitscad.basics.quantities import plus_minus
 from sitscad.basics.units import NONE, aligned, in_mm, show
 from sitscad.data import is_unverified
+from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
 from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.estimates.loads.gluing import hard_adhesive
@@ -42,6 +44,7 @@ from sitscad.files.documents.gluing import (
     listed,
     measuring,
     over_jaw,
+    piece_sizes,
     pressing,
     primed,
     setting,
@@ -198,19 +201,18 @@ def _has_jig(elastomer: ElastomerPad | None, target: Target | None) -> bool:
     return elastomer is not None or target is not None
 
 
-def _has_printed_mount(layout: Layout) -> bool:
+def _has_printed_mount(mount: Mount | None, layers: tuple[Layer, ...]) -> bool:
     """Whether the package contains the mount; False for a custom mount or a board glued directly to the jaw."""
-    mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return False
-    return mount.jaw is None or any(layer.part.startswith("mount") for layer in column(layout))
+    return mount.jaw is None or any(layer.part.startswith("mount") for layer in layers)
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
     spec, mount, poured = layout.spec, layout.spec.mount, pour(layout.spec)
     assert mount is not None
     counts = ""
-    if mount.jaw is not None and _has_printed_mount(layout):
+    if mount.jaw is not None and _has_printed_mount(layout.spec.mount, column(layout)):
         sizes = ", ".join(f"{layer.part} {toleranced(layer.thickness)}" for layer in column(layout)
                           if layer.part.startswith("mount"))
         counts = (
@@ -218,7 +220,8 @@ def _prepared(layout: Layout) -> Iterator[str]:
             f"grooves, by a dial gauge on a flat plate (it counts in the closed pair): {sizes}. Rub a thicker one "
             "down, its lower face on abrasive film on glass."
         )
-    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec.elastomer, spec.target)
+    made = ["the mount"] * _has_printed_mount(mount, column(layout))
+    made += ["the jig"] * _has_jig(spec.elastomer, spec.target)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring(spec),))
@@ -259,14 +262,15 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     def height(part: str) -> str:
         return toleranced(at[part][1] - metal)
 
-    areas, stiff, glue = line_areas(layout), stiff_pieces(layout), hard_adhesive(layout)
-    why, sets = why_other(layout), setting(glue)
+    areas, stiff, glue = line_areas(layout), stiff_pieces(column(layout)), hard_adhesive(layout)
+    why, sets, assembly = why_other(layout), setting(glue), layout.spec.assembly
+    alignment = squared(layout.body, mount, assembly, piece_sizes(layout), mount.jaw, stiff)
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
-        f"{squared(layout, stiff)}"
+        f"{alignment}"
     )
     if stiff:
-        glues = ", ".join(f"the {part} with {hard_dose(layout, areas[part])}" for part in stiff)
+        glues = ", ".join(f"the {part} with {hard_dose(assembly, glue, areas[part])}" for part in stiff)
         most = ", ".join(f"{part} {height(part)}" for part in stiff)
         yield (
             f"Glue on the jaw's face, in this order: {glues}.{why} "
@@ -274,13 +278,13 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
             f"spring clamp over a flat block until the glue has set.{over_jaw(layout, at)}{sets} Measure then, before "
             f"the next piece, how high it is above the jaw's metal: {most}. One that is higher comes off again "
             "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
-            f"{strips_off(layout, stiff)}"
+            f"{strips_off(mount.jaw, layout.body_size[1], bool(alignment))}"
         )
     if said := tail_formed(layout):
         yield said
     # a board on metal or shield alone is not located by a mount
     place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
-    spread = f"Spread {hard_dose(layout, areas['board'])}.{'' if stiff else why}"
+    spread = f"Spread {hard_dose(assembly, glue, areas['board'])}.{'' if stiff else why}"
     yield (
         f"Glue the board on. {place}{pressing(layout, spread)}{'' if stiff else sets} The board's top face beside "
         f"the pad is then {height('board')} above the jaw's metal."
@@ -389,7 +393,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
         f"{show(bench.readout.capacitance, 'F')} and the programs in firmware/. The LCR meter alone is enough. +- is "
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
-        f"{bare_drive(layout.spec, estimates, bench)}"
+        f"{bare_drive(layout.spec.readout.device, estimates.readout, bare_board_code(bench))}"
     )
     return "\n".join([said, *aligned(rows)])
 

@@ -14,7 +14,7 @@ from typing import Any
 from sitscad.basics.quantities import Table
 from sitscad.basics.units import NONE, counted, show
 from sitscad.calibration.calibration import Calibration, foretell
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.tables import (
@@ -50,7 +50,8 @@ from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.mount import Mount
+from sitscad.spec.yaml.source import Issue
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Room for the drawing on the first page: left, low, width, height (mm)
 
@@ -120,7 +121,8 @@ def _sheets(
     felt = report.points
     between = [] if found is None else list(found.error_rows)
     figures_told = _lines(axis_table(report))
-    first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
+    name, issue = layout.spec.name, layout.spec.issue
+    first = _new(name, issue, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     whole = sensor(felt, layout, estimates, cells)
     # letters small enough that all tables end above the note at the foot
     size = min(2.4, (TOP - FOOT) / (1.55 * (len(figures_told) + len(whole) + len(between))))
@@ -131,25 +133,25 @@ def _sheets(
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
-    each = _new(layout.spec, "data sheet, cells", forced) if cells.groups else None
+    each = _new(layout.spec.name, layout.spec.issue, "data sheet, cells", forced) if cells.groups else None
     if each is not None:
         under = table(each, LEFT, TOP, _widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
         fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
     assembly = drawing(layout, forced)
-    curved = _new(layout.spec, "data sheet, curves", forced)
+    curved = _new(layout.spec.name, layout.spec.issue, "data sheet, curves", forced)
     wide = [plotted for plotted in plots if plotted.size == WIDE]
     for plotted, low in zip(wide, (126.0, 46.0), strict=False):
         plot(curved, (LEFT, low, *plotted.size), plotted.draw)
         fitting_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
-    beyond = _new(layout.spec, "data sheet, working range and errors", forced)
+    beyond = _new(layout.spec.name, layout.spec.issue, "data sheet, working range and errors", forced)
     for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
     drifts = _lines(drift_table(felt))
     table(beyond, LEFT, 70.0, _widths(drifts, 44.0, 130.0), drifts, 2.2)
-    last = _new(layout.spec, "data sheet, contacts and limits", forced)
-    accepted = acceptance(bench)
-    own = _new(layout.spec, "data sheet, incoming test", forced) if len(accepted) > MOST_BESIDE + 1 else None
+    last = _new(layout.spec.name, layout.spec.issue, "data sheet, contacts and limits", forced)
+    accepted = acceptance(bench.coils, bench.metered, bench.temperature)
+    own = _new(name, issue, "data sheet, incoming test", forced) if len(accepted) > MOST_BESIDE + 1 else None
     if own is not None:
         table(own, LEFT, TOP, _widths(accepted, 66.0, 190.0), accepted, 2.2)
     low = TOP
@@ -165,8 +167,8 @@ FOOT = 36.0
 MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts and limits; more get a sheet
 
 
-def _new(spec: SensorSpec, what: str, forced: bool, scale: str = "") -> Sheet:
-    return new_sheet(spec, what, scale, "the whole package", forced)
+def _new(name: str, issue: Issue, what: str, forced: bool, scale: str = "") -> Sheet:
+    return new_sheet(name, issue, what, scale, "the whole package", forced)
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
@@ -209,7 +211,7 @@ def _page(
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
         part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
         part("Contacts", _table(contact_rows(layout))),
-        part("Production", _table(acceptance(bench)) + soft(ACCEPT)),
+        part("Production", _table(acceptance(bench.coils, bench.metered, bench.temperature)) + soft(ACCEPT)),
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]
     return page(f"{spec.name}: data sheet", parts)
@@ -252,7 +254,7 @@ def sensor(
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
-        *_metal_behind(layout.spec),
+        *_metal_behind(layout.spec.mount),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
@@ -265,9 +267,9 @@ def _converters(device: Converter, coils: int) -> str:
     return f"{several}{device.part}, {counted(coils, 'channel')}{' in all' if several else ''}"
 
 
-def _metal_behind(spec: SensorSpec) -> Rows:
+def _metal_behind(mount: Mount | None) -> Rows:
     """Return the row on the metal behind the board that the figures include; empty without this metal."""
-    metal = None if spec.mount is None else spec.mount.metal_behind
+    metal = None if mount is None else mount.metal_behind
     if metal is None:
         return []
     where = f"{show(metal.thickness, 'm')} thick, {show(metal.distance, 'm')} behind the board"
@@ -314,22 +316,21 @@ TARED_AFTER_A_GRASP = (
 )
 
 
-def acceptance(bench: Estimates) -> Rows:
+def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...], temperature: float) -> Rows:
     """Return the accepted readings by instrument of bare coils at 20 degrees Celsius (`bench`).
 
     Limits are three standard deviations of manufacture about the design's value. Inductance and resistance are listed
     only if `bench` has an LCR meter's readings.
     """
-    limits = production_limits(bench.coils)
+    limits = production_limits(coils)
     if not limits:
         return []
-    meter = f"LCR {show(bench.metered[0].frequency, 'Hz')}" if bench.metered else ""
+    meter = f"LCR {show(metered[0].frequency, 'Hz')}" if metered else ""
     columns = (f"L, {meter}", f"R, {meter}", "R, ohmmeter") if meter else ()
-    rows: Rows = [(f"bare coil, {bench.temperature:g} degC", "f, converter", *columns)]
-    metered = {read.coil: read for read in bench.metered}
+    rows: Rows = [(f"bare coil, {temperature:g} degC", "f, converter", *columns)]
     for coil, ends in limits.items():
         frequency = _between(ends["frequency_min_Hz"], ends["frequency_max_Hz"], "Hz")
-        read = metered.get(coil)
+        read = next((each for each in metered if each.coil == coil), None)
         values = () if read is None else (
             _within_sigmas(read.inductance, read.inductance_sigma, "H"),
             _within_sigmas(read.resistance, read.resistance_sigma, "ohm"),

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from sitscad.assembly.places.state import FREE, PRESSED, REST, in_words
+from sitscad.assembly.places.state import FREE, PRESSED, REST, State, in_words
 from sitscad.basics.quantities import LONE_TIMES, RATES, SCAN_TIMES, TANK_AND_DRIVE, by_quantity, document
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
@@ -42,17 +42,16 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
             **driver_files(spec, estimates, found, bool(forced)),
         }
     except ValueError as error:
-        files = refusal(spec, str(error))
+        files = refusal(spec.name, spec.readout.device, str(error))
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
-def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
+def refusal(name: str, converter: Converter, reason: str) -> dict[str, str]:
     """Return the two files for a sensor that cannot be read out, by path."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
-    converter = spec.readout.device
-    value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
+    value = {"name": name, "device": converter.name, "refused": reason, "converters": []}
     return {
-        config_path(converter, "h"): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
+        config_path(converter, "h"): f'#error "no {converter.part} settings for {name}: {text}"\n',
         config_path(converter, "json"): json.dumps(value, indent=2) + "\n",
     }
 
@@ -154,7 +153,7 @@ def header(
         f"#define {macro}_MANUFACTURER_ID 0x{converter.register_map.MANUFACTURER:04X}u",
         f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
         f"#define {macro}_CONVERTERS {len(found)}u",
-        *_formula_macros(spec, readout, text),
+        *_formula_macros(spec.readout.device.part, spec.readout.clock, readout, text),
         *_result_macros(converter, readout, text),
         "",
         "typedef struct {",
@@ -166,7 +165,7 @@ def header(
         lines += _device(converter, number, device)
     lines += _coils(converter, estimates.coils)
     lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
-    lines += _further_states(converter, estimates)
+    lines += _further_states(converter, estimates.coils, estimates.states)
     return "\n".join([*lines, "", "#endif", ""])
 
 
@@ -176,7 +175,7 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
     part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"
-    lines = [*_timing(estimates, device), "", expected]
+    lines = [*_timing(estimates.coils, estimates.readout, device), "", expected]
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(
@@ -187,7 +186,7 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
             )
     if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
-    if loaded := _loads(estimates):
+    if loaded := _loads(estimates.coils, estimates.states):
         loads = ", ".join(f"{state} is with {show(force, 'N')}" for state, force in loaded.items())
         lines.append(f"Free and rest are without force, {loads} on the middle of the target.")
     lines += [f"{comment_text(state)}: {comment_text(why)}" for state, why in estimates.failed_states.items()]
@@ -205,9 +204,9 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
     ]
 
 
-def _timing(estimates: Estimates, device: Converter) -> list[str]:
+def _timing(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate, device: Converter) -> list[str]:
     """Describe the times of a scan and the supply current."""
-    readout, times = estimates.readout, LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES
+    times = LONE_TIMES if len(coils) == 1 else SCAN_TIMES
     scans = [each for each in RATES if each.key in SCANS]
     rows = by_quantity([readout], (*times, *scans))
     clock = [["fastest clock of I2C", device.serial_clock_in_words]]
@@ -230,12 +229,12 @@ def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
     return f"{step} {size}; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
 
 
-def _formula_macros(spec: SensorSpec, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
+def _formula_macros(part: str, clock_frequency: float, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
     """Return macros for the constants of the frequency and inductance formulas (Hz, F); unknown ones are left out."""
-    clock, capacitance = ("F_CLK_HZ", spec.readout.clock), ("CAPACITANCE_F", readout.conversion_capacitance)
+    clock, capacitance = ("F_CLK_HZ", clock_frequency), ("CAPACITANCE_F", readout.conversion_capacitance)
     values = (clock, *text.constants, capacitance)
     return [
-        f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
+        f"#define {part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
         for name, value in values
         if value is not None
     ]
@@ -291,21 +290,21 @@ def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) 
     ]
 
 
-def _loads(estimates: Estimates) -> dict[str, float]:
+def _loads(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> dict[str, float]:
     """Return the forces (N), by name, of the pressed states that have estimates."""
-    named = {name for coil in estimates.coils for name in coil.states}
-    return {state.name: state.force for state in estimates.states if state.force and state.name in named}
+    named = {name for coil in coils for name in coil.states}
+    return {state.name: state.force for state in states if state.force and state.name in named}
 
 
-def _further_states(converter: Converter, estimates: Estimates) -> list[str]:
+def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> list[str]:
     """Return force and expected inductance of pressed states other than that under the required force."""
     lines = []
-    for name, force in _loads(estimates).items():
+    for name, force in _loads(coils, states).items():
         if name == PRESSED:
             continue
         lines += ["", f"/* Expected inductance by the formula (H) {comment_text(in_words(name))}, by this force (N) on "
                       "the middle of the target. */", f"#define {converter.part}_FORCE_{name.upper()}_N {force:.9e}"]
-        values = {k: coil.states[name].converter_inductance for k, coil in enumerate(estimates.coils)
+        values = {k: coil.states[name].converter_inductance for k, coil in enumerate(coils)
                   if name in coil.states}
         lines += [f"#define {converter.part}_COIL{k}_L_{name.upper()}_H {value:.9e}"
                   for k, value in values.items() if value is not None]

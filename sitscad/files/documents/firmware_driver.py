@@ -14,7 +14,7 @@ from sitscad.data import FOLDER
 from sitscad.estimates.circuits.bands import LEAP, SIGMAS, Band, CoilBands, bands
 from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.circuits.settings import Device, identity, serial_settings
-from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered, ReadoutEstimate
 from sitscad.estimates.performance_values import AXES
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.drawing.frame import FORCED
@@ -27,6 +27,7 @@ from sitscad.kernels.converters.ldc_registers import WATCHDOG_RECOVERY
 from sitscad.kernels.converters.reference_counter import REGISTER_BITS
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
+from sitscad.spec.materials import Cells
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -56,7 +57,8 @@ def driver_files(
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, found, conversion, forced)
     if spec.cells is not None:
         files["firmware/cells.h"] = _cells_header(len(found) // spec.cells.coils)
-    files["firmware/micropython/sensor_config.py"] = _python_config(spec, devices, found, conversion, forced)
+    tables = _python_config(spec.name, spec.readout.device, devices, found, conversion, forced)
+    files["firmware/micropython/sensor_config.py"] = tables
     return files
 
 
@@ -102,7 +104,7 @@ def _config(
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(found)}",
-        *_cell_macros(spec, len(found)),
+        *_cell_macros(spec.cells, len(found)),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -134,11 +136,11 @@ def _config(
     return "\n".join(lines)
 
 
-def _cell_macros(spec: SensorSpec, coils: int) -> list[str]:
+def _cell_macros(cells: Cells | None, coils: int) -> list[str]:
     """Return macros for the numbers of cells and of their coils; a sensor without cells counts as one cell."""
-    each = coils if spec.cells is None else spec.cells.coils
+    each = coils if cells is None else cells.coils
     return [
-        *(["#define SENSOR_HAS_CELLS /* a map for each, which cells.h includes */"] if spec.cells is not None else []),
+        *(["#define SENSOR_HAS_CELLS /* a map for each, which cells.h includes */"] if cells is not None else []),
         f"#define SENSOR_CELLS {coils // each}",
         f"#define SENSOR_CELL_COILS {each} /* of a cell */",
     ]
@@ -219,10 +221,11 @@ def _tank(place: Channel, coil: CoilEstimate) -> str:
 
 
 def _python_config(
-    spec: SensorSpec, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion, forced: bool
+    name: str, converter: Converter, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion,
+    forced: bool,
 ) -> str:
     """Return ``sensor_config.py``: the tables for MicroPython."""
-    lines = [f'"""The sensor {_plain(spec.name)}: what sensor.py knows of it."""', ""]
+    lines = [f'"""The sensor {_plain(name)}: what sensor.py knows of it."""', ""]
     lines += [f"# {FORCED}."] if forced else []
     lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
     lines += ["ADDRESSES = (" + "".join(f"0x{device.address:02X}, " for device in devices).rstrip() + ")", ""]
@@ -238,7 +241,7 @@ def _python_config(
         "# name, converter, channel, lowest and highest counts in any state and under any load",
         "COILS = (",
     ]
-    for place, one in zip(spec.readout.device.places(len(found)), found, strict=True):
+    for place, one in zip(converter.places(len(found)), found, strict=True):
         _, low, high = _counts(one.working, conversion)
         lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     lines += [")", f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
@@ -323,7 +326,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout, estimates),
-        "", "WHAT EACH COIL READS", "", *_readings(spec, found, estimates.temperature, bench),
+        "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, found, estimates.temperature, bench.metered),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
@@ -379,7 +382,7 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
 
 
 def _readings(
-    spec: SensorSpec, found: tuple[CoilBands, ...], temperature: float, bench: Estimates
+    converter: Converter, found: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...]
 ) -> Iterator[str]:
     """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.
 
@@ -395,13 +398,13 @@ def _readings(
         for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
             ends = f"{FREQUENCY.shown(band.low)} to {FREQUENCY.shown(band.high)}"
             yield f"  {one.coil:<6}{name:<12}{FREQUENCY.shown(band.design):<12} {ends}"
-    yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
-    if bench.metered:
-        meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
+    yield from hanging("", _too_fast(converter, found), WIDTH)
+    if metered:
+        meter = f"An LCR meter at {show(metered[0].frequency, 'Hz')}"
         within = f"within {ACCEPTED_SIGMAS:g} sigma of manufacture (reject others)"
         yield from hanging(
             "", f"{meter} between the contacts of the bare board, far from metal, at 20 degC, {within}:", WIDTH)
-        for read in bench.metered:
+        for read in metered:
             inductance, direct = ACCEPTED_SIGMAS * read.inductance_sigma, ACCEPTED_SIGMAS * read.direct_sigma
             yield (
                 f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)}, "
@@ -425,9 +428,9 @@ def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
     )
 
 
-def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder: str = "firmware/") -> str:
+def bare_drive(converter: Converter, readout: ReadoutEstimate, bare_code: int | None, folder: str = "firmware/") -> str:
     """Describe the drive code for a bare board; empty if no code is chosen."""
-    device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
+    device, code = converter, bare_code
     if code is None or readout.high_current or readout.drive_code is None:
         return ""
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # per channel if they differ
@@ -443,10 +446,10 @@ def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder:
     )
 
 
-def _i2c_addresses(spec: SensorSpec, coils: int) -> str:
+def _i2c_addresses(converter: Converter, coils: int) -> str:
     """Describe the addresses that `i2cdetect` shows on each bus; `BUSES` has the bus numbers for Linux."""
     buses: dict[int, list[int]] = {}
-    for at in spec.readout.device.places(coils):
+    for at in converter.places(coils):
         buses.setdefault(at.bus, []).append(at.address)
     shown = {bus: " and ".join(f"{address:x}" for address in dict.fromkeys(each)) for bus, each in buses.items()}
     return ", ".join(f"`i2cdetect -y {BUSES[bus]}` shows {addresses}" for bus, addresses in shown.items())
@@ -462,7 +465,8 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
     yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
     second = spec.readout.device.places(len(found))[-1].bus
     yield (
-        f"Switch on with a limit of 50 mA, and look for the addresses: {_i2c_addresses(spec, len(found))}. "
+        "Switch on with a limit of 50 mA, and look for the addresses: "
+        f"{_i2c_addresses(spec.readout.device, len(found))}. "
         "Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
@@ -485,7 +489,7 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
         "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
         "warning while the board is bare, and a fault of drive or losses when it is assembled."
-        f"{bare_drive(spec, estimates, bench, '')}"
+        f"{bare_drive(spec.readout.device, estimates.readout, bare_board_code(bench), '')}"
     )
     if len(found) > 1:
         gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
@@ -503,16 +507,16 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
-    yield from _calibrating(spec)
+    yield from _calibrating(spec.cells, is_felt(spec))
 
 
-def _calibrating(spec: SensorSpec) -> Iterator[str]:
+def _calibrating(cells: Cells | None, has_map: bool) -> Iterator[str]:
     """Yield the steps from readings to newtons, or the reason why the sensor has no map to newtons."""
-    if spec.cells is None and not is_felt(spec):
+    if cells is None and not has_map:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
         yield "Read frequencies; the header of the register table says what inductance they are."
         return
-    if spec.cells is not None:
+    if cells is not None:
         yield (
             "Calibrate each cell N, from 1: the command says what to put on and reads it; ../calibration/readme.txt "
             "says how it is done by hand. cells.h takes each cell-N/calibration.h of this folder: build again.\n"

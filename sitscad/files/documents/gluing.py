@@ -16,7 +16,7 @@ from sitscad.assembly.places.bodies import (
     seat_spans,
     targets,
 )
-from sitscad.assembly.places.column import GLUE, Levels, Toleranced, column, placement
+from sitscad.assembly.places.column import GLUE, Layer, Levels, Toleranced, column, placement
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
 from sitscad.assembly.places.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, grooves
@@ -39,7 +39,7 @@ from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, Tail
-from sitscad.spec.materials import Adhesive, ElastomerPad
+from sitscad.spec.materials import Adhesive, ElastomerPad, Encapsulation
 from sitscad.spec.mount import Assembly, Jaw, Mount, StepPart
 from sitscad.spec.sensor import SensorSpec
 
@@ -261,10 +261,9 @@ def line_areas(layout: Layout) -> dict[str, float]:
     return found
 
 
-def hard_dose(layout: Layout, area: float) -> str:
+def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
     """Describe the dose of glue for an area (m2) between two hard faces."""
-    assembly = layout.spec.assembly
-    return dose(hard_adhesive(layout), area, assembly.glue_line, assembly.glue_tolerance)
+    return dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
 
 
 def why_other(layout: Layout) -> str:
@@ -284,7 +283,7 @@ def board_glued(layout: Layout) -> str:
     """Describe the glue under the board: dose, reason for the choice of glue, and pressing, in whole sentences."""
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
-    said = hard_dose(layout, board_plan(layout)[1])
+    said = hard_dose(layout.spec.assembly, glue, board_plan(layout)[1])
     return pressing(layout, f"{verb} {said}, under the board's whole body.{why_other(layout)}") + setting(glue)
 
 
@@ -324,13 +323,12 @@ INHIBITION = (
 )
 
 
-def inhibited(spec: SensorSpec, hard: Adhesive | None = None) -> str:
+def inhibited(adhesive: Adhesive | None, film: Encapsulation | None, hard: Adhesive | None = None) -> str:
     """Warn of glues that may keep the film from curing, with the remedy; empty if none is known to.
 
     `hard` is the adhesive of hard faces, the spec's if None.
     """
-    film = spec.encapsulation
-    glues = [*dict.fromkeys(glue for glue in (spec.assembly.adhesive, hard) if glue is not None and glue.inhibitor)]
+    glues = [*dict.fromkeys(glue for glue in (adhesive, hard) if glue is not None and glue.inhibitor)]
     if film is None or not glues or not presets.cures_by_platinum(film.material.name):
         return ""
     named = ", and ".join(f"of {glue.product}, {glue.inhibitor}" for glue in glues)
@@ -375,19 +373,21 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
     return found
 
 
-def squared(layout: Layout, stiff: list[str]) -> str:
+def squared(
+    body: tuple[float, float, float, float], mount: Mount | None, assembly: Assembly,
+    sizes: dict[str, tuple[float, float]], jaw: Jaw | None, stiff: list[str],
+) -> str:
     """Describe the places of mount and shield on the jaw, and the strips that align them.
 
     Empty if a joint places the pieces. In a pocket, films fill the room round the pieces. Elsewhere, strips beside the
     jaw align the pieces. If a mount is nearly as wide as the jaw or wider, a film between strip and jaw leaves a
     measurable gap.
     """
-    jaw, mount = layout.spec.jaw, layout.spec.mount
-    if jaw is None or mount is None or retention(layout.body, layout.spec.mount) is not None or not stiff:
+    if jaw is None or mount is None or retention(body, mount) is not None or not stiff:
         return ""
     if jaw.pocket is not None:
-        return _in_pocket(layout, jaw, stiff) if jaw.recess else ""
-    tip, face, sizes = jaw_range(layout.body, jaw)[0], section(jaw).face, piece_sizes(layout)
+        return _in_pocket(assembly, body, sizes, jaw, stiff) if jaw.recess else ""
+    tip, face = jaw_range(body, jaw)[0], section(jaw).face
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
     narrower = {part: (face - width) / 2 for part, width in wide.items()}
@@ -401,10 +401,10 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     return (
         f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
         f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: "
-        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(layout.spec.assembly)}. "
+        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(assembly)}. "
         f"Measure your own widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a "
         "block clamped across "
-        f"to push it against) are, in mm: {places}, to {near(layout.spec.assembly)}. A piece that is glued on "
+        f"to push it against) are, in mm: {places}, to {near(assembly)}. A piece that is glued on "
         "askew gives a false force."
     )
 
@@ -417,15 +417,15 @@ def _squaring_film(narrower: Iterable[float]) -> float:
     return max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower)) / FILM_STEP - 1e-9))
 
 
-def stiff_pieces(layout: Layout) -> list[str]:
+def stiff_pieces(layers: tuple[Layer, ...]) -> list[str]:
     """List the pieces glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
-    below = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
+    below = [layer.part.removeprefix(GLUE) for layer in layers if layer.is_glue]
     return below[: below.index("board")] if "board" in below else []
 
 
 def film_rooms(layout: Layout) -> set[float]:
     """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing; empty without a mount."""
-    spec, found, stiff = layout.spec, set[float](), stiff_pieces(layout)
+    spec, found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
     if spec.mount is None:
         return found
     pieces = [*elastomers(spec), *targets(spec)]
@@ -433,45 +433,51 @@ def film_rooms(layout: Layout) -> set[float]:
         found.add(round(clearance(spec.mount), 9))
     if any(not piece.footprint.is_round for piece in pieces):
         found.add(round(process_clearance(spec.mount), 9))
-    if spec.jaw is not None and squared(layout, stiff):
-        sizes = piece_sizes(layout)
+    if spec.jaw is None:
+        return found
+    sizes = piece_sizes(layout)
+    if squared(layout.body, spec.mount, spec.assembly, sizes, spec.jaw, stiff):
         if spec.jaw.pocket is not None:
-            found |= {round(gap, 5) for gaps in _pocket_gaps(layout, spec.jaw, stiff).values() for gap in gaps}
+            rooms = _pocket_gaps(layout.body, sizes, spec.jaw, stiff)
+            found |= {round(gap, 5) for gaps in rooms.values() for gap in gaps}
         elif film := _squaring_film((section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
             found.add(round(film, 9))
     return found
 
 
-def strips_off(layout: Layout, stiff: list[str]) -> str:
-    """Describe the removal of the strips and films of `squared` before the board is glued; empty if there are none."""
-    jaw = layout.spec.jaw
-    if jaw is None or not squared(layout, stiff):
+def strips_off(jaw: Jaw | None, width: float, has_strips: bool) -> str:
+    """Describe the removal of the strips and films of `squared` before a board of a width (m) is glued."""
+    if jaw is None or not has_strips:
         return ""
     if jaw.pocket is not None:
         return " Pull the films out of the pocket when the glue has set."
-    wide = in_mm(layout.body_size[1], 2)
-    return f" Take strips and films away when the glue has set: the board, {wide} mm wide, needs the room."
+    return f" Take strips and films away when the glue has set: the board, {in_mm(width, 2)} mm wide, needs the room."
 
 
-def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tuple[float, float]]:
+def _pocket_gaps(
+    body: tuple[float, float, float, float], sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
+) -> dict[str, tuple[float, float]]:
     """Return each piece's room (m) in the jaw's pocket, at the end and at the sides.
 
     A mount that would leave less room is cut back to the pocket's clearance.
     """
     assert jaw.pocket is not None
-    (along, across), sizes = jaw.pocket, piece_sizes(layout)
-    start = sum(jaw_range(layout.body, jaw)) / 2 - along / 2
+    along, across = jaw.pocket
+    start = sum(jaw_range(body, jaw)) / 2 - along / 2
     return {part: (max(sizes[part][0] - start, POCKET_CLEARANCE), max((across - sizes[part][1]) / 2, POCKET_CLEARANCE))
             for part in stiff}
 
 
-def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
+def _in_pocket(
+    assembly: Assembly, body: tuple[float, float, float, float], sizes: dict[str, tuple[float, float]], jaw: Jaw,
+    stiff: Sequence[str],
+) -> str:
     """Describe the places of mount and shield in the jaw's pocket, with the thickness of films at end and sides."""
     found = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
-             for part, gaps in _pocket_gaps(layout, jaw, stiff).items()]
+             for part, gaps in _pocket_gaps(body, sizes, jaw, stiff).items()]
     return (
         f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
-        f"both sides, put it in its place to {near(layout.spec.assembly)}; thickness at the end and at the sides, "
+        f"both sides, put it in its place to {near(assembly)}; thickness at the end and at the sides, "
         f"in mm: {', '.join(found)}."
     )
 
@@ -558,12 +564,12 @@ def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     )
 
 
-def press_words(layout: Layout) -> tuple[str, ...]:
+def press_words(mass: float) -> tuple[str, ...]:
     """Return the captions of the board press's picture: its place, the foam (not drawn), and the mass on the board."""
     return (
         f"The feet stand on the board's rim, {in_mm(FOOT_INSET)} mm inside its edges.",
         f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
-        f"Pressed by {grams(board_press(layout))}, the press with it.",
+        f"Pressed by {grams(mass)}, the press with it.",
     )
 
 

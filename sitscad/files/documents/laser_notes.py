@@ -18,6 +18,7 @@ from sitscad.layout.laser_sheet import (
     COUPON_SIZE,
     LOOKS,
     CutLayer,
+    CutPart,
     LaserSheet,
     is_laser_cut,
     joined_part,
@@ -42,7 +43,7 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
     lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}"]
     lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
     for sheet in sheets:
-        lines += [*_sheet(spec, sheet), ""]
+        lines += [*_sheet(spec.cutting.gap, spec.name, spec.web, joined_part(spec), sheet), ""]
     lines.append("Colours and order")
     for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
         look = LOOKS[layer]
@@ -104,13 +105,12 @@ def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
     return " ".join(said)
 
 
-def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
-    nest, name = sheet.nest, f"laser/{spec.name}-{sheet.name}"
-    yield f"{name}.dxf and .svg (the same, in mm, full size)"
+def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, sheet: LaserSheet) -> Iterator[str]:
+    """Yield the lines on one sheet; `gap` (m) is between copies, and `joined` is the piece of all pads with webs."""
+    nest, is_joined = sheet.nest, joined is not None and web is not None and sheet.part == "elastomer"
+    yield f"laser/{name}-{sheet.name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
-    joined, web = joined_part(spec) if sheet.part == "elastomer" else None, []
-    if joined is not None and spec.web is not None:
-        web = [spec.web]
+    if joined is not None and is_joined:
         yield f"   part       {joined.words}, finished"
     else:
         yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
@@ -122,8 +122,9 @@ def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
     least = max(found) if found else None
     if least is not None:
         # parts and webs are drawn wider by a kerf, so copies are closer by a kerf
-        beside = [spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
-        narrow = max(0.0, min(*sheet.size, *beside, *web, (COUPON_SIZE - COUPON_HOLE) / 2))
+        beside = [gap - sheet.kerf] if nest.count > 1 else []
+        webs = [web] if web is not None and is_joined else []
+        narrow = max(0.0, min(*sheet.size, *beside, *webs, (COUPON_SIZE - COUPON_HOLE) / 2))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
     if not is_laser_cut(material, sheet.thickness):

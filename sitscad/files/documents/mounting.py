@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import BodyRole, elastomer
-from sitscad.assembly.places.column import Toleranced, on_seat, print_limit
+from sitscad.assembly.places.bodies import Body, BodyRole, elastomer
+from sitscad.assembly.places.column import Layer, Toleranced, on_seat, print_limit
 from sitscad.assembly.places.fit import heads_above, pin_gaps
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.seating import (
@@ -44,7 +44,7 @@ from sitscad.assembly.solids.step_parts import measured_jaw, read_files
 from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, push_places, skin_pour
 from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
-from sitscad.estimates.loads.gluing import board_plan, glued_area, hard_adhesive
+from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse, pushed
 from sitscad.files.documents.gluing import (
     board_glued,
@@ -60,6 +60,7 @@ from sitscad.files.documents.preparing import amount, cured, mixed
 from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.files.writer import json_bytes
+from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Encapsulation
@@ -112,7 +113,8 @@ def fastened(layout: Layout) -> Iterator[str]:
         yield said
     slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
     recess = in_recess(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
-    glued = f"Glue the board into the mount's recess{slot}.{recess} {board_glued(layout)}{_seated(layout)}"
+    seat = _seated(mount, layout.spec.shield is not None, on_seat(layout))
+    glued = f"Glue the board into the mount's recess{slot}.{recess} {board_glued(layout)}{seat}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
@@ -150,31 +152,36 @@ def in_place(layout: Layout) -> Iterator[str]:
             f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
             f"{in_mm(set_screw(layout.body, layout.spec.mount))} mm do not stand out."
         )
-    elif mount.holes is not None and adapter_needed(layout):
+        return
+    if mount.holes is None:
+        return
+    heads = _heads(heads_above(layout), is_near_metal(layout))
+    room_below = _room_below(layout.body[2], bends(layout))
+    if adapter_needed(layout):
         plate, below = -plate_floor(layout)[1], adapter_depth(layout)
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
             f"four screws.{metal_below_told(layout.spec.coil, layout.spec.mount)}"
         )
-        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout)}{_room_below(layout)}"
-    elif mount.holes is not None:
+        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{heads}{room_below}"
+    else:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
-            f"Screw the mount down ({mount.holes.name}{_spacing(layout)}). {screws(thread, -plate_floor(layout)[1])}"
-            f"{_heads(layout)}{metal_below_told(layout.spec.coil, layout.spec.mount)}{_room_below(layout)}"
+            f"Screw the mount down ({mount.holes.name}{_spacing(screw_spacing(layout))}). "
+            f"{screws(thread, -plate_floor(layout)[1])}{heads}{metal_below_told(layout.spec.coil, mount)}{room_below}"
         )
 
 
-def _spacing(layout: Layout) -> str:
+def _spacing(spacing: tuple[float, float] | None) -> str:
     """Describe the spacing of the screws; empty if they are not the corners of a rectangle."""
-    apart = screw_spacing(layout)
+    apart = spacing
     return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
 
 
-def _heads(layout: Layout) -> str:
+def _heads(height: float | None, is_near: bool) -> str:
     """Describe the screws' material, and the height of their heads above the sensor; empty for inch threads."""
-    above = heads_above(layout)
+    above = height
     if above is None:
         return ""
     plastic = " Take screws of plastic (polyamide): steel would be too near to a coil."
@@ -182,7 +189,7 @@ def _heads(layout: Layout) -> str:
         f" Their heads stand {in_mm(above, 2)} mm above the sensor's top face: what presses it must be narrower than "
         "the room between them."
     )
-    return f"{plastic if is_near_metal(layout) else ''}{proud if above > SAME else ''}"
+    return f"{plastic if is_near else ''}{proud if above > SAME else ''}"
 
 
 NUT = 1.6e-3
@@ -261,35 +268,32 @@ def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
     )
 
 
-def _room_below(layout: Layout) -> str:
+def _room_below(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
     """Describe the limit of the part under a plate for a tail that bends down; empty if no bend goes down."""
-    first = next((bend for bend in bends(layout) if bend.direction == "down"), None)
+    first = next((bend for bend in tail_bends if bend.direction == "down"), None)
     if first is None:
         return ""
     return (
-        f" The part below must end {in_mm(first.start - layout.body[2], 2)} mm behind the body, or have a slot from "
+        f" The part below must end {in_mm(first.start - body_end, 2)} mm behind the body, or have a slot from "
         "there on: the tail goes down there."
     )
 
 
 SAME = 1e-6  # Smallest difference (m) between two lengths
 
-def _seated(layout: Layout) -> str:
-    """Describe the height of the board's top face above the face under the mount.
-
-    Empty without a mount, or with a shield.
-    """
-    spec = layout.spec
-    if spec.mount is None or spec.shield is not None:
+def _seated(mount: Mount, has_shield: bool, layers: tuple[Layer, ...]) -> str:
+    """Describe the height of the board's top face above the face under the mount; empty with a shield."""
+    if has_shield:
         return ""
-    height = sum((layer.thickness for layer in on_seat(layout)), Toleranced(0.0))
-    face = "the face that the mount stands on" if spec.mount.finger is None else "the cap's face against the finger"
+    height = sum((layer.thickness for layer in layers), Toleranced(0.0))
+    face = "the face that the mount stands on" if mount.finger is None else "the cap's face against the finger"
     return f" From {face} to the board's top face are {toleranced(height)} then."
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:
     """Describe the application of the film: cast in its mould, or brushed on if it is too thin for casting."""
-    poured, caution = skin_pour(layout), inhibited(layout.spec, hard_adhesive(layout))
+    poured = skin_pour(layout)
+    caution = inhibited(layout.spec.assembly.adhesive, layout.spec.encapsulation, hard_adhesive(layout))
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on: "
@@ -388,12 +392,12 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     press = f"{show(normal, 'N')} of press"
     names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in ways]
     return tuple(
-        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(spec, -float(pose[2])))
+        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(elastomer(spec), -float(pose[2])))
         for name, pose in zip(names, poses, strict=True)
     )
 
 
-def bulge(spec: SensorSpec, press: float) -> float:
+def bulge(pad: Body | None, press: float) -> float:
     """Return the largest bulge (m) of the elastomer's free sides at a compression `press` (m).
 
     Notes
@@ -401,7 +405,6 @@ def bulge(spec: SensorSpec, press: float) -> float:
     An incompressible pad displaces the volume of its face area times the compression. The mean bulge is this volume
     over perimeter and remaining height. The largest bulge, in the middle of a parabola, is 1.5 times the mean.
     """
-    pad = elastomer(spec)
     if pad is None or press <= 0.0:
         return 0.0
     outline, left = pad.outline(), max(0.05 * pad.thickness, pad.thickness - press)
@@ -511,7 +514,8 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
         shown = (*shown, *pieces)
     if jig[-1].name == BOARD_PRESS:
         below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
-        picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, press_words(layout))
+        words = press_words(board_press(layout))
+        picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, words)
         files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")
     return files
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.assembly.places.column import usual_tolerances
+from sitscad.assembly.places.tail_path import bends, pivot_line
 from sitscad.basics.units import aligned, counted, show
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
@@ -27,13 +28,15 @@ from sitscad.files.order_facts.files import (
     tail_coverlay_files,
 )
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import Where, finished_thickness
+from sitscad.layout.bending import Where, bend_stretch, finished_thickness
 from sitscad.layout.board import Layout, Via
-from sitscad.layout.lamination import lamination_text
+from sitscad.layout.copper import smallest_gaps
+from sitscad.layout.lamination import lamination_text, tail_holes
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import (
     board_kind,
     conductor,
@@ -73,8 +76,8 @@ def readme(
         notes.section("Test", _test(layout, bench)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
-        notes.section("Files in the archive", _files(layout, panel)),
-        notes.section("Files in the package only", _not_sent(layout, panel)),
+        notes.section("Files in the archive", _files(layout.spec.name, _images(layout), panel)),
+        notes.section("Files in the package only", _not_sent(layout.spec.name, _images(layout), panel)),
         _fingerprint(layout.spec.name, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
@@ -107,7 +110,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
-    yield "Delivery", _delivery(layout, panel)
+    yield "Delivery", _delivery(layout.spec.fpc.rules, layout.spec.name, is_too_small(layout), panel)
     bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
     yield "Tolerances", (
@@ -122,9 +125,10 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
     coil = layout.spec.coil
     yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
-    yield from (("Smallest gap", text) for text in notes.gap_texts(layout))
-    yield "Holes", _holes(layout)
-    yield "Finish", notes.finish_text(layout).removeprefix("Finish on bare contacts: ")
+    yield from (("Smallest gap", text) for text in notes.gap_texts(smallest_gaps(layout)))
+    spans = notes.holes_text(layout.copper_layers, layout.vias, layout.spec.fpc.tail_copper, tail_holes(layout))
+    yield "Holes", _holes(fpc, layout.vias, spans)
+    yield "Finish", notes.finish_text(layout.pads, fpc, bool(layout.vias)).removeprefix("Finish on bare contacts: ")
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", notes.laminate_text(fpc.stackup)
     if not fpc.rules.one_process:
@@ -149,20 +153,20 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
             "soldered on by hand or by an assembler, not part of this order unless it says so"
         )
     if layout.bend_zone is not None:
-        yield "Bend", notes.bend_text(layout)
+        yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := notes.turn_text(fpc.tail):
         yield "Outline", turn
     yield "Made for rules", _rules(layout.spec.coil.layers, layout.spec.fpc)
 
 
-def _delivery(layout: Layout, panel: Panel | None) -> str:
+def _delivery(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:
     """Describe the delivery of the boards, as single boards or in panels."""
     if panel is None:
         small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
-        return f"single boards, cut out{small if is_too_small(layout) else ''}"
+        return f"single boards, cut out{small if is_small else ''}"
     width, height = (show(side, "m") for side in panel.size)
-    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec.name, '-drawing.pdf')}"
-    sides = zip(sorted(panel.size), sorted(layout.spec.fpc.rules.panel_size), strict=True)
+    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(name, '-drawing.pdf')}"
+    sides = zip(sorted(panel.size), sorted(rules.panel_size), strict=True)
     is_larger = any(own > usual + 1e-9 for own, usual in sides)  # larger than the rules' panel size
     larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
     return f"in panels of {width} x {height}, {many}{larger}"
@@ -176,7 +180,7 @@ def _thin_tail(layout: Layout) -> str:
     """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
     first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
-    (extent,) = body_files(layout)
+    (extent,) = body_files(layout.spec.name, layout.spec.fpc)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
         f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
@@ -186,19 +190,19 @@ def _thin_tail(layout: Layout) -> str:
     )
 
 
-def _holes(layout: Layout) -> str:
-    if not layout.vias:
+def _holes(fpc: FpcSpec, vias: tuple[Via, ...], spans: str) -> str:
+    if not vias:
         return "none"
-    sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in layout.vias})
-    counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in layout.vias) for size in sizes]
+    sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in vias})
+    counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in vias) for size in sizes]
     kinds = (f"{n} of {show(drill, 'm')} (pad {show(pad, 'm')})" for n, (drill, pad) in zip(counts, sizes, strict=True))
-    plating = layout.spec.fpc.stackup.plating_thickness
+    plating = fpc.stackup.plating_thickness
     least = plating - usual_tolerances()["copper plating"].band
     thick = f"; copper in the holes {show(plating, 'm')} nominal, at least {show(least, 'm', 2)}" if least > 0.0 else ""
-    is_classed = thick and not layout.spec.fpc.rules.one_process
+    is_classed = thick and not fpc.rules.one_process
     thick += " (this governs, also where the class below asks for more)" if is_classed else ""
     return (
-        f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
+        f"{', '.join(kinds)}, plated, finished diameters; {spans}; no pins or wires go "
         f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
     )
 
@@ -342,16 +346,16 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
         )
 
 
-def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+def _files(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
     """Yield name and description of the board's files in the archive."""
     if panel is None:
-        yield from _images(layout)
+        yield from images
     else:
-        readme, drawing = (_panel_name(layout.spec.name, ending) for ending in ("-readme.txt", "-drawing.pdf"))
+        readme, drawing = (_panel_name(name, ending) for ending in ("-readme.txt", "-drawing.pdf"))
         yield readme, f"list of the panel's files, from which the boards are made; its drawing is {drawing}"
-    yield _name(layout.spec.name, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
-    yield _name(layout.spec.name, "drawing.pdf"), "drawing with dimensions; contacts and their table on the second page"
-    yield _name(layout.spec.name, "stackup.pdf"), "drawing of the stack-up"
+    yield _name(name, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
+    yield _name(name, "drawing.pdf"), "drawing with dimensions; contacts and their table on the second page"
+    yield _name(name, "stackup.pdf"), "drawing of the stack-up"
     yield "Coordinates", "millimetres, one origin for all files" if panel is None else (
         "millimetres, one origin for all files of the board; the panel's files have their own")
 
@@ -365,15 +369,14 @@ def _images(layout: Layout) -> Iterator[tuple[str, str]]:
         yield _name(layout.spec.name, "Drill_Map.gbr"), "drill map (Gerber drawing)"
 
 
-def _not_sent(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+def _not_sent(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
     """Yield name and description of the files that stay in the package, and of the archive itself."""
-    name = layout.spec.name
     yield _name(name, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
     if panel is not None:
         yield "panel", "folder of the panel's files, which are in the archive"
-        yield from _images(layout)
-    yield _name(layout.spec.name, "board.svg"), "picture of the whole board"
-    yield _name(layout.spec.name, "body.svg"), "picture of the part with the coils"
+        yield from images
+    yield _name(name, "board.svg"), "picture of the whole board"
+    yield _name(name, "body.svg"), "picture of the part with the coils"
     yield "Drawings", "also as SVG"
 
 

@@ -7,12 +7,14 @@ from collections.abc import Sequence
 
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.seating import relief
-from sitscad.assembly.places.tail_path import ROD, bends, lip, rod_clear, tail_path
+from sitscad.assembly.places.tail_path import ROD, Lip, bends, lip, own_bend, rod_clear, tail_path
 from sitscad.basics.units import in_mm
+from sitscad.estimates.loads.gluing import hard_adhesive
 from sitscad.files.documents.gluing import hard_dose
 from sitscad.files.order_facts.notes import bend_place, hinge_text
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw
 
 LEAST_FIXED = 3e-3
 """Least length (m) of tail glued to the jaw if nothing else holds the tail."""
@@ -33,21 +35,21 @@ def tail_fixed(layout: Layout) -> tuple[float, float] | None:
     return (LEAST_FIXED, high - low) if jaw_range(layout.body, jaw)[1] - path.last.x >= LEAST_FIXED else None
 
 
-def early_bends(layout: Layout) -> tuple[Bend, ...]:
+def early_bends(jaw: Jaw | None, tail_bends: tuple[Bend, ...], edge: Lip | None) -> tuple[Bend, ...]:
     """Return the bends made before the board is glued, because a jaw below the tail leaves no room for the rod.
 
     A bend over the mount's round edge is made later, over this edge. A bend up needs no room below. Empty without a
     jaw.
     """
-    if layout.spec.jaw is None:
+    if jaw is None:
         return ()
-    has_edge = lip(layout) is not None
-    return tuple(bend for bend in bends(layout) if (not has_edge if bend.why else bend.direction == "down"))
+    has_edge = edge is not None
+    return tuple(bend for bend in tail_bends if (not has_edge if bend.why else bend.direction == "down"))
 
 
 def tail_formed(layout: Layout) -> str:
     """Describe the bending of the tail of a loose board; empty if no bend is made before the board is glued."""
-    early = early_bends(layout)
+    early = early_bends(layout.spec.jaw, bends(layout), lip(layout))
     if not early:
         return ""
     below = ""
@@ -56,38 +58,36 @@ def tail_formed(layout: Layout) -> str:
         below = f" Seen from the side, the tail is parallel to the body then, and {drop} mm lower."
     if any(not bend.why for bend in early):
         below = below.replace("then", "between bends 2 and 3")
+    piece = "target" if layout.spec.target is not None else "coils" if layout.spec.elastomer is None else "elastomer"
+    hinge = hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
     return (
         "Bend the tail while the board is loose: once the board is glued, there is no room for a rod between the tail "
-        f"and the jaw. Hold the board by its edges, never by the {_piece(layout)}. {_listed(layout, early)}{below} A "
-        f"tail springs back: bend it on until it stays so.{hinge_text(layout)}"
+        f"and the jaw. Hold the board by its edges, never by the {piece}. "
+        f"{_listed(layout.body[2], lip(layout), early)}{below} A tail springs back: bend it on until it stays so."
+        f"{hinge}"
     )
-
-
-def _piece(layout: Layout) -> str:
-    """Name the piece on the board that a hand must not hold."""
-    return "target" if layout.spec.target is not None else "elastomer" if layout.spec.elastomer is not None else "coils"
 
 
 def tail_bent(layout: Layout) -> str:
     """Describe the bending of the glued board's tail; empty without a tail, or if all bends are made before."""
     if layout.spec.fpc.tail is None:
         return ""
-    found, early = bends(layout), early_bends(layout)
+    found, early = bends(layout), early_bends(layout.spec.jaw, bends(layout), lip(layout))
     late = tuple(bend for bend in found if bend not in early)
     if not found:
         return "Do not bend the tail."
     if not late:
         return ""
-    hinge = "" if early else hinge_text(layout)
-    return f"Bend the tail now. {_listed(layout, late)}{hinge}{_room_for_rod(layout, late)}"
+    hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
+    return f"Bend the tail now. {_listed(layout.body[2], lip(layout), late)}{hinge}{_room_for_rod(layout, late)}"
 
 
-def _listed(layout: Layout, found: Sequence[Bend]) -> str:
+def _listed(body_end: float, edge: Lip | None, found: Sequence[Bend]) -> str:
     """Describe bends in order, with the rod's side and diameter, in whole sentences."""
-    has_edge = lip(layout) is not None
+    has_edge = edge is not None
     said, needs_rod = [], False
     for number, bend in enumerate(found, 1):
-        start = f"({number}) " * (len(found) > 1) + bend_place(layout, bend)
+        start = f"({number}) " * (len(found) > 1) + bend_place(body_end, bend)
         if bend.why and bend.direction == "down" and has_edge:
             said.append(f"{start}; this edge takes the place of a rod.")
             continue
@@ -119,7 +119,7 @@ def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
         return ""
     said = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
     if mount.kind == "custom":
-        return f"{said} {own_end(layout)}"
+        return f"{said} {own_end(layout.body[2], bends(layout))}"
     clear, start = rod_clear(layout), min(bend.start for bend in down)
     if start < clear - LEAST_MET:
         met = in_mm(clear - start, 1)
@@ -127,10 +127,10 @@ def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
     return said
 
 
-def own_end(layout: Layout) -> str:
+def own_end(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
     """Describe the place where a custom mount must end to clear the rod for the first bend down."""
-    first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
-    end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
+    first = min((bend for bend in tail_bends if bend.direction == "down"), key=lambda bend: bend.start)
+    end = first.start - (first.radius or 0.0) - ROD - body_end
     side = "behind" if end >= 0.0 else "before"
     return (
         f"Your own part must end at most {in_mm(abs(end), 2)} mm {side} the body's end at the tail, or be cut away "
@@ -145,10 +145,12 @@ def tail_held(layout: Layout) -> str:
     """
     said, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
     fixed = tail_fixed(layout)
+    area = 0.0 if fixed is None else fixed[0] * fixed[1]
+    glue = hard_dose(layout.spec.assembly, hard_adhesive(layout), area)
     if tongue is not None and fixed is not None:
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
-            f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
+            f"Glue the tail down with {glue}, on the mount's tongue behind the body, "
             f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         ).rstrip()
     # Start (x, m) and length (m) of the tail's contact with the jaw's face, up to the heel
@@ -157,7 +159,7 @@ def tail_held(layout: Layout) -> str:
     begin, room = path.last.x, jaw_range(layout.body, jaw)[1] - path.last.x
     if fixed is not None:
         return (
-            f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "
+            f"{said} Fix the tail with {glue}, to the jaw's metal from "
             f"{in_mm(begin - layout.body[2], 2)} mm behind "
             f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
             "sensor (the mount has no tongue for it)."

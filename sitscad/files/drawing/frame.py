@@ -10,7 +10,7 @@ from sitscad.basics.units import in_mm
 from sitscad.basics.version import __version__
 from sitscad.files.drawing.sheet import BLACK, Pen, Sheet, text_width
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polar, polyline, rectangle
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import Issue
 
 MARGIN = 8.0
 FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
@@ -38,14 +38,16 @@ SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, a ratio
 
 
 def new_sheet(
-    spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
+    name: str, issue: Issue, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
 ) -> Sheet:
     """Return an A4 sheet with frame and title block.
 
     Parameters
     ----------
-    spec
-        The sensor. Its name and issue appear in the title block.
+    name
+        Name of the sensor.
+    issue
+        Issue of the sensor, for the title block.
     what
         Title of the drawing.
     scale
@@ -57,14 +59,14 @@ def new_sheet(
     seen
         Direction of view, in words.
     """
-    sheet = Sheet(f"{spec.name}: {what}")
+    sheet = Sheet(f"{name}: {what}")
     width, height = sheet.size
     sheet.draw(rectangle(MARGIN, MARGIN, width - MARGIN, height - MARGIN), Pen(0.5))
     left, low = width - MARGIN - BLOCK[0], MARGIN
     sheet.draw(rectangle(left, low, left + BLOCK[0], low + BLOCK[1]), Pen(0.5), "#ffffff")
-    known = dict(spec.issue.rows)
+    known = dict(issue.rows)
     rows: list[list[tuple[str, str]]] = [
-        *([[("Stop", FORCED)]] if forced else []), [("Design", spec.name)],
+        *([[("Stop", FORCED)]] if forced else []), [("Design", name)],
         [(label, known.get(name, NOT_STATED)) for label, name in ISSUE], [("Drawing", what)],
         *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []), [("Files", artwork)],
         [("Made by", f"sitscad {__version__}")],

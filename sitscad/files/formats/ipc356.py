@@ -34,32 +34,33 @@ def _records(layout: Layout) -> Iterator[str]:
     yield from (f"P  JOB   {name}", "P  CODE  00", "P  UNITS CUST 1", f"P  TITLE {name}")
     yield from (f"P  NUM   {issue.part_number or 1}", f"P  REV   {issue.revision or '-'}")
     yield from ("P  VER   IPC-D-356A", "P  IMAGE PRIMARY")
+    openings = layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings
+    layers = layout.copper_layers
     for net in layout.nets:
-        yield from (_contact(layout, pad) for pad in layout.all_pads if pad.net == net)
-        yield from (_via(layout, via) for via in layout.vias if via.net == net)
-    yield from (_contact(layout, pad) for pad in layout.pads if pad.is_unused)
+        yield from (_contact(layers, pad, _covered(*openings, pad.centre)) for pad in layout.all_pads if pad.net == net)
+        for via in (via for via in layout.vias if via.net == net):
+            yield _via(via, layout.lowest_layer(via) == layers, _covered(*openings, via.centre))
+    yield from (_contact(layers, pad, _covered(*openings, pad.centre)) for pad in layout.pads if pad.is_unused)
     yield "999"
 
 
-def _contact(layout: Layout, pad: Pad) -> str:
+def _contact(copper_layers: int, pad: Pad, covered: int) -> str:
     """Return the record of a surface contact (operation 327) with access from its own side."""
-    bottom = pad.layer == layout.copper_layers and pad.layer > 1
+    bottom = pad.layer == copper_layers and pad.layer > 1
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
-    covered = _covered(layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings, pad.centre)
     access = f"A{pad.layer if bottom else 1:02d}"
     return _record("327", pad.net or NO_NET, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
 
 
-def _via(layout: Layout, via: Via) -> str:
+def _via(via: Via, is_through: bool, covered: int) -> str:
     """Return the record of a plated hole (operation 317).
 
     A hole that ends on an inner layer has access from the top (01), as in KiCad.
     """
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"
-    access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"
-    return _record("317", via.net, "VIA", "", hole, access, via.centre, size,
-                   _covered(layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings, via.centre))
+    access = "A00" if is_through else "A01"
+    return _record("317", via.net, "VIA", "", hole, access, via.centre, size, covered)
 
 
 def _record(

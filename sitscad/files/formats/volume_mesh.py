@@ -46,7 +46,8 @@ from sitscad.estimates.loads.pressing import web_stiffness
 from sitscad.files.writer import json_bytes
 from sitscad.kernels.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
-from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import Cells, ElastomerPad
 from sitscad.spec.sensor import SensorSpec
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
@@ -99,7 +100,7 @@ def bulk_ratio(pad: ElastomerPad) -> float:
 
 def _left_out(spec: SensorSpec) -> str:
     """Return the deck's text on film and cells, which are not in the deck. Empty if nothing is left out."""
-    return _film(spec) + _of_cells(spec)
+    return _film(spec) + _of_cells(spec.cells, spec.web, web_stiffness(spec))
 
 
 def _film(spec: SensorSpec) -> str:
@@ -115,12 +116,12 @@ def _film(spec: SensorSpec) -> str:
     return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=held)
 
 
-def _of_cells(spec: SensorSpec) -> str:
-    if spec.cells is None:
+def _of_cells(cells: Cells | None, web: float | None, stiffness: list[float]) -> str:
+    if cells is None:
         return ""
-    held = sorted(web_stiffness(spec))
+    held = sorted(stiffness)
     words = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (held[0], held[-1])))
-    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.web is not None else "")
+    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if web is not None else "")
 
 
 def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
@@ -276,7 +277,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     # Only the pad of the first cell is meshed, without webs
     others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
     first = tuple(solid for solid in solids if solid.name not in others)
-    made = elastomer_meshes(first, _pad_of(spec), left_out=_left_out(spec))
+    made = elastomer_meshes(first, _pad_of(spec.elastomer), left_out=_left_out(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
@@ -310,12 +311,12 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
         raise PartsError("the spec has no elastomer to be meshed")
-    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size, _left_out(layout.spec))
+    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec.elastomer), size, _left_out(layout.spec))
 
 
-def _pad_of(spec: SensorSpec) -> ElastomerPad:
-    assert spec.elastomer is not None  # the caller has found its solid
-    return spec.elastomer
+def _pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
+    assert elastomer is not None  # the caller has found its solid
+    return elastomer
 
 
 def elastomer_meshes(
@@ -423,7 +424,7 @@ def field_mesh(
     widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
     # build123d solids by the names of their regions
-    found = {name: shape for coil in layout.coils for name, shape in _rings(layout, coil, copper)}
+    found = {name: shape for coil in layout.coils for name, shape in _rings(layout.spec.coil, coil, copper)}
     pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
     found |= {METALS[solid.role]: solid.shape for solid in pieces}
     pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
@@ -432,13 +433,13 @@ def field_mesh(
     return _meshed(found, fine * MM, room * MM)
 
 
-def _ring(layout: Layout, coil: Coil, number: int) -> Region:
+def _ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     """Return the ring that represents a layer of a coil.
 
     For round coils it follows the mean radius of the tracks over a turn, in which a spiral moves inwards by one pitch.
     The tracks of other shapes step inwards at one place: the ring covers them as drawn.
     """
-    spec, drawn = layout.spec.coil, ring(layout.spec.coil, coil, number)
+    drawn = ring(spec, coil, number)
     if not spec.outline.is_round:
         return drawn
     step = (spec.trace_width + spec.trace_spacing) / 2
@@ -449,14 +450,14 @@ def _ring(layout: Layout, coil: Coil, number: int) -> Region:
     return Region(circle(Point(*coil.centre), outer), holes)
 
 
-def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
+def _rings(spec: CoilSpec, coil: Coil, copper: str) -> list[tuple[str, Any]]:
     """Return a coil's regions: the ring of its widest layer over the whole height, or a ring for each layer."""
     spans = [(w.layer, w.z - w.thickness / 2, w.z + w.thickness / 2) for w in coil.windings]
     if copper == "layers":
-        return [(f"coil_{coil.name}_{n}", prism(_ring(layout, coil, n), low, high)) for n, low, high in spans]
+        return [(f"coil_{coil.name}_{n}", prism(_ring(spec, coil, n), low, high)) for n, low, high in spans]
     low, high = min(span[1] for span in spans), max(span[2] for span in spans)
-    widest = max(spans, key=lambda span: _ring(layout, coil, span[0]).area)[0]
-    return [(f"coil_{coil.name}", prism(_ring(layout, coil, widest), low, high))]
+    widest = max(spans, key=lambda span: _ring(spec, coil, span[0]).area)[0]
+    return [(f"coil_{coil.name}", prism(_ring(spec, coil, widest), low, high))]
 
 
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:

@@ -9,7 +9,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.data import Row, rows
 from sitscad.kernels.geometry.path import Path, Region, bounding_box
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Pad
 from sitscad.spec.circuit import FpcSpec, Stackup, Tail
 from sitscad.spec.presets import cover_name
 
@@ -59,19 +59,21 @@ def runs_along_x(row: tuple[Pad, ...]) -> bool:
     return max(xs) - min(xs) < max(ys) - min(ys)
 
 
-def tail_width(layout: Layout) -> tuple[float, float, float] | None:
+def tail_width(
+    body_end: float, outline: Path, pads: tuple[Pad, ...], tail: Tail | None
+) -> tuple[float, float, float] | None:
     """Return a place x and the tail's lower and upper y there (m), on the longest stretch of constant width.
 
     The place lies a tenth of the stretch's length from its end at the body. For a tail that turns, the stretch lies
     before the turn. For a tail with an offset, it is the longer of the two straight parts. None if there is no tail, no
     contact or no such stretch.
     """
-    if layout.spec.fpc.tail is None or not layout.pads:
+    if tail is None or not pads:
         return None
-    start, end = layout.body[2], min(pad.centre.x - pad.size[0] / 2 for pad in layout.pads)
+    start, end = body_end, min(pad.centre.x - pad.size[0] / 2 for pad in pads)
     edges = [
         (max(min(a.x, b.x), start), min(max(a.x, b.x), end), a.y)
-        for a, b in pairwise(layout.outline.flattened(SAME))
+        for a, b in pairwise(outline.flattened(SAME))
         if abs(a.y - b.y) < SAME and min(max(a.x, b.x), end) - max(min(a.x, b.x), start) > SAME
     ]
     runs = (

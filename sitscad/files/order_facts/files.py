@@ -20,9 +20,8 @@ from sitscad.basics.record import record
 from sitscad.basics.units import decimal, show
 from sitscad.basics.version import __version__
 from sitscad.layout.board import Layout, Stiffener
-from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
+from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, StackLayer, Stackup
 from sitscad.spec.presets import cover_name
-from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 
 FOLDER = "fpc"
@@ -108,15 +107,15 @@ def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[Fabrication
     return (FabricationFile(path, "Other,Stiffener_Bottom", "stiffener on the bottom face"),)
 
 
-def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def body_files(name: str, fpc: FpcSpec) -> tuple[FabricationFile, ...]:
     """Return the file that outlines the layers absent from the tail; empty if the tail has all copper layers."""
-    first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
+    first, last = fpc.tail_copper + 1, len(fpc.stackup.copper)
     if first > last:
         return ()
     names = f"L{first}" if first == last else f"L{first}_to_L{last}"
     which = names.replace("_", " ").replace("L", "")
     title = f"extent of copper {which} and of what lies between and below (the tail is without)"
-    path = fabrication_path(layout.spec.name, "Body_Layers.gbr")
+    path = fabrication_path(name, "Body_Layers.gbr")
     return (FabricationFile(path, f"Other,Extent_of_{names}", title),)
 
 
@@ -141,7 +140,7 @@ def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
         *copper_files(layout.copper_layers, layout.spec.name),
         *coverlay_files(layout.spec.fpc.stackup, layout.spec.name),
         *stiffener_files(layout.spec.name, layout.stiffener),
-        *body_files(layout),
+        *body_files(layout.spec.name, layout.spec.fpc),
         *tail_coverlay_files(layout),
         profile_file(layout.spec.name),
     )
@@ -200,10 +199,10 @@ def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
     return (*named, tooling_file(layout.copper_layers, layout.spec.name), cut_file(layout.spec.name))
 
 
-def panel_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
+def panel_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
     """Return the X2 file attributes of the panel's set: an array with its own coordinate system."""
-    own = {".SameCoordinates": f"{spec.name}-panel", ".Part": "Array"}
-    attributes = project_attributes(spec.issue.revision, spec.name)
+    own = {".SameCoordinates": f"{name}-panel", ".Part": "Array"}
+    attributes = project_attributes(revision, name)
     return tuple((name, own[name]) if name in own else (name, *values) for name, *values in attributes)
 
 

@@ -3,49 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from textwrap import wrap
 
-from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_bend, pivot_line
+from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_bend
 from sitscad.basics.units import counted, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import (
     Bend,
     FinishedThickness,
     Where,
-    bend_stretch,
     contact_copper,
     finished_thickness,
 )
-from sitscad.layout.board import Capacitor, Coil, Layout, Stiffener
-from sitscad.layout.copper import pair_in_words, smallest_gaps
-from sitscad.layout.lamination import is_bonded, tail_holes
+from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
+from sitscad.layout.copper import Nearness, pair_in_words
+from sitscad.layout.lamination import is_bonded
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import finish, is_rigid, names
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
 
-def finish_text(layout: Layout) -> str:
+def finish_text(pads: tuple[Pad, ...], fpc: FpcSpec, has_holes: bool) -> str:
     """Describe the finish of the bare contacts, its plating bars, the foil and the plating of holes.
 
     For a fabricator with a single process, the text omits foil and plating, because the order cannot choose them.
     """
-    chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
-    is_plated = layout.vias and stackup.plating_thickness
+    chosen, stackup = finish(fpc.finish), fpc.stackup
+    is_plated = has_holes and stackup.plating_thickness
     plating = f"; {plating_text(stackup)}" if is_plated else ""
     bars = (
-        f" Plated by a current: add plating bars from the tips of all {len(layout.pads)} contacts over the board's end "
+        f" Plated by a current: add plating bars from the tips of all {len(pads)} contacts over the board's end "
         "to a common bar outside the outline (none are in the artwork), and cut them off with the outline before the "
         "test."
     )
-    bars = bars if chosen.is_electrolytic and layout.pads else ""
-    if layout.spec.fpc.rules.one_process:
+    bars = bars if chosen.is_electrolytic and pads else ""
+    if fpc.rules.one_process:
         return f"Finish on bare contacts: {chosen.words}.{bars}"
-    return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
+    return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[fpc.copper]}{plating}."
 
 
 PLATINGS = {
@@ -76,14 +76,13 @@ def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
     return f"{foil} and {show(layer.plated, 'm')} plating" if layer.plated else f"{foil}, not plated"
 
 
-def holes_text(layout: Layout) -> str:
+def holes_text(copper_layers: int, vias: tuple[Via, ...], tail_layers: int, inside: int) -> str:
     """Describe the layers that the plated holes go through, separately for the body and a thinner tail."""
-    count, through = len(layout.vias), layout.spec.fpc.tail_copper
-    inside = tail_holes(layout)
+    count, through = len(vias), tail_layers
     if not inside:
         return "through all layers"
     own = f"{inside} in the tail through its {counted(through, 'layer')}"
-    return f"{count - inside} through all {layout.copper_layers} layers, {own}"
+    return f"{count - inside} through all {copper_layers} layers, {own}"
 
 
 def step_text(layout: Layout) -> str:
@@ -96,26 +95,27 @@ def step_text(layout: Layout) -> str:
         f"The bottom coverlay cannot run over the step of {show(layout.spec.fpc.tail_step, 'm')} at the body's end "
         f"and ends there. The tail has a coverlay of its own under copper {last}, of the same film ({film}), laid "
         f"before the layers below are laminated on: it laps {lap} into the body, from x = "
-        f"{show(layout.lap_start, 'm')} on, where the bond takes up its thickness.{_beside_lap(layout)}"
+        f"{show(layout.lap_start, 'm')} on, where the bond takes up its thickness."
+        f"{_beside_lap(layout.vias, layout.lap_start)}"
     )
 
 
-def _beside_lap(layout: Layout) -> str:
+def _beside_lap(vias: tuple[Via, ...], lap: float) -> str:
     """Describe the gap from the tail's own coverlay to the walls of holes in the body; empty without such holes."""
-    through = [via.centre.x + via.drill / 2 for via in layout.vias if via.lowest is None]
+    through = [via.centre.x + via.drill / 2 for via in vias if via.lowest is None]
     if not through:
         return ""
-    gap = show(layout.lap_start - max(through), "m", 3)
+    gap = show(lap - max(through), "m", 3)
     return f" Its edge is laid {gap} or more from the walls of holes."
 
 
-def bend_text(layout: Layout) -> str:
+def bend_text(stretch: tuple[float, float] | None, tail_bends: tuple[Bend, ...], pivot: float | None) -> str:
     """Describe the tail's bends: lines, directions, angles, radii, and the stretch that must stay free.
 
     Holes and joints must stay out of this stretch. The text also relates each bend's line to the pivot of the jaw's
     hinge.
     """
-    found, stretch, pivot = bends(layout), bend_stretch(layout), pivot_line(layout)
+    found = tail_bends
     if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
     if not found:
@@ -148,10 +148,10 @@ def bend_words(bend: Bend) -> str:
     return f"{bend.angle_text} {bend.direction} ({WAYS[bend.direction]})"
 
 
-def bend_place(layout: Layout, bend: Bend) -> str:
+def bend_place(body_end: float, bend: Bend) -> str:
     """Describe angle, direction and line of a bend; the line is measured from the body's end, as at the bench."""
     why = f" ({bend.why})" if bend.why else ""
-    return f"{bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 1)} mm behind the body{why}"
+    return f"{bend_words(bend)} about the line {in_mm(bend.line - body_end, 1)} mm behind the body{why}"
 
 
 def bent_text(layout: Layout) -> str:
@@ -159,18 +159,18 @@ def bent_text(layout: Layout) -> str:
     found = bends(layout)
     if not found:
         return "Do not bend the tail."
-    lines = ", then by ".join(bend_place(layout, bend) for bend in found)
+    lines = ", then by ".join(bend_place(layout.body[2], bend) for bend in found)
     radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
     return (
         f"Bend the tail by {lines}{radius}, and nowhere else: the drawing of the board has these lines."
-        f"{hinge_text(layout)}"
+        f"{hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))}"
     )
 
 
-def hinge_text(layout: Layout) -> str:
+def hinge_text(tail: Tail | None, jaw: Jaw | None, bend: Bend | None) -> str:
     """Warn that a bend at the hinge of a moving jaw must be dynamic; empty if it need not be, or is."""
-    own = own_bend(layout)
-    if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec.fpc.tail, layout.spec.jaw):
+    own = bend
+    if own is None or own.is_dynamic or not bends_at_every_grasp(tail, jaw):
         return ""
     return (
         " In a jaw that moves against the shaft, the bend farthest from the body moves at every grasp: this needs "
@@ -206,10 +206,10 @@ def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     )
 
 
-def gap_texts(layout: Layout) -> Iterator[str]:
+def gap_texts(gaps: Mapping[int, Nearness]) -> Iterator[str]:
     """Yield the smallest gap between copper as drawn, with its layers, places and the features on its two sides."""
     layers: dict[str, list[str]] = {}
-    for number, near in smallest_gaps(layout).items():
+    for number, near in gaps.items():
         text = f"{show(near.gap, 'm', 3)} between {pair_in_words(near)}"
         x, y = (show(round(way, 8), "m") for way in (near.x, near.y))
         layers.setdefault(text, []).append(f"{number} (x = {x}, y = {y})")

@@ -15,19 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.assembly.places import bodies
-from sitscad.assembly.places.fit import hinge_pivot
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates import Estimates
 from sitscad.estimates.circuits.bands import STATUS, bands
 from sitscad.estimates.circuits.settings import devices, identity, serial_settings
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.drawing.pictures.layout_picture import coil_extent
 from sitscad.files.drawing.web_page import page, part
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw
 from sitscad.spec.places import map_columns
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 Document = Mapping[str, Any]
 
@@ -54,7 +56,7 @@ TOGETHER = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue
 MM = 1e3
 
 
-def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
+def solids_document(glb: bytes, jaw: Jaw | None, pivot: Point | None) -> dict[str, Any]:
     """Return the triangles of ``mount/assembly.glb`` in a compact form.
 
     Vertices are 16-bit coordinates in the assembly's bounding box (mm, the board's axes), without duplicates within a
@@ -94,7 +96,8 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
         first, start = first + len(known), start + len(triangles)
     # Pivot (mm; x, z) and opening angle (rad); None if the jaw's hinge is not known
-    jaw, pivot, hinge = layout.spec.jaw, hinge_pivot(layout), None
+    # Pivot (mm; x, z) and opening angle (rad); None if the jaw's hinge is not known
+    jaw, hinge = jaw, None
     if jaw is not None and pivot is not None and jaw.opening:
         hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
     return {
@@ -182,7 +185,8 @@ def live_page(
     for one in (one.get("map", one) for one in calibrations):
         own, prefix = map_columns(spec, one["coils"])  # indices of its coils, prefix of its axes
         known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
-    document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
+    document = _document(spec.name, spec.readout, estimates.coils, estimates.readout, known)
+    document["source"] = "events" if served else "serial"
     names = [coil["name"] for coil in document["coils"]]
     baud = serial_settings(spec.array.placements, spec.cells, estimates.readout.scan_rate).baud
     bar = "" if served else BAR.format(baud)
@@ -205,22 +209,25 @@ def live_page(
     return page(f"{spec.name}, live", parts).encode("utf-8")
 
 
-def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:
+def _document(
+    name: str, spec_readout: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate,
+    known: Sequence[Document],
+) -> dict[str, Any]:
     """Return the data for the page's script: the sensor's identity, Hz per count, the coils, the maps."""
-    conversion, found = estimates.readout.conversion, bands(estimates.coils, usual("coil_inductance"))
+    conversion, found = readout.conversion, bands(coils, usual("coil_inductance"))
     if conversion is None:
-        raise ValueError(f"{spec.name} has no converter that is set")
+        raise ValueError(f"{name} has no converter that is set")
     per_hz = 1.0 / conversion.hertz_per_count
-    coils = [
+    spans = [
         {
             "name": one.coil, "rest": round(one.assembled.design * per_hz),
             "span": max(round((one.working.high - one.assembled.high) * per_hz), 1),
         }
         for one in found
     ]
-    name = identity(spec.name, devices(spec.readout, estimates.coils, estimates.readout))
+    number = identity(name, devices(spec_readout, coils, readout))
     return {
-        "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
+        "name": name, "id": f"{number:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": spans,
         "maps": known,
     }
 

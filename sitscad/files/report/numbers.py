@@ -38,6 +38,7 @@ from sitscad.basics.version import __version__
 from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
+from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, Metered, ReadoutEstimate
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -57,7 +58,8 @@ def as_text(
     first, *others = estimate_tables(estimates)
     by_cell = Table(*head_and_rows(cells["in_words"]), CELLS_TITLE) if cells else Table((), ())
     tables = [first, by_result(at, AT_FREQUENCY, AT_TITLE), *others, by_cell]
-    last = [readout_table(estimates), *stack_tables(estimates), cross_check_table(estimates)]
+    last = [readout_table(estimates.coils, estimates.readout), *stack_tables(estimates),
+            cross_check_table(estimates.cross_checks, estimates.no_cross_check)]
     blocks = [
         styled(printable(path), "bold", colour),
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
@@ -105,24 +107,26 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
     """Return all tables of coils and states, for texts and pages, in their order."""
     from sitscad.estimates.signal import signals  # already loaded by the estimates
 
+    coils, temperature = estimates.coils, estimates.temperature
     return [
-        signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code), state_table(estimates),
-        coil_table(estimates),
-        part_table(estimates),
-        _by_state(estimates, "What the converter resolves", STEPS, "quantum"),
-        other_table(estimates), spread_table(estimates), matrix_table(estimates),
+        signal_table(signals(estimates), coils, estimates.readout.drive_code), state_table(coils, temperature),
+        coil_table(coils, temperature),
+        part_table(coils),
+        _by_state(coils, temperature, "What the converter resolves", STEPS, "quantum"),
+        other_table(coils, temperature, estimates.normal_force), spread_table(coils, temperature),
+        matrix_table(coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
     ]
 
 
-def coil_table(estimates: Estimates) -> Table:
+def coil_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return each quantity of the coils, with one value per coil."""
-    rows = by_quantity(estimates.coils, COIL)
-    changes = [coil.resistance_change for coil in estimates.coils]
+    rows = by_quantity(coils, COIL)
+    changes = [coil.resistance_change for coil in coils]
     if any(changes):
         either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
         words = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
         rows.append([RESISTANCE_CHANGE, *words])
-    return Table(["", *(coil.name for coil in estimates.coils)], rows, at_temperature("Coils", estimates))
+    return Table(["", *(coil.name for coil in coils)], rows, at_temperature("Coils", temperature))
 
 
 RESISTANCE_CHANGE = "resistance at the contacts, change from rest to pressed"
@@ -143,91 +147,95 @@ PART_WORDS = {
 """Names of the parts of the terminal inductance."""
 
 
-def part_table(estimates: Estimates) -> Table:
+def part_table(coils: tuple[CoilEstimate, ...]) -> Table:
     """Return the parts of the terminal inductance (nH, rounded to equal decimals), their sum and the frequency."""
-    names = [name for name in PART_WORDS if any(name in coil.inductance_parts for coil in estimates.coils)]
-    largest = max((abs(coil.winding_inductance) for coil in estimates.coils), default=0.0)
+    names = [name for name in PART_WORDS if any(name in coil.inductance_parts for coil in coils)]
+    largest = max((abs(coil.winding_inductance) for coil in coils), default=0.0)
     places = max(2, 4 - math.floor(math.log10(largest * 1e9))) if largest > 0.0 else 2
 
     def nanohenries(value: float | None) -> str:
         return f"{value * 1e9:.{places}f} nH" if value is not None and math.isfinite(value) else NONE
 
-    rows = [[PART_WORDS[n], *(nanohenries(c.inductance_parts.get(n)) for c in estimates.coils)] for n in names]
-    frequencies = [quantity(coil.sensor_frequency, "Hz") for coil in estimates.coils]
-    sums = [nanohenries(coil.terminal_inductance) for coil in estimates.coils]
+    rows = [[PART_WORDS[n], *(nanohenries(c.inductance_parts.get(n)) for c in coils)] for n in names]
+    frequencies = [quantity(coil.sensor_frequency, "Hz") for coil in coils]
+    sums = [nanohenries(coil.terminal_inductance) for coil in coils]
     rows = [["sensor frequency", *frequencies], *rows, ["sum: terminal inductance at that frequency", *sums]]
-    return Table(["", *(coil.name for coil in estimates.coils)], rows if names else [], PARTS_TITLE)
+    return Table(["", *(coil.name for coil in coils)], rows if names else [], PARTS_TITLE)
 
 
 def _by_state(
-    estimates: Estimates, title: str, quantities: Sequence[Quantity], needed: str,
+    coils: tuple[CoilEstimate, ...], temperature: float, title: str, quantities: Sequence[Quantity], needed: str,
     text: Callable[[Quantity, StateEstimate], str] = Quantity.plain,
 ) -> Table:
     """Return one row per coil and state, for states whose field `needed` is not None."""
     rows = [[coil.name, titled(state.state), *(text(each, state) for each in quantities)]
-            for coil in estimates.coils for state in coil.states.values() if getattr(state, needed) is not None]
-    return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, estimates))
+            for coil in coils for state in coil.states.values() if getattr(state, needed) is not None]
+    return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, temperature))
 
 
-def at_temperature(title: str, estimates: Estimates) -> str:
+def at_temperature(title: str, temperature: float) -> str:
     """Return a title with the temperature of its numbers."""
     head, colon, rest = title.partition(":")
-    return f"{head}, at {estimates.temperature:g} degC{colon}{rest}"
+    return f"{head}, at {temperature:g} degC{colon}{rest}"
 
 
 AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without leads, then between the contacts"
 
 
-def state_table(estimates: Estimates) -> Table:
+def state_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the tank at the contacts in each state."""
-    return _by_state(estimates, "At the contacts, leads included: what rules and limits judge",
+    title = "At the contacts, leads included: what rules and limits judge"
+    return _by_state(coils, temperature, title,
                      (*TANK, COMPUTED_WITHIN), "state")
 
 
-def other_table(estimates: Estimates) -> Table:
+def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_force: float | None) -> Table:
     """Return the inductances in each state as read by a meter and by the firmware's formula."""
-    found = _by_state(estimates, OTHERS_TITLE, OTHERS, "quantum")
-    changes = ((coil.name, coil.converter_sensitivity(estimates.normal_force)) for coil in estimates.coils)
+    found = _by_state(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
+    changes = ((coil.name, coil.converter_sensitivity(normal_force)) for coil in coils)
     moved = [[name, "per newton", NONE, plus_minus(*change, "H", "/N")] for name, change in changes if change]
     return found._replace(rows=[*found.rows, *moved], notes=OTHERS_MEANING)
 
 
-def spread_table(estimates: Estimates) -> Table:
+def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the relative scatter by manufacture (one sigma) in each state, and the largest cause for Rp."""
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
         return percent(sigma / value) if sigma is not None and value else NONE
 
-    found = _by_state(estimates, "Scatter of manufacture, one sigma", [each for each in TANK if each.sigma], "spread",
-                      share)
-    spreads = [state.spread for coil in estimates.coils for state in coil.states.values() if state.spread is not None]
+    quantities = [each for each in TANK if each.sigma]
+    found = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
+    spreads = [state.spread for coil in coils for state in coil.states.values() if state.spread is not None]
     causes = [spread.causes.get("parallel_resistance", NONE) for spread in spreads]
     rows = [[*row, cause] for row, cause in zip(found.rows, causes, strict=True)]
     return found._replace(head=(*found.head, "Rp mostly by"), rows=rows)
 
 
-def matrix_table(estimates: Estimates) -> Table:
+def matrix_table(
+    coils: tuple[CoilEstimate, ...], inductances: tuple[tuple[float, ...], ...],
+    inductance_errors: tuple[tuple[float, ...], ...],
+) -> Table:
     """Return the inductance matrix, one row per coil. Empty for one coil."""
-    names = [coil.name for coil in estimates.coils]
-    matrix = np.array(estimates.inductance_matrix)
+    names = [coil.name for coil in coils]
+    matrix = np.array(inductances)
     if len(names) < 2:
         return Table((), ())
-    errors, mutual = np.array(estimates.inductance_matrix_error), ~np.eye(len(names), dtype=bool) & (matrix != 0.0)
+    errors, mutual = np.array(inductance_errors), ~np.eye(len(names), dtype=bool) & (matrix != 0.0)
     largest = np.max(errors[mutual] / np.abs(matrix[mutual]), initial=0.0) if errors.size else 0.0
     rows = [[name, *(quantity(float(value), "H") for value in row)] for name, row in zip(names, matrix, strict=True)]
     note = [f"mutual ones to {largest:.1g} of their value, at most"] if largest else []
     return Table(["", *names], rows, "Inductance matrix of the windings", note)
 
 
-def readout_table(estimates: Estimates) -> Table:
+def readout_table(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> Table:
     """Return the settings of the converter, with the reason for the capacitor."""
-    r = estimates.readout
+    r = readout
     least = show(r.device.limit("amplitude_optimum_min"), "V")
-    codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(estimates.coils, r.drive_codes, strict=False))
+    codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(coils, r.drive_codes, strict=False))
     rows = [
         *by_quantity([r], TANK_AND_DRIVE),
         *by_quantity([r.conversion], r.device.law.SETTINGS),
-        *by_quantity([r], (*RATES, *(LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES))),
+        *by_quantity([r], (*RATES, *(LONE_TIMES if len(coils) == 1 else SCAN_TIMES))),
         ["clock f_CLK", quantity(r.clock, "Hz")],
         ["fastest clock of I2C", r.device.serial_clock_in_words],
     ]
@@ -254,14 +262,14 @@ def stack_tables(estimates: Estimates) -> list[Table]:
 LAW_HELD = "one sigma of 2.5 % where the law was held against them, 5 % beyond"
 
 
-def incoming_tables(bench: Estimates) -> list[Table]:
+def incoming_tables(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...]) -> list[Table]:
     """Return the bare board's readings by an LCR meter and at each tank's frequency."""
-    free = [(coil.name, coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
+    free = [(coil.name, coil.states[FREE]) for coil in coils if FREE in coil.states]
     rows = [[name, *(each.text(state) for each in BARE_TANK)] for name, state in free]
     return [
-        by_result(bench.metered, METERED, "The bare board when it comes, at 20 degC, far from metal: between a coil's "
+        by_result(metered, METERED, "The bare board when it comes, at 20 degC, far from metal: between a coil's "
                   "contacts, +- one sigma"),
-        Table(["coil", *(each.label for each in BARE_TANK)], rows if bench.metered else [],
+        Table(["coil", *(each.label for each in BARE_TANK)], rows if metered else [],
               "The same at the frequency of its tank"),
     ]
 
@@ -269,17 +277,17 @@ def incoming_tables(bench: Estimates) -> list[Table]:
 CROSS_TITLE = "Cross-checks: closed formulas beside the estimate"
 
 
-def cross_check_table(estimates: Estimates) -> Table:
+def cross_check_table(cross_checks: tuple[CrossCheck, ...], no_cross_check: str | None) -> Table:
     """Return the results of closed formulas beside the estimate, each with its range of validity."""
     head = ("coil", "formula", "inductance", "against ours", "in its range", "range")
     rows = [
         [check.coil, check.method, quantity(check.inductance, "H"),
          f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else NONE,
          "yes" if check.is_valid else "no", check.validity]
-        for check in estimates.cross_checks
+        for check in cross_checks
     ]
-    if estimates.no_cross_check:
-        rows = [[NONE, "none", NONE, NONE, NONE, estimates.no_cross_check]]
+    if no_cross_check:
+        rows = [[NONE, "none", NONE, NONE, NONE, no_cross_check]]
     return Table(head, rows, CROSS_TITLE)
 
 

@@ -22,6 +22,7 @@ from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import NONE, counted, quantity, show
 from sitscad.checks.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
+from sitscad.estimates.coil_estimates import ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
@@ -75,6 +76,7 @@ def render(
     is_built : bool
         Whether the page belongs to a package. False for a design that is watched.
     """
+    cross_checks = numbers.cross_check_table(estimates.cross_checks, estimates.no_cross_check)
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
     unverified = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
@@ -88,13 +90,13 @@ def render(
         part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
         part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
         part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
-        part("Incoming test", _incoming(estimates, bench)),
+        part("Incoming test", _incoming(estimates.readout, bench)),
         part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _performance_section(felt or {})),
-        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates)])),
+        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.coils, estimates.readout)])),
         part("Stack", _stack(spec, estimates)),
         part("Fit", _fit(checked)),
-        part("Cross-checks", numbers.page_tables([numbers.cross_check_table(estimates)])),
+        part("Cross-checks", numbers.page_tables([cross_checks])),
         part("Defaults assumed", bullets(spec.source.defaults)),
         part(
             "Figures that nobody has verified",
@@ -202,7 +204,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     states = [coil.states[name] for coil in estimates.coils for name in working_states(coil.states)]
     alone = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
     if not states:
-        return _incomplete(estimates)
+        return _incomplete(estimates.incomplete)
     felt = sheet.get("performance", ())
     told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
     errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
@@ -222,7 +224,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     if alone and states != alone:
         swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
-    return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
+    return f"{_incomplete(estimates.incomplete)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
 
 
 def _worst_in(sheet: Document) -> str:
@@ -234,9 +236,9 @@ def _worst_in(sheet: Document) -> str:
     return f", cell {', '.join(map(str, worst['alike']))} (worst)"
 
 
-def _incomplete(estimates: Estimates) -> str:
+def _incomplete(incomplete: str | None) -> str:
     """Return a banner with the reason why the estimates are incomplete; empty if the layout is complete."""
-    return f"<p class='banner'>{escape(estimates.incomplete)}</p>" if estimates.incomplete else ""
+    return f"<p class='banner'>{escape(incomplete)}</p>" if incomplete else ""
 
 
 def findings_part(checked: CheckedSpec) -> str:
@@ -293,13 +295,13 @@ def _electrical(estimates: Estimates) -> str:
     return numbers.page_tables(numbers.estimate_tables(estimates)) + bullets(notes)
 
 
-def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
+def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
     """Return the expected readings of delivered bare boards, and the converter's drive code for them."""
     from sitscad.estimates.circuits.drive import bare_board_code  # already loaded by the estimates
 
     if bench is None:
         return ""
-    readout, code = estimates.readout, bare_board_code(bench)
+    code = bare_board_code(bench)
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))
     drive = (
         f"<p>With {escape(readout.device.part)} use drive code {code} for the bare board; the assembled sensor has "
@@ -307,7 +309,7 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
         if code is not None and readout.drive_code is not None and not readout.high_current
         else ""
     )
-    return numbers.page_tables(numbers.incoming_tables(bench)) + drive
+    return numbers.page_tables(numbers.incoming_tables(bench.coils, bench.metered)) + drive
 
 
 def _performance_section(sheet: Document) -> str:

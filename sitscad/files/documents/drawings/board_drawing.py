@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
-from sitscad.assembly.places.tail_path import bends
+from sitscad.assembly.places.tail_path import bends, pivot_line
 from sitscad.basics.units import show
 from sitscad.files.drawing.frame import (
     CHAIN,
@@ -51,6 +51,7 @@ from sitscad.files.order_facts.board_end import (
 )
 from sitscad.files.order_facts.files import (
     UNIT,
+    Tool,
     board_images,
     fabrication_path,
     millimetres,
@@ -77,7 +78,8 @@ from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout, Pad, Via
 from sitscad.layout.lamination import tail_holes
 from sitscad.layout.tail_tracks import contact_rows
-from sitscad.spec.circuit import Tail
+from sitscad.spec.circuit import FpcSpec, Tail
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import board_kind, cover_name, is_rigid
 
@@ -110,7 +112,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
     whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
-    sheet = new_sheet(layout.spec, f"{board_kind(layout.spec.fpc.stackup)} circuit, board", scales, artwork, forced)
+    title = f"{board_kind(layout.spec.fpc.stackup)} circuit, board"
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
     # The body alone, cut off at its end
     view = placed(layout.body, detail, DETAIL)
@@ -119,7 +122,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     _copper(sheet, layout, view, limit, "drawing-body")
     shown = parts_inside(layout.outline, (-math.inf, -math.inf, limit + 1e-9, math.inf))
     sheet.draw([view.path(piece) for piece in shown], THICK, name="drawing-body-outline")
-    _marks(sheet, layout, view, "drawing-body", limit)
+    _marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing-body", limit)
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
         _name(sheet, layout.vias, view, coil)
@@ -128,7 +131,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
-    low = _holes(sheet, layout, 161.0, 108.0)
+    low = _holes(sheet, layout.vias, plated_tools(layout), 161.0, 108.0)
     fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(notes(layout)), 2.3)
     return sheet
 
@@ -146,7 +149,7 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
             sheet.draw(view.path(rectangle(bend.start, below, bend.end, above)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
     _copper(sheet, layout, view, x1, "drawing")
     sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
-    _marks(sheet, layout, view, "drawing")
+    _marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing")
     low, high = view.y(y0), view.y(y1)
     stations = list(_stations(layout))
     ordinates(sheet, view, 0, stations, low, low - 7.0)
@@ -154,9 +157,9 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     reached = 0.0  # top on paper of the dimension of the tail's width
-    if (found := tail_width(layout)) is not None:
+    if (found := tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)) is not None:
         at, bottom, top = view.x(found[0]), view.y(found[1]), view.y(found[2])
-        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout, found), upright=True)
+        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout.spec.fpc, found), upright=True)
         reached = top + 5.0 + TEXT
     level = max(high + 6.0, named + 2.0, reached + 2.0, _bend(sheet, layout, view, below) + 4.0)
     span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
@@ -173,7 +176,8 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
     """
     if layout.stiffener is None:
         return 0.0
-    above, size, name, found = 1.2, 2.3, "stiffener below", tail_width(layout)
+    above, size, name = 1.2, 2.3, "stiffener below"
+    found = tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)
     sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
     box = bounding_box([layout.stiffener.outline.outline])
     if _is_turned(layout.spec.fpc.tail):
@@ -181,7 +185,7 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
         return 0.0
     low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
     left, over = view.x(box[2]) - text_width(name, size), 0.0
-    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout, found),
+    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout.spec.fpc, found),
                                                                         TEXT):
         low = over = view.y(found[2]) + 5.5 + TEXT
         over += size
@@ -189,8 +193,8 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
     return over
 
 
-def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
-    usual, end = _outline(layout.spec.fpc.rules), mm(end_tolerance(layout.spec.fpc))
+def _tail_words(fpc: FpcSpec, found: tuple[float, float, float]) -> str:
+    usual, end = _outline(fpc.rules), mm(end_tolerance(fpc))
     at_contacts = "" if end == usual else f", +/- {end} at the contacts"
     return f"tail {mm(found[2] - found[1])} +/- {usual}{at_contacts}"
 
@@ -307,11 +311,14 @@ def _first_and_last(
             sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
 
 
-def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
+def _marks(
+    sheet: Sheet, coils: tuple[Coil, ...], spec: CoilSpec, tools: list[Tool], view: View, name: str,
+    limit: float = float("inf"),
+) -> None:
     """Draw each coil's outer edge and centre, the holes, and the origin of the coordinates."""
-    for coil in layout.coils:
-        draw_coil(sheet, view, layout.spec.coil, coil, CHAIN, f"{name}-coil-{coil.name}")
-    for order, tool in enumerate(plated_tools(layout)):
+    for coil in coils:
+        draw_coil(sheet, view, spec, coil, CHAIN, f"{name}-coil-{coil.name}")
+    for order, tool in enumerate(tools):
         for hole in tool.holes:
             if hole.x * UNIT <= limit:
                 at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
@@ -325,10 +332,10 @@ def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
     sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
 
-def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
-    rows, tools = [["", "finished hole", "holes", "plated", "pad"]], plated_tools(layout)
+def _holes(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], left: float, top: float) -> float:
+    rows = [["", "finished hole", "holes", "plated", "pad"]]
     for tool in tools:
-        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == tool.diameter})
+        pads = sorted({show(v.pad, "m") for v in vias if on_grid(v.drill) == tool.diameter})
         plated = tool.words.removeprefix("plated").removeprefix(", ") or "yes, all layers"
         rows.append(["", f"{millimetres(tool.diameter, 3)} mm", str(len(tool.holes)), plated, ", ".join(pads)])
     if len(rows) == 1:
@@ -350,7 +357,7 @@ def notes(layout: Layout) -> Iterator[str]:
     yield coil_text(layout.coils, layout.spec.coil)
     yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
-        yield f"Holes: {holes_text(layout)}."
+        yield f"Holes: {holes_text(layout.copper_layers, layout.vias, layout.spec.fpc.tail_copper, tail_holes(layout))}."
     if step := step_text(layout):
         yield step
     if layout.stiffener is not None:
@@ -358,10 +365,10 @@ def notes(layout: Layout) -> Iterator[str]:
     if chips := chip_text(layout.capacitors, layout.spec.readout.chip):
         yield chips
     if layout.bend_zone is not None:
-        yield bend_text(layout)
+        yield bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := turn_text(layout.spec.fpc.tail):
         yield turn
-    yield finish_text(layout)
+    yield finish_text(layout.pads, layout.spec.fpc, bool(layout.vias))
     standard = "IPC-6012" if is_rigid(layout.spec.fpc.stackup) else "IPC-6013"
     yield f"{standard} class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 
@@ -394,7 +401,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
-    sheet = new_sheet(layout.spec, title, f"{scale_text(scale)}", artwork, forced)
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
     _contact_view(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
@@ -454,7 +461,7 @@ def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> N
     row, pitch = contact_row(layout.pads)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
-    _board_end(sheet, layout, view, (left, low, right, high))
+    _board_end(sheet, layout.outline, layout.pads, layout.spec.fpc, layout.top_openings, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
     _contact_dimension(sheet, 0, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
@@ -470,9 +477,12 @@ def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> N
         _contact_dimension(sheet, 1, pair, xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
 
 
-def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
+def _board_end(
+    sheet: Sheet, outline: Path, pads: tuple[Pad, ...], fpc: FpcSpec, top_openings: tuple[Region, ...], view: View,
+    frame: Box,
+) -> None:
     """Draw the dimensions of the board's end: width, contact 1 to edge, bare length, contacts to end."""
-    end, (row, _) = board_end(layout.outline, layout.pads), contact_row(layout.pads)
+    end, (row, _) = board_end(outline, pads), contact_row(pads)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
     # Coordinate (m) of the contacts' ends, along the contacts
@@ -491,13 +501,13 @@ def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     behind = tip if along == 0 else tip - outward * end.first.size[along]
     edge, sides = sorted((axes[across](near), axes[across](place[across]))), [axes[across](side) for side in end.sides]
     _contact_dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
-    width = f"{mm(end.width)} +/- {mm(end_tolerance(layout.spec.fpc))}"
+    width = f"{mm(end.width)} +/- {mm(end_tolerance(fpc))}"
     _contact_dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
     last = row[0] if along == 0 else row[-1]
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
     reaches = sorted((axes[along](tip), axes[along](end.end)))
     _contact_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
-    bare = bare_size(layout.pads, layout.top_openings)
+    bare = bare_size(pads, top_openings)
     if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
         shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
         _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare[1])}")

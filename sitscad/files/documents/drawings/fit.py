@@ -46,7 +46,7 @@ from sitscad.files.drawing.frame import (
 from sitscad.files.drawing.sheet import BLACK, Pen, Sheet
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
 from sitscad.layout.board import Layout
-from sitscad.spec.mount import Jaw
+from sitscad.spec.mount import Assembly, Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)  # Room for the section on paper: left, low, width, height (mm)
 RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
@@ -81,7 +81,8 @@ def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bod
     # Required extents (m) of the section
     needed = (width for fault in sized for width in _needed(fault))
     scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
-    sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, "what does not fit", f"section {scale_text(scale)}",
+                      "see the package", forced,
                       "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("fit-section"):
@@ -203,7 +204,8 @@ def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     if "SIT324" in sized:
         found.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
     if (end := sized.get("SIT325")) is not None:
-        found.append(lambda sheet, top: _end(sheet, layout, end, top))
+        assembly, section = layout.spec.assembly, end_section(layout)
+        found.append(lambda sheet, top: _end(sheet, assembly, jaw, section, end, top))
     return found
 
 
@@ -259,9 +261,11 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
-def _end(sheet: Sheet, layout: Layout, fault: Finding, top: float) -> None:
+def _end(
+    sheet: Sheet, assembly: Assembly, jaw: Jaw | None, end: tuple[float, float], fault: Finding, top: float
+) -> None:
     measured, limit = _sizes(fault)
-    behind, (width, thick) = shaft(layout.spec.assembly, layout.spec.jaw), end_section(layout)
+    behind, (width, thick) = shaft(assembly, jaw), end
     assert behind is not None
     scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
     view = View(scale, (RIGHT + WIDE / 2, top - 28.0))

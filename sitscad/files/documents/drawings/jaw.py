@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import above_board
+from sitscad.assembly.places.bodies import Body, above_board
 from sitscad.assembly.places.column import column
 from sitscad.assembly.places.fit import closed_section, closing, measures
 from sitscad.assembly.places.jaws import jaw_range, section
@@ -68,7 +68,9 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
     scale = scale_for((across, across), SECTION[2:])
     scales = f"section {scale_text(scale)}"
-    sheet = new_sheet(layout.spec, f"jaw {jaw.name}", scales, "see the package", forced, "the jaw from its tip")
+    title = f"jaw {jaw.name}"
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scales, "see the package", forced,
+                      "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("jaw-section"):
         draw_section(sheet, layout, jaw, view)
@@ -106,7 +108,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
     gap = closes.parallel_at if closes.reach is not None else 0.0
-    closed, words = _closed(layout, closes, pivot)
+    closed, words = _closed(layout.body, above_board(layout.spec), closes, pivot)
     draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
     lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter
@@ -138,7 +140,9 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [words], TEXT)
 
 
-def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
+def _closed(
+    body: tuple[float, float, float, float], pieces: tuple[Body, ...], closes: Closing, pivot: float
+) -> tuple[float, str]:
     """Return the angle (rad) of each jaw in the closed view, and its description.
 
     The jaws are parallel on the tissue that allows this. If the sensor is too thick, they touch at the sensor's end at
@@ -148,7 +152,7 @@ def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
         return 0.0, "closed"
     if closes.parallel_at >= 0.0:
         return 0.0, f"closed, parallel on tissue {mm(closes.parallel_at)} thick"
-    ends = [piece.footprint.box[2] for piece in above_board(layout.spec)] or [layout.body[2]]
+    ends = [piece.footprint.box[2] for piece in pieces] or [body[2]]
     touching = replace(closes, reach=pivot - max(ends))
     angle = touching.tilt(0.0)
     if angle is None:

@@ -67,7 +67,7 @@ def render(
 def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """Return the sheet: frame, cuts with their bridges, marks, and the place of each part."""
     scale = scale_for(panel.size, ROOM[2:], SCALES)
-    sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
+    sheet = new_sheet(panel.layout.spec.name, panel.layout.spec.issue, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
     sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK, name="panel-outline")
@@ -144,7 +144,7 @@ def _notes(panel: Panel) -> Iterator[str]:
         yield f"Wanted: {quantity}."
     if panel.coupons:
         yield "Coupons: one coil with solder pads, for measuring inductance."
-    if body_files(panel.layout):
+    if body_files(panel.layout.spec.name, panel.layout.spec.fpc):
         where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
         lower = f"{panel.layout.spec.fpc.tail_copper + 1} to {panel.layout.copper_layers}"
         yield f"Copper {lower} and what lies between and below: {where} only, not the parts' tails."

@@ -35,9 +35,9 @@ from sitscad.files.drawing.pictures.layout_picture import draw_coil
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.kernels.geometry.areas import parts_inside
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import bounding_box, rectangle
+from sitscad.kernels.geometry.path import Path, bounding_box, rectangle
 from sitscad.layout.board import Layout
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.materials import Encapsulation
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
 """Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
@@ -53,10 +53,10 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     pieces = above_board(layout.spec)
     if not pieces:
         return None
-    box = _shown(layout, pieces)
+    box = _shown(layout.body, largest_outline(layout), pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
-    sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_text(scale), hashes, forced)
     view = placed(box, scale, ROOM)
     _plan(sheet, layout, pieces, view, box)
     # The edges of body and pieces and the coils' centres, by their coordinates
@@ -83,14 +83,15 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
         sheet.text(COLUMN + 18.0, low, words, 2.6)
         low -= 5.0
-    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec, pieces)), 2.4)
+    lines = _notes(layout.spec.assembly.glue_line, layout.spec.encapsulation, lines_below_target(layout.spec), pieces)
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(lines), 2.4)
     return sheet
 
 
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
     """Draw the view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
-    box = _shown(layout, pieces)
+    box = _shown(layout.body, largest_outline(layout), pieces)
     view = placed(box, plan_scale(layout, room), room)
     _plan(sheet, layout, pieces, view, box)
     axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
@@ -98,7 +99,7 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
     """Return the scale that `plan` uses in a room."""
-    box = _shown(layout, above_board(layout.spec))
+    box = _shown(layout.body, largest_outline(layout), above_board(layout.spec))
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
@@ -133,10 +134,10 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         sheet.text(*places[k], coil.name, size)
 
 
-def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+def _shown(body: tuple[float, float, float, float], outline: Path | None, pieces: tuple[Body, ...]) -> Box:
     """Return the bounding box (m) of the board's body, all pieces over it, and the largest outline."""
-    largest = largest_outline(layout)
-    boxes = [layout.body, *(piece.footprint.box for piece in pieces), *([bounding_box([largest])] if largest else [])]
+    largest = outline
+    boxes = [body, *(piece.footprint.box for piece in pieces), *([bounding_box([largest])] if largest else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
     high = [max(box[axis] for box in boxes) for axis in (2, 3)]
     return low[0], low[1], high[0], high[1]
@@ -148,20 +149,20 @@ def _size(piece: Body) -> str:
     return f"{across}, {thick} thick"
 
 
-def _notes(spec: SensorSpec, pieces: tuple[Body, ...]) -> Iterator[str]:
-    glue, encapsulation = spec.assembly.glue_line, spec.encapsulation
+def _notes(
+    glue_line: float, film: Encapsulation | None, lines_below_target: int, pieces: tuple[Body, ...]
+) -> Iterator[str]:
     yield "Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for piece in sorted(pieces, key=lambda piece: -piece.lower):  # the upper ones first, each in the order of its cells
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
         turned = f", turned by {turn:g} deg" if turn else ""
         face = "the board's top face"
-        lines = lines_below_target(spec) if piece.role is BodyRole.TARGET else 1
-        above = f"{show(piece.lower + lines * glue, 'm')} above {face}"
-        above = f"{above} with the glue" if glue else f"on {face}" if piece.lower <= 0.0 else above
+        lines = lines_below_target if piece.role is BodyRole.TARGET else 1
+        above = f"{show(piece.lower + lines * glue_line, 'm')} above {face}"
+        above = f"{above} with the glue" if glue_line else f"on {face}" if piece.lower <= 0.0 else above
         yield f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
-    if encapsulation is not None:
-        film = show(encapsulation.thickness, "m")
-        yield f"Over all of it {film} of {encapsulation.material.name}, not drawn."
+    if film is not None:
+        yield f"Over all of it {show(film.thickness, 'm')} of {film.material.name}, not drawn."
 
 
 def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from sitscad.assembly.places.tail_path import bends, pivot_line
 from sitscad.basics.units import show
 from sitscad.files.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
 from sitscad.files.drawing.pdf import pdf
@@ -13,10 +14,14 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts import notes
 from sitscad.files.order_facts.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.kernels.geometry.path import rectangle
-from sitscad.layout.bending import contact_copper, contact_layers
+from sitscad.layout.bending import (
+    bend_stretch,
+    contact_copper,
+    contact_layers,
+)
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
-from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
 PLATE = "#b8b8b8"
@@ -46,7 +51,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
     scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in layout.spec.fpc.tail_layers) + plate)
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
-    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
+    title = f"stack-up {stackup.name}"
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, words, artwork, forced, "in section")
     _body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
@@ -62,7 +68,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
                     sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
             y -= height
         if is_plugged:
-            _contact_section(sheet, layout, y, scale)
+            _contact_section(sheet, contact_copper(layout), contact_layers(layout), layout.spec.fpc.tail_copper, y, scale)
         stiffener = layout.stiffener
         if stiffener is not None:
             height = stiffener.thickness * scale
@@ -113,13 +119,14 @@ def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tupl
     sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
 
 
-def _contact_section(sheet: Sheet, layout: Layout, bottom: float, scale: float) -> None:
+def _contact_section(
+    sheet: Sheet, copper: frozenset[int], layers: tuple[StackLayer, ...], tail_layers: int, bottom: float, scale: float
+) -> None:
     """Draw the layers at the contacts, aligned with the tail's lower face, and name the absent copper layers."""
-    there = contact_layers(layout)
+    there = layers
     y = bottom + math.fsum(layer.thickness for layer in there) * scale
     sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
-    copper = contact_copper(layout)
-    if absent := [str(number) for number in range(1, layout.spec.fpc.tail_copper + 1) if number not in copper]:
+    if absent := [str(number) for number in range(1, tail_layers + 1) if number not in copper]:
         sheet.text(TAIL, y + 1.5, f"no copper {', '.join(absent)}", 2.3)
     for layer in there:
         height = layer.thickness * scale
@@ -139,7 +146,7 @@ def _notes(layout: Layout) -> Iterator[str]:
     yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(stackup).items())
     if build := lamination_text(layout):
         yield f"Build: {build}."
-    yield notes.finish_text(layout)
+    yield notes.finish_text(layout.pads, layout.spec.fpc, bool(layout.vias))
     if layout.bend_zone is not None:
-        yield notes.bend_text(layout)
+        yield notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     yield f"Stack-up from: {stackup.source}" if stackup.source else "Stack-up as written in the spec."

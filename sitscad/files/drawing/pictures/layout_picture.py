@@ -148,16 +148,18 @@ WIDER_FONT = 1.2
 """Largest width of letters over that in Helvetica, in a substitute font (DejaVu Sans: 1.15 to 1.2)."""
 
 
-def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
+def _scale_bar(
+    sheet: Sheet, body_size: tuple[float, float], size: tuple[float, float], name: str, view: View, top: float
+) -> None:
     """Draw a scale bar of a round length near a sixth of the picture, the axes and the sizes in words."""
     # The largest of 1, 2 and 5 times a power of ten up to `length`
     length = WIDTH / view.length(1.0) / 6
     power = 10.0 ** math.floor(math.log10(length))
     length = max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
     end = 20.0 + view.length(length)
-    body, board = layout.body_size, layout.size
+    body, board = body_size, size
     sizes = (
-        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"{name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
         f"board {show(board[0], 'm')} x {show(board[1], 'm')}, seen from the top"
     )
     bar = (((20.0, 8.0), (20.0, 16.0)), ((20.0, 12.0), (end, 12.0)), ((end, 8.0), (end, 16.0)))
@@ -241,7 +243,7 @@ def picture(
     if words := layout.spec.issue.words:
         sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
         top -= ROW
-    _scale_bar(sheet, layout, view, top)
+    _scale_bar(sheet, layout.body_size, layout.size, layout.spec.name, view, top)
     for i, (sign, text) in enumerate(keys):
         row, column = divmod(i, columns)
         x, y = 20.0 + (WIDTH - 30.0) / columns * column, top - ROW * (row + 1)

@@ -26,6 +26,7 @@ from sitscad.basics.record import record
 from sitscad.files.drawing.sheet import Group, Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polyline
+from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
@@ -478,7 +479,8 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
 
 
 def _labels(
-    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: Place, x: float, height: float
+    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], film: Encapsulation | None, mount: Mount | None, place: Place,
+    x: float, height: float,
 ) -> tuple[float, float, float, float]:
     """Draw names with thicknesses beside the section, from the top down, each with a line to its layer.
 
@@ -491,7 +493,7 @@ def _labels(
         low, high = min(levels), max(levels)
         # A layer's thickness (mm) is its height, except for the film, which also covers the sides of the pad
         is_film = solid.role is BodyRole.ENCAPSULATION
-        thick = spec.encapsulation.thickness * 1e3 if is_film and spec.encapsulation else high - low
+        thick = film.thickness * 1e3 if is_film and film else high - low
         level = high - thick / 2 if is_film else (low + high) / 2
         # The leader starts at the largest y at which the horizontal line at `level` crosses the polygons
         ends = []
@@ -503,8 +505,8 @@ def _labels(
         if solid.role is BodyRole.JIG:
             thick, word = float(solid.shape.bounding_box().size.Z), " high"
         rows.append((at, -at.y, f"{solid.name}: {solid.material}, {thick:.3g} mm{word}"))
-    if spec.mount and spec.mount.jaw:
-        rows.append((None, math.inf, f"dashed: {spec.mount.jaw.port_diameter * 1e3:g} mm port, jaws closed"))
+    if mount and mount.jaw:
+        rows.append((None, math.inf, f"dashed: {mount.jaw.port_diameter * 1e3:g} mm port, jaws closed"))
     rows.sort(key=lambda row: (row[1], row[2]))
     first = height / 2 - ROW * (len(rows) - 1) / 2
     for index, (at_, _, text) in enumerate(rows):
@@ -553,7 +555,7 @@ def assembly_svg(
             sheet.draw(_outlines(polygons, place), AREA, solid.colour, f"section-{solid.name}")
         if port is not None:
             sheet.draw(circle(place(0.0, axis), radius * scale), SECTION_PORT, name="section-port")
-        section = _labels(sheet, cuts, spec, place, 260.0 + 34.0, (z1 - z0) * scale)
+        section = _labels(sheet, cuts, spec.encapsulation, spec.mount, place, 260.0 + 34.0, (z1 - z0) * scale)
         for line in words:
             x0, top, x1, low = section
             section = x0, top, max(x1, x0 + 7.2 * len(line)), low + ROW

@@ -47,8 +47,9 @@ from sitscad.files.order_facts.notes import copper_text
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
 from sitscad.layout.board import Layout, Pad, Trace, Via
-from sitscad.layout.copper import smallest_gaps
+from sitscad.layout.copper import Nearness, smallest_gaps
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish
 from sitscad.spec.yaml.source import UNNUMBERED, Issue, creation_date
 
@@ -69,7 +70,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     for file in stiffener_files(layout.spec.name, layout.stiffener):
         assert layout.stiffener is not None
         files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions((layout.stiffener.outline,)))
-    for file in body_files(layout):
+    for file in body_files(layout.spec.name, layout.spec.fpc):
         files[file.path] = document(layout.spec.issue, layout.spec.name, file,
                                     regions((Region(rectangle(*layout.body)),)))
     for file in tail_coverlay_files(layout):
@@ -370,7 +371,7 @@ def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[f
             "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
             "Finish": finish(layout.spec.fpc.finish).job_name,
         },
-        "DesignRules": _rules(layout),
+        "DesignRules": _rules(layout.copper_layers, layout.spec.fpc.rules, layout.traces, smallest_gaps(layout)),
         "FilesAttributes": [
             {"Path": file.name, "FileFunction": file.function, "FilePolarity": file.polarity}
             for file in files
@@ -380,16 +381,18 @@ def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[f
     return (json.dumps(job, indent=2, ensure_ascii=True) + "\n").encode("ascii")
 
 
-def _rules(layout: Layout) -> list[dict[str, Any]]:
+def _rules(
+    copper_layers: int, rules: DesignRules, traces: tuple[Trace, ...], gaps: dict[int, Nearness]
+) -> list[dict[str, Any]]:
     """Return the smallest gap and track width of outer and of inner copper as drawn.
 
     Without such copper, the values of the design rules are returned.
     """
-    rules, gaps, count = layout.spec.fpc.rules, smallest_gaps(layout), layout.copper_layers
+    count = copper_layers
     found = []
     for group, layers in {"Outer": {1, count}, "Inner": set(range(2, count))}.items():
         gap = min((near.gap for number, near in gaps.items() if number in layers), default=rules.trace_spacing)
-        width = min((trace.width for trace in layout.traces if trace.layer in layers), default=rules.trace_width)
+        width = min((trace.width for trace in traces if trace.layer in layers), default=rules.trace_width)
         if layers:
             found.append({"Layers": group, **dict.fromkeys(("PadToPad", "PadToTrack", "TrackToTrack"), _mm(gap)),
                           "MinLineWidth": _mm(width)})

@@ -47,6 +47,7 @@ from sitscad.files.writer import json_bytes
 from sitscad.kernels.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends
+from sitscad.spec.yaml.source import Issue
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3
@@ -60,30 +61,30 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     if panel is None:
         return {}
     layout = panel.layout
+    name, issue = layout.spec.name, layout.spec.issue
     made: dict[str, bytes] = {}
     coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
     for file in gerber_files(layout):
-        if file == profile_file(layout.spec.name):
+        if file == profile_file(name):
             continue
         images = [(image_of(files[file.path]), panel.parts)]
         if file.path in coupon:
             images.append((image_of(coupon[file.path]), panel.coupons))
         images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
-        made |= _file(layout, file, repeated(images))
-    made |= _file(layout, profile_file(layout.spec.name), profile(rectangle(0.0, 0.0, *panel.size)))
-    made |= _file(layout, cut_file(layout.spec.name), profile(*panel.cuts, function="CutOut"))
+        made |= _file(name, issue, file, repeated(images))
+    made |= _file(name, issue, profile_file(name), profile(rectangle(0.0, 0.0, *panel.size)))
+    made |= _file(name, issue, cut_file(name), profile(*panel.cuts, function="CutOut"))
     job = job_document(layout, panel_files(layout), panel.size)
     return made | _drills(panel) | {
-        panel_path(layout.spec.name, ".json"): _places(panel), panel_path(layout.spec.name, "-job.gbrjob"): job,
+        panel_path(name, ".json"): _places(panel), panel_path(name, "-job.gbrjob"): job,
     }
 
 
-def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
-    spec, path = layout.spec, file.path
-    path = path if file.function == CUTS else panel_path(spec.name, path.removeprefix(f"fpc/{spec.name}"))
+def _file(name: str, issue: Issue, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
+    path = file.path if file.function == CUTS else panel_path(name, file.path.removeprefix(f"fpc/{name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
-    return {path: document(layout.spec.issue, layout.spec.name, titled, body, panel_attributes(layout.spec))}
+    return {path: document(issue, name, titled, body, panel_attributes(issue.revision, name))}
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
@@ -92,7 +93,7 @@ def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tupl
     Empty for other files.
     """
     layout, coupon = panel.layout, panel.coupon
-    if file not in body_files(layout):
+    if file not in body_files(layout.spec.name, layout.spec.fpc):
         return []
     (width, height), rail = panel.size, panel.rail
     rails = [
@@ -146,7 +147,7 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     """Return a file of plated holes per span of layers, a file of unplated holes, and the map of all holes."""
     layout = panel.layout
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
-    attributes = panel_attributes(layout.spec)
+    attributes = panel_attributes(layout.spec.issue.revision, layout.spec.name)
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout.copper_layers, layout.spans, layout.spec.name):

@@ -28,7 +28,9 @@ from sitscad.files.formats.kicad.sexpr import (
 )
 from sitscad.kernels.geometry.path import Path, Region, bounding_box
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad
+from sitscad.spec.circuit import Chip
 from sitscad.spec.coil import CoilSpec
+from sitscad.spec.yaml.source import Issue
 
 REFERENCE = "J1"
 FOOTPRINT_NAME = "contacts"
@@ -163,25 +165,30 @@ MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its
 def library_footprints(layout: Layout) -> dict[str, str]:
     """Return the ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
     bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
-    bodies |= {f"capacitor-{each.package}": list(_chip_body(layout, each, None)) for each in layout.capacitors[:1]}
+    parts = layout.copper_layers, layout.spec.name, layout.spec.readout.chip, layout.top_openings
+    bodies |= {f"capacitor-{each.package}": _chip_body(*parts, each, None) for each in layout.capacitors[:1]}
     return {name: node(f"footprint {quoted(name)}", *ALONE, *body) + "\n" for name, body in bodies.items()}
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
     """Yield the capacitors' footprints on the board. `sheet` is the sheet's corner."""
+    name, chip = layout.spec.name, layout.spec.readout.chip
     for each in layout.capacitors:
         yield node(
-            f"footprint {quoted(f'{layout.spec.name}:capacitor-{each.package}')}", '(layer "F.Cu")',
-            identity(layout.spec.name, each.reference), xy("at", grid(each.centre), sheet),
-            *_chip_body(layout, each, nets),
+            f"footprint {quoted(f'{name}:capacitor-{each.package}')}", '(layer "F.Cu")',
+            identity(name, each.reference), xy("at", grid(each.centre), sheet),
+            *_chip_body(layout.copper_layers, name, chip, layout.top_openings, each, nets),
         )
 
 
-def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | None) -> list[str]:
+def _chip_body(
+    copper_layers: int, name: str, chip: Chip | None, top_openings: tuple[Region, ...], capacitor: Capacitor,
+    nets: Mapping[str, int] | None,
+) -> list[str]:
     """Return the content of a capacitor's footprint: texts, openings, pads, model."""
     place = grid(capacitor.centre)
-    owner = (layout.spec.name, capacitor.reference if nets is not None else "library capacitor")
-    boxes = [(region, bounding_box([region.outline])) for region in layout.top_openings]
+    owner = (name, capacitor.reference if nets is not None else "library capacitor")
+    boxes = [(region, bounding_box([region.outline])) for region in top_openings]
     over = [
         region for region, (x0, y0, x1, y1) in boxes
         if any(x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1 for pad in capacitor.pads)
@@ -189,9 +196,8 @@ def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | N
     openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
     reference = capacitor.reference if nets is not None else "REF**"
     words = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
-    pads = [pad_text(pad, layout.copper_layers, place, nets, owner, "smd") for pad in capacitor.pads]
+    pads = [pad_text(pad, copper_layers, place, nets, owner, "smd") for pad in capacitor.pads]
     body = _around(capacitor.pads, place, owner, words, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
-    chip = layout.spec.readout.chip
     if chip is None or not chip.model:
         return body
     # KiCad's own solid of the chip lies along x; it is rotated to the line of the pads
@@ -214,7 +220,7 @@ _KEYWORDS = "LDC inductive sensor coil"
 
 def symbol_library(layout: Layout) -> str:
     """Return the ``.kicad_sym`` file: the sensor if it has contacts, and every coil with a closed circuit."""
-    symbols = [_sensor(layout)] if layout.pads else []
+    symbols = [_sensor(layout.coils, layout.pads, layout.spec.issue, layout.spec.name)] if layout.pads else []
     symbols += [_coil(layout.spec.coil, layout.spec.fpc.stackup.name, layout.spec.name,
                       coil) for coil in layout.coils if coil.is_closed_circuit]
     head = f"(version {FORMAT})", '(generator "sitscad")', '(generator_version "9.0")'
@@ -228,13 +234,13 @@ def library_table(kind: str, name: str, file: str, words: str) -> str:
     return f"({kind}_lib_table\n  (version 7)\n  {row}\n)\n"
 
 
-def _sensor(layout: Layout) -> str:
+def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: str) -> str:
     """Return the symbol of the whole sensor: a box with a pin per contact, coil by coil, and the coils between pins."""
-    name, rows = layout.spec.name, _rows(layout.coils, layout.pads)
+    rows = _rows(coils, pads)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
     box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
     drawn = [f"{box} {_pen(0.254)} (fill (type background)))"]
-    for coil in layout.coils:
+    for coil in coils:
         ends = [y for pad, y in rows if pad.net == coil.net]
         if len(ends) == 2:
             drawn += _winding(AXIS, ends[0], ends[1], LEFT + 6.35)
@@ -242,9 +248,9 @@ def _sensor(layout: Layout) -> str:
         _pin("no_connect" if not pad.net else "passive", LEFT - GRID, y, 0, pad.pin or "unused", pad.number)
         for pad, y in rows
     ]
-    issue = f", {layout.spec.issue.words}" if layout.spec.issue.rows else ""
-    words = f"inductive sensor of {counted(len(layout.coils), 'coil')}: both pins of a coil are one net{issue}"
-    return _symbol(layout.spec.name, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn,
+    words = f"inductive sensor of {counted(len(coils), 'coil')}: both pins of a coil are one net"
+    words += f", {issue.words}" if issue.rows else ""
+    return _symbol(name, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn,
                    pins)
 
 

@@ -36,7 +36,7 @@ from sitscad.files.order_facts.files import body_files, tail_coverlay_files
 from sitscad.files.order_facts.notes import bend_words
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline, rectangle
-from sitscad.layout.board import Coil, Layout, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.presets import is_rigid
 
@@ -52,7 +52,7 @@ _SHEET_MARGIN = 40 * _MM
 
 def board(layout: Layout) -> str:
     """Return the whole board file."""
-    nets = net_numbers(layout)
+    nets = net_numbers(layout.all_pads, layout.nets, layout.traces, layout.vias)
     sheet = sheet_corner(layout.outline)
     stackup = layout.spec.fpc.stackup
     size = _sheet_size(layout.outline)
@@ -116,10 +116,12 @@ def _sheet_size(outline: Path) -> Grid:
     return _whole(max(needed[0], _A4[0]) + _MM), _whole(max(needed[1], _A4[1]) + _MM)
 
 
-def net_numbers(layout: Layout) -> dict[str, int]:
+def net_numbers(
+    all_pads: tuple[Pad, ...], nets: tuple[str, ...], traces: tuple[Trace, ...], vias: tuple[Via, ...]
+) -> dict[str, int]:
     """Return the numbers of the nets in the file by name. 0 is KiCad's "no net"."""
-    drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.all_pads))
-    return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
+    drawn_nets = (*(t.net for t in traces), *(v.net for v in vias), *(p.net for p in all_pads))
+    return {name: number for number, name in enumerate(dict.fromkeys(("", *nets, *drawn_nets)))}
 
 
 def _setup(fpc: FpcSpec, sheet: Grid) -> str:
@@ -150,7 +152,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
-    if body_files(layout):
+    if body_files(layout.spec.name, layout.spec.fpc):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if tail_coverlay_files(layout):
         for i, covered in enumerate(areas_beyond(layout.outline, layout.lap_start)):
@@ -182,7 +184,8 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     if layout.stiffener is not None:
         plate = layout.stiffener
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
-    lines += [(BODY_LAYER, file.title) for file in body_files(layout)]
+    body = body_files(layout.spec.name, layout.spec.fpc)
+    lines += [(BODY_LAYER, file.title) for file in body]
     lines += [(TAIL_LAYER, file.title) for file in tail_coverlay_files(layout)]
     for bend in bends(layout):
         kind = "dynamic" if bend.is_dynamic else "static"
