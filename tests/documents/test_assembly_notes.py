@@ -24,7 +24,6 @@ from sitscad.basics.quantities import FREQUENCY, plus_minus
 from sitscad.basics.units import show
 from sitscad.checks.findings import as_json, as_text
 from sitscad.checks.findings.document import read_findings
-from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
@@ -324,12 +323,10 @@ def test_a_usual_meter_has_figures_for_the_bare_board():
         assert plus_minus(read.inductance, read.inductance_sigma, "H", digits=4) in rows[read.coil]
 
 
-def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkeypatch):
+def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once():
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
-    monkeypatch.setattr(firmware_driver, "bare_board_code", lambda *_: int(used))
-    said = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout,
-                                      bare_board_code(incoming(SENSOR).board))
+    said = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
     assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 

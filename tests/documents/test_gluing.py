@@ -15,7 +15,7 @@ import sitscad
 from sitscad.assembly.places.bodies import BodyRole, elastomer
 from sitscad.assembly.places.column import Toleranced
 from sitscad.assembly.places.tail_path import bends, lip
-from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets
+from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets, push_places, skin_pour
 from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads import gluing as physics
@@ -134,7 +134,8 @@ def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
     said = gluing.pressing(layout, "")
     assert "jig-board-press" in said and gluing.grams(mass) in said
-    assert ("holes in turn" in pushed_out(layout)) == (len(layout.spec.cell_placements) > 1)
+    text = pushed_out(push_places(layout), skin_pour(layout))
+    assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
 
 def test_the_board_s_press_leaves_a_cast_skin_its_room():

@@ -284,7 +284,7 @@ def test_words_of_the_legend_end_before_the_next_sign(template):
 
 
 def test_metals_are_drawn_in_colours_of_their_own():
-    from sitscad.files.report.page import stack_section
+    from sitscad.files.report.page import section_layers, stack_section
     from sitscad.spec.presets import UNKNOWN_METAL, metal_colour, names
 
     colours = {name: metal_colour(name) for name in names("conductor")}
@@ -297,7 +297,7 @@ def test_metals_are_drawn_in_colours_of_their_own():
         ("{name: tin, conductivity: 9 MS/m}", UNKNOWN_METAL),
     ):
         text = f"sitscad: 1\nname: metal\ncoil: {coil}\ntarget: {{material: {material}, size: 8}}\n"
-        drawn = stack_section(load_text(text))
+        drawn = stack_section(section_layers(load_text(text)))
         assert f"fill='{colour}'" in drawn
         assert (f"fill='{colours['copper']}'" in drawn) == (material == "copper")
 

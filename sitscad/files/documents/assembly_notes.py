@@ -22,15 +22,17 @@ from sitscad.assembly.places.column import (
     sealed_height,
 )
 from sitscad.assembly.places.fit import measures
+from sitscad.assembly.places.seating import relief
 from sitscad.assembly.places.state import FREE, REST
-from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, push_places, skin_pour
+from sitscad.basics.check_results import Measure
 from sitscad.basics.quantities import plus_minus
 from sitscad.basics.units import NONE, aligned, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
 from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
-from sitscad.estimates.loads.gluing import hard_adhesive
+from sitscad.estimates.loads.gluing import board_plan, hard_adhesive
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.documents.firmware_driver import bare_drive
 from sitscad.files.documents.gluing import (
@@ -70,6 +72,7 @@ from sitscad.files.documents.preparing import (
     amount,
     connector_order,
     cured,
+    cut_text,
     mixed,
     not_here,
     pours,
@@ -86,8 +89,8 @@ from sitscad.layout.board import Layout, Pad
 from sitscad.layout.panel import is_wanted
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.spec.mount import Mount
-from sitscad.spec.presets import unverified_figures
+from sitscad.spec.mount import Assembly, Mount
+from sitscad.spec.presets import UnverifiedFigure, unverified_figures
 
 WIDTH = 96
 
@@ -133,13 +136,15 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
     for said in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
         parts += [*hanging("", said, WIDTH), ""]
-    if listed := [*to_make(spec, package, WIDTH)]:
+    cuts = cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})
+    if listed := [*to_make(mount, spec.name, cuts, package, WIDTH)]:
         parts += [*listed, ""]
     for number, step in enumerate(steps, 1):
         said, *lines = step.split("\n")
         parts += hanging(f"{number:>2}. ", said, WIDTH)
         parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
-    return "\n".join([*parts, *_checks(layout)]).rstrip("\n") + "\n"
+    parts += _checks(spec.assembly, column(layout), measures(layout), unverified_figures(spec))
+    return "\n".join(parts).rstrip("\n") + "\n"
 
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
@@ -169,7 +174,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
-        yield pushed_out(layout)
+        yield pushed_out(push_places(layout), skin_pour(layout))
     yield from _into_jaw(layout, at)
     if not is_cast:
         yield from sealing
@@ -263,7 +268,9 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         return toleranced(at[part][1] - metal)
 
     areas, stiff, glue = line_areas(layout), stiff_pieces(column(layout)), hard_adhesive(layout)
-    why, sets, assembly = why_other(layout), setting(glue), layout.spec.assembly
+    assembly, sets = layout.spec.assembly, setting(glue)
+    why = why_other(assembly, board_plan(layout), glue)
+    overhang = over_jaw(layout.body, mount, relief(layout), at)
     alignment = squared(layout.body, mount, assembly, piece_sizes(layout), mount.jaw, stiff)
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
@@ -275,7 +282,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         yield (
             f"Glue on the jaw's face, in this order: {glues}.{why} "
             "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it there by a "
-            f"spring clamp over a flat block until the glue has set.{over_jaw(layout, at)}{sets} Measure then, before "
+            f"spring clamp over a flat block until the glue has set.{overhang}{sets} Measure then, before "
             f"the next piece, how high it is above the jaw's metal: {most}. One that is higher comes off again "
             "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
             f"{strips_off(mount.jaw, layout.body_size[1], bool(alignment))}"
@@ -297,8 +304,10 @@ OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_p
 """Pieces of the closed pair that belong to the instrument, with the jaw's key that holds each piece's thickness."""
 
 
-def _checks(layout: Layout) -> list[str]:
-    pair = next(iter(measures(layout)), None)
+def _checks(
+    assembly: Assembly, layers: tuple[Layer, ...], circles: tuple[Measure, ...], figures: tuple[UnverifiedFigure, ...]
+) -> list[str]:
+    pair = next(iter(circles), None)
     if pair is None:
         return []
     words = (
@@ -306,14 +315,14 @@ def _checks(layout: Layout) -> list[str]:
         f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
         "back to back before you order many."
     )
-    unseen = {f.what.split()[-1] for f in unverified_figures(layout.spec) if f.what.startswith("jaw ")}
+    unseen = {f.what.split()[-1] for f in figures if f.what.startswith("jaw ")}
     words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
     rows = [
         f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
-        for layer in column(layout)
+        for layer in layers
     ]
     return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows,
-            listed(layout.spec.assembly)]
+            listed(assembly)]
 
 
 HEAVIEST = 6  # Number of parts listed by weight

@@ -12,6 +12,7 @@ from html import escape
 from typing import Any
 
 from sitscad.basics.quantities import Table
+from sitscad.basics.record import record
 from sitscad.basics.units import NONE, counted, show
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered
@@ -49,6 +50,7 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Mount
 from sitscad.spec.yaml.source import Issue
@@ -76,12 +78,48 @@ def render(
         found = None
     reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
     report = PerformanceReport(performance, layout.spec, reached)
-    shown = layout, estimates, report, found, plots, bool(forced), bench, cells
+    content = Content(
+        layout.spec.name, layout.spec.issue, _about(layout.spec.cell_placements, performance),
+        _lines(axis_table(report)), sensor(performance, layout, estimates, cells), cells,
+        [] if found is None else list(found.error_rows),
+        "" if found is None else found.errors_are, _lines(error_table(performance)), _lines(drift_table(performance)),
+        contact_rows(layout), acceptance(bench.coils, bench.metered, bench.temperature),
+        tuple(notes(performance, found)), plots, bool(forced),
+    )
+    assembly = drawing(layout, content.is_forced)
     return {
-        "datasheet.html": _page(*shown).encode("utf-8"),
+        "datasheet.html": _page(content, assembly).encode("utf-8"),
         "datasheet.json": figures_for_programs(report, response, found, cells.document()),
-        "datasheet.pdf": pdf(_sheets(*shown)),
+        "datasheet.pdf": pdf(_sheets(content, layout, assembly)),
     }
+
+
+Rows = list[tuple[str, ...]]
+
+
+@record(eq=False)
+class Content:
+    """Everything that the data sheet prints as text, table or plot; page and sheets print the same values.
+
+    Each table has its head as first row. `unit_errors` is the table of predicted calibration errors, and `errors_are`
+    its note; both are empty if no calibration is predicted.
+    """
+
+    name: str
+    issue: Issue
+    about: str
+    axes: Rows
+    whole: Rows
+    cells: CellTable
+    unit_errors: Rows
+    errors_are: str
+    errors: Rows
+    drifts: Rows
+    contacts: Rows
+    accepted: Rows
+    notes: tuple[str, ...]
+    plots: Sequence[Plot]
+    is_forced: bool
 
 
 def figures_for_programs(
@@ -114,61 +152,51 @@ def _plain(text: str) -> float:
     return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
 
 
-def _sheets(
-    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
-) -> list[Sheet]:
-    felt = report.points
-    between = [] if found is None else list(found.error_rows)
-    figures_told = _lines(axis_table(report))
-    name, issue = layout.spec.name, layout.spec.issue
-    first = _new(name, issue, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
-    whole = sensor(felt, layout, estimates, cells)
+def _sheets(content: Content, layout: Layout, assembly: Sheet | None) -> list[Sheet]:
+    def sheet(title: str, scale: str = "") -> Sheet:
+        return new_sheet(content.name, content.issue, title, scale, "the whole package", content.is_forced)
+
+    cells, plots, between = content.cells, content.plots, content.unit_errors
+    first = sheet("data sheet", f"drawing {scale_text(plan_scale(layout, ROOM))}")
     # letters small enough that all tables end above the note at the foot
-    size = min(2.4, (TOP - FOOT) / (1.55 * (len(figures_told) + len(whole) + len(between))))
-    low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, size)
-    low = table(first, LEFT, low - 6.0, (58.0, 92.0), whole, size)
-    if found is not None:
+    size = min(2.4, (TOP - FOOT) / (1.55 * (len(content.axes) + len(content.whole) + len(between))))
+    low = table(first, LEFT, TOP, _widths(content.axes, 58.0, 150.0), content.axes, size)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), content.whole, size)
+    if content.errors_are:
         low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, size)
-        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
+        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [content.errors_are], 2.2)
     plan(first, layout, ROOM)
-    fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
-    each = _new(layout.spec.name, layout.spec.issue, "data sheet, cells", forced) if cells.groups else None
+    fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [content.about], 2.6)
+    each = sheet("data sheet, cells") if cells.groups else None
     if each is not None:
         under = table(each, LEFT, TOP, _widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
         fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
-    assembly = drawing(layout, forced)
-    curved = _new(layout.spec.name, layout.spec.issue, "data sheet, curves", forced)
+    curved = sheet("data sheet, curves")
     wide = [plotted for plotted in plots if plotted.size == WIDE]
     for plotted, low in zip(wide, (126.0, 46.0), strict=False):
         plot(curved, (LEFT, low, *plotted.size), plotted.draw)
         fitting_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
-    beyond = _new(layout.spec.name, layout.spec.issue, "data sheet, working range and errors", forced)
+    beyond = sheet("data sheet, working range and errors")
     for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
-    drifts = _lines(drift_table(felt))
-    table(beyond, LEFT, 70.0, _widths(drifts, 44.0, 130.0), drifts, 2.2)
-    last = _new(layout.spec.name, layout.spec.issue, "data sheet, contacts and limits", forced)
-    accepted = acceptance(bench.coils, bench.metered, bench.temperature)
-    own = _new(name, issue, "data sheet, incoming test", forced) if len(accepted) > MOST_BESIDE + 1 else None
-    if own is not None:
-        table(own, LEFT, TOP, _widths(accepted, 66.0, 190.0), accepted, 2.2)
+    table(beyond, LEFT, 70.0, _widths(content.drifts, 44.0, 130.0), content.drifts, 2.2)
+    last = sheet("data sheet, contacts and limits")
+    accepted = content.accepted
+    incoming = sheet("data sheet, incoming test") if len(accepted) > MOST_BESIDE + 1 else None
+    if incoming is not None:
+        table(incoming, LEFT, TOP, _widths(accepted, 66.0, 190.0), accepted, 2.2)
     low = TOP
-    for rows in (_lines(error_table(felt)), [] if own is not None else accepted, contact_rows(layout)):
+    for rows in (content.errors, [] if incoming is not None else accepted, content.contacts):
         low = table(last, LEFT, low, _widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
-    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered([*notes(felt, found), ACCEPT]), 2.3)
-    return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
+    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered([*content.notes, ACCEPT]), 2.3)
+    return [page for page in (first, each, assembly, curved, beyond, last, incoming) if page is not None]
 
 
 FOOT = 36.0
 """Height (mm) reserved on the first sheet for the gaps between its tables and for the note below them."""
 
 MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts and limits; more get a sheet
-
-
-def _new(name: str, issue: Issue, what: str, forced: bool, scale: str = "") -> Sheet:
-    return new_sheet(name, issue, what, scale, "the whole package", forced)
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
@@ -179,9 +207,8 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
     return [first, *[(whole - first) / (count - 1)] * (count - 1)]
 
 
-def _about(layout: Layout, felt: Sequence[Performance]) -> str:
-    """Describe the sensor and its measured axes in a few sentences."""
-    placements = layout.spec.cell_placements
+def _about(placements: tuple[tuple[CoilPlacement, ...], ...], felt: Sequence[Performance]) -> str:
+    """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' by cell."""
     cells, coils = len(placements), counted(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in felt[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""
@@ -192,29 +219,26 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     )
 
 
-def _page(
-    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
-) -> str:
-    spec, felt = layout.spec, report.points
-    banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
-    assembly = drawing(layout, forced)
+def _page(content: Content, assembly: Sheet | None) -> str:
+    plots, cells = content.plots, content.cells
+    warning = "Made in spite of errors: the design does not meet its own checks."
+    banner = f"<p class='banner'>{warning}</p>" if content.is_forced else ""
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
     wide, narrow = ([_figure(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
                     for is_wide in (True, False))
-    units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
+    units = _table(content.unit_errors) + soft(content.errors_are) if content.errors_are else ""
     parts = [
-        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
-        part("What it feels", _table(_lines(axis_table(report))) + _table(sensor(felt, layout, estimates, cells))),
+        f"<header><h1>{escape(content.name)}</h1>{soft(content.issue.words)}{soft(content.about)}</header>{banner}",
+        part("What it feels", _table(content.axes) + _table(content.whole)),
         *([part("Cells", _table(cells.rows) + soft(cells.note))] if cells.groups else []),
         part("Drawing", shown),
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
-        part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
-        part("Contacts", _table(contact_rows(layout))),
-        part("Production", _table(acceptance(bench.coils, bench.metered, bench.temperature)) + soft(ACCEPT)),
-        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
+        part("Errors", units + _table(content.errors) + _table(content.drifts)),
+        part("Contacts", _table(content.contacts)),
+        part("Production", _table(content.accepted) + soft(ACCEPT)),
+        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in content.notes) + "</ul>"),
     ]
-    return page(f"{spec.name}: data sheet", parts)
+    return page(f"{content.name}: data sheet", parts)
 
 
 def _figure(plotted: Plot) -> str:
@@ -228,9 +252,6 @@ def _table(rows: Rows) -> str:
     """Return an HTML table whose first row is the heading; all columns but the first are numeric."""
     head, *lines = rows or [()]
     return html_table(head, lines, [k > 0 for k in range(len(head))])
-
-
-Rows = list[tuple[str, ...]]
 
 
 def _lines(found: Table) -> Rows:

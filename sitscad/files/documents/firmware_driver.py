@@ -25,10 +25,11 @@ from sitscad.kernels.converters.conversion import Conversion, ConverterPart
 from sitscad.kernels.converters.converter import Channel, Converter
 from sitscad.kernels.converters.ldc_registers import WATCHDOG_RECOVERY
 from sitscad.kernels.converters.reference_counter import REGISTER_BITS
-from sitscad.layout.board import Layout
-from sitscad.layout.tail_tracks import contacts
-from sitscad.spec.materials import Cells
-from sitscad.spec.sensor import SensorSpec
+from sitscad.layout.board import Layout, Pad
+from sitscad.layout.tail_tracks import Contact, contacts
+from sitscad.spec.circuit import Tail
+from sitscad.spec.materials import CellsSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 
 def addr_pin(converter: Converter, address: int) -> str:
@@ -136,7 +137,7 @@ def _config(
     return "\n".join(lines)
 
 
-def _cell_macros(cells: Cells | None, coils: int) -> list[str]:
+def _cell_macros(cells: CellsSpec | None, coils: int) -> list[str]:
     """Return macros for the numbers of cells and of their coils; a sensor without cells counts as one cell."""
     each = coils if cells is None else cells.coils
     return [
@@ -318,14 +319,17 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     if spec.cells is not None:
         own = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
     steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
-    for number, step in enumerate(_steps(spec, estimates, bench, found), 1):
+    code = bare_board_code(bench)
+    first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, found)
+    for number, step in enumerate(first_steps, 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
     parts = [
         *([f"{FORCED}."] if forced else []),
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
-        "", "WIRING", "", *_wiring(layout, estimates),
+        "", "WIRING", "", *_wiring(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
+                                   estimates.coils, estimates.readout.capacitance),
         "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, found, estimates.temperature, bench.metered),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
@@ -336,14 +340,17 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
 
-def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
+def _wiring(
+    pads: tuple[Pad, ...], tail: Tail | None, readout: ReadoutSpec, connections: tuple[Contact, ...],
+    coils: tuple[CoilEstimate, ...], capacitance: float,
+) -> Iterator[str]:
     """Yield the lines on the pins of each converter, the capacitors and the coils' contacts."""
-    spec, device = layout.spec, layout.spec.readout.device
-    number = device.needed(len(estimates.coils))
+    device = readout.device
+    number = device.needed(len(coils))
     yield f"{number} {device.part} ({device.package})."
     for name, said in PINS:
         yield from hanging(f"  {name:<10}", said + ".", WIDTH)
-    places = [at for at in device.places(len(estimates.coils)) if at.number == 0]
+    places = [at for at in device.places(len(coils)) if at.number == 0]
     for at in places:
         level = f"to {device.address_net(at.address)}"
         bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
@@ -352,19 +359,19 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
         said = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
                 f"examples take them as /dev/i2c-{BUSES[0]},/dev/i2c-{BUSES[1]} (Linux), Wire and Wire1 (Arduino).")
         yield from hanging(" " * 12, said, WIDTH)
-    clock = f"{show(spec.readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
+    clock = f"{show(readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
     said = f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz."
     yield from hanging(f"  {'CLKIN':<10}", said, WIDTH)
-    capacitor = f"{show(estimates.readout.capacitance, 'F')}, C0G"
+    capacitor = f"{show(capacitance, 'F')}, C0G"
     place = "across the two lines, beside the converter"
-    if spec.readout.chip is not None or spec.readout.capacitor_at == "coil":
-        place = "on the tail, soldered there" if spec.readout.chip is not None else "at the coil"
+    if readout.chip is not None or readout.capacitor_at == "coil":
+        place = "on the tail, soldered there" if readout.chip is not None else "at the coil"
     yield from hanging(f"  {'capacitor':<10}", f"{capacitor}, one a coil, {place}.", WIDTH)
-    is_reversed = socket_pad(layout.pads, spec.fpc.tail, 1) > 1
+    is_reversed = socket_pad(pads, tail, 1) > 1
     yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
-    for one in contacts(layout):
+    for one in connections:
         where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
-        pad = f"pad {socket_pad(layout.pads, spec.fpc.tail, one.number):<3} " if is_reversed else ""
+        pad = f"pad {socket_pad(pads, tail, one.number):<3} " if is_reversed else ""
         yield f"    {one.number:>3}  {pad}{one.pin:<8} {where}"
     if is_reversed:
         said = (
@@ -459,21 +466,24 @@ BUSES = (1, 3)
 """Numbers of the I2C buses in the examples for Linux."""
 
 
-def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
-    rate = f"{estimates.readout.scan_rate:.0f} readings a second"
+def _steps(
+    cells: CellsSpec | None, name: str, converter: Converter, has_map: bool, readout: ReadoutEstimate,
+    bare_code: int | None, found: tuple[CoilBands, ...],
+) -> Iterator[str]:
+    rate = f"{readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
-    second = spec.readout.device.places(len(found))[-1].bus
+    second = converter.places(len(found))[-1].bus
     yield (
         "Switch on with a limit of 50 mA, and look for the addresses: "
-        f"{_i2c_addresses(spec.readout.device, len(found))}. "
+        f"{_i2c_addresses(converter, len(found))}. "
         "Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
         "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
         "built in the package foreign to it. There build the example, or open it as an Arduino sketch (firmware.ino). "
         "The last line is for trying it without a board:\n"
-        f"cp -r .. ../../{spec.name}-bench && cd ../../{spec.name}-bench/firmware\n"
+        f"cp -r .. ../../{name}-bench && cd ../../{name}-bench/firmware\n"
         "cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm\n"
         "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
     )
@@ -489,7 +499,7 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
         "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
         "warning while the board is bare, and a fault of drive or losses when it is assembled."
-        f"{bare_drive(spec.readout.device, estimates.readout, bare_board_code(bench), '')}"
+        f"{bare_drive(converter, readout, bare_code, '')}"
     )
     if len(found) > 1:
         gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
@@ -507,10 +517,10 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
-    yield from _calibrating(spec.cells, is_felt(spec))
+    yield from _calibrating(cells, has_map)
 
 
-def _calibrating(cells: Cells | None, has_map: bool) -> Iterator[str]:
+def _calibrating(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
     """Yield the steps from readings to newtons, or the reason why the sensor has no map to newtons."""
     if cells is None and not has_map:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."

@@ -18,7 +18,14 @@ from sitscad.assembly.places.bodies import (
 )
 from sitscad.assembly.places.column import GLUE, Layer, Levels, Toleranced, column, placement
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
-from sitscad.assembly.places.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
+from sitscad.assembly.places.seating import (
+    Relief,
+    clearance,
+    process_clearance,
+    retention,
+    side_ledges,
+    stop_place,
+)
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, grooves
 from sitscad.assembly.solids.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets
 from sitscad.basics.units import in_mm, show
@@ -35,7 +42,7 @@ from sitscad.estimates.loads.gluing import (
     piece_press,
     pressed_by,
 )
-from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.convex import Box, Footprint
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, Tail
@@ -266,12 +273,12 @@ def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
     return dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
 
 
-def why_other(layout: Layout) -> str:
+def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive | None) -> str:
     """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue."""
-    own, used, (plan, area) = layout.spec.assembly.adhesive, hard_adhesive(layout), board_plan(layout)
+    own, used, (plan, area) = assembly.adhesive, hard, board
     if own is None or used is None or used == own:
         return ""
-    takes = lying_time(own, plan, HARD_PRESSURE * area, layout.spec.assembly.glue_line, HARD_HANDLING)
+    takes = lying_time(own, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
     return (
         f" Not {own.product}: it flows for about {duration(own.open_time or 0.0)} between two faces, and takes "
         f"{duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
@@ -284,7 +291,8 @@ def board_glued(layout: Layout) -> str:
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     said = hard_dose(layout.spec.assembly, glue, board_plan(layout)[1])
-    return pressing(layout, f"{verb} {said}, under the board's whole body.{why_other(layout)}") + setting(glue)
+    why = why_other(layout.spec.assembly, board_plan(layout), glue)
+    return pressing(layout, f"{verb} {said}, under the board's whole body.{why}") + setting(glue)
 
 
 def pressing(layout: Layout, spread: str) -> str:
@@ -627,12 +635,14 @@ def floor_grooves(layout: Layout) -> str:
     )
 
 
-def over_jaw(layout: Layout, at: Levels) -> str:
+def over_jaw(
+    body: tuple[float, float, float, float], mount: Mount | None, tongue: Relief | None, at: Levels
+) -> str:
     """Describe parts of the mount that overhang the metal beside a shield; empty if there are none."""
-    if "shield" not in at or "mount" not in at or layout.spec.jaw is None:
+    if "shield" not in at or "mount" not in at or mount is None or mount.jaw is None:
         return ""
-    hangs = [name for name, there in (("stop", stop_place(layout.body, layout.spec.jaw, layout.spec.mount)),
-                                      ("tongue", relief(layout))) if there is not None]
+    stop = stop_place(body, mount.jaw, mount)
+    hangs = [name for name, place in (("stop", stop), ("tongue", tongue)) if place is not None]
     if not hangs:
         return ""
     gap = (at["mount"][0] - at["jaw"][1]).nominal

@@ -41,7 +41,7 @@ from sitscad.assembly.solids.plates import metal_below
 from sitscad.assembly.solids.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
 from sitscad.assembly.solids.solid import MissingExtra, Solid, of_role
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
-from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, push_places, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, Pour, skin_pour
 from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
@@ -60,6 +60,7 @@ from sitscad.files.documents.preparing import amount, cured, mixed
 from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.files.writer import json_bytes
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
 from sitscad.spec.coil import CoilSpec
@@ -314,10 +315,10 @@ def skin(layout: Layout, film: Encapsulation) -> str:
     )
 
 
-def pushed_out(layout: Layout) -> str:
+def pushed_out(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str:
     """Describe the removal of the board from the jig's base."""
-    places, size = push_places(layout)
-    holding = "glue" if skin_pour(layout) is None else "glue or skin"
+    places, size = holes
+    holding = "glue" if skin is None else "glue or skin"
     if len(places) == 1:
         return (
             "Push the board out of the base from below, by the hole, with a flat-ended rod just below "

@@ -28,7 +28,12 @@ from sitscad.files.order_facts.files import (
     tail_coverlay_files,
 )
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import Where, bend_stretch, finished_thickness
+from sitscad.layout.bending import (
+    Where,
+    bend_stretch,
+    contact_copper,
+    finished_thickness,
+)
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.copper import smallest_gaps
 from sitscad.layout.lamination import lamination_text, tail_holes
@@ -180,12 +185,13 @@ def _thin_tail(layout: Layout) -> str:
     """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
     first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
-    (extent,) = body_files(layout.spec.name, layout.spec.fpc)
+    name, fpc = layout.spec.name, layout.spec.fpc
+    (extent,) = body_files(name, fpc)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
         f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
         f"tail is {show(sum(layer.thickness for layer in layout.spec.fpc.tail_layers), 'm')} thick. "
-        + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
+        + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(name, fpc))
         + "Holes in the tail go through its own layers only and have a drill file of their own."
     )
 
@@ -218,7 +224,7 @@ def _contacts(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
-    made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
+    wanted = connector.insertion_thickness
     allowed, where = connector.insertion_thickness_tolerance, notes.thickness_text(layout, Where.CONTACT)
     closer, usual = "", layout.spec.fpc.rules.outline_tolerance
     if end_tolerance(layout.spec.fpc) < usual - 1e-9:
@@ -226,12 +232,14 @@ def _contacts(layout: Layout) -> str:
             f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
             f"confirmed, or every board is measured before it is plugged in)"
         )
+    thickness = finished_thickness(layout, Where.CONTACT)
+    total = notes.contact_sum_text(layout.stiffener, contact_copper(layout), layout.spec.fpc.tail_copper, thickness)
     text = (
         f"{connector.name}: {contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}; "
         f"{plug_text(layout.pads, layout.spec.fpc)}{closer}; thickness at the contacts {where}; this total governs, "
-        f"and the stiffener is chosen for it: {notes.contact_sum_text(layout)}"
+        f"and the stiffener is chosen for it: {total}"
     )
-    if abs(made - wanted) > allowed + 1e-9:
+    if abs(thickness.nominal - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
     unseen = [field.replace("_", " ") for field, _, _ in unverified_rows("connector", connector.name)]
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
@@ -363,7 +371,7 @@ def _files(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) ->
 def _images(layout: Layout) -> Iterator[tuple[str, str]]:
     """Yield name and description of images, drill files and job file of the single board."""
     drills = drill_files(layout.copper_layers, layout.spans, layout.spec.name)
-    yield from (file.row for file in (*gerber_files(layout), *drills))
+    yield from (file.row for file in (*gerber_files(layout.spec.name, layout.spec.fpc, layout.stiffener), *drills))
     yield _name(layout.spec.name, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout.spec.name, "Drill_Map.gbr"), "drill map (Gerber drawing)"

@@ -33,7 +33,7 @@ from sitscad.assembly.solids.whole import SOFT_LINES
 from sitscad.basics.record import record
 from sitscad.basics.units import counted, csv_text, in_mm, show
 from sitscad.data import is_unverified
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
 from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, is_clamped, spring, steel_bar, washers
 from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
@@ -44,7 +44,7 @@ from sitscad.files.order_facts.files import fabrication_path
 from sitscad.files.order_facts.notes import stiffener_text
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.kernels.geometry.shapes import PLATES
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Capacitor, Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
@@ -86,7 +86,10 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
-    found = (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
+    found = (*_circuit(layout),
+             *_converter(layout.capacitors, len(layout.coils), layout.spec.name, layout.spec.readout,
+                         estimates.readout),
+             *_soft_parts(layout), *_carriers(layout))
     return tuple(
         replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in found
     )
@@ -145,17 +148,18 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         yield _ordered(spare, order)
 
 
-def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
-    readout, coils = layout.spec.readout, len(layout.coils)
-    chosen = estimates.readout.capacitance
-    chip = readout.chip.name if layout.capacitors and readout.chip else ""
+def _converter(
+    capacitors: tuple[Capacitor, ...], coils: int, name: str, readout: ReadoutSpec, estimate: ReadoutEstimate
+) -> Iterator[Item]:
+    chosen = estimate.capacitance
+    chip = readout.chip.name if capacitors and readout.chip else ""
     if chip:
-        references = ", ".join(each.reference for each in layout.capacitors)
-        place = f"soldered to the tail: {references}, places in fpc/{layout.spec.name}-placement.csv"
+        references = ", ".join(each.reference for each in capacitors)
+        place = f"soldered to the tail: {references}, places in fpc/{name}-placement.csv"
     else:
         across = " and ".join(readout.device.coil_pins())
         place = "at the coil" if readout.capacitor_at == "coil" else f"at the converter, across {across}"
-    reason = estimates.readout.capacitance_reason
+    reason = estimate.capacitance_reason
     item = Item(
         "capacitor", coils, capacitance_text(chosen), "C0G", chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),

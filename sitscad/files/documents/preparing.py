@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -23,6 +23,7 @@ from sitscad.layout.laser_sheet import is_laser_cut
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector
 from sitscad.spec.materials import ElastomerMaterial, ElastomerPad, Shield, Target
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 TOOLS = (
@@ -111,36 +112,36 @@ SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": 
 """Files of each of these parts, as text."""
 
 
-def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
+def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: int) -> Iterator[str]:
     """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``."""
     content = package.files.get("mount/print.json")
     if content is None:
         return
-    is_own = spec.mount is not None and spec.mount.kind == "custom"
+    is_own = mount is not None and mount.kind == "custom"
     pieces = [each for each in json.loads(content)["pieces"] if not (is_own and each["piece"] == "mount")]
     if not pieces:
         return
-    process = spec.mount.process if spec.mount is not None else ""
+    process = mount.process if mount is not None else ""
     yield from hanging(
-        "", f"The board is ordered by fpc/{_cut(spec)}. These pieces are "
-        f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{spec.name}-PIECE.stl (or "
+        "", f"The board is ordered by fpc/{cuts}. These pieces are "
+        f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{name}-PIECE.stl (or "
         ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
     for each in pieces:
-        name, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
-        use = next((words for pattern, words in USES if re.fullmatch(pattern, name)), "")
-        yield f"  {name:<20} {size:<19} {use.format(name.split('-')[1] if '-' in name else '')}"
+        piece, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
+        use = next((words for pattern, words in USES if re.fullmatch(pattern, piece)), "")
+        yield f"  {piece:<20} {size:<19} {use.format(piece.split('-')[1] if '-' in piece else '')}"
     if is_own:
-        part = spec.mount.step.file if spec.mount is not None and spec.mount.step is not None else "your own part"
+        part = mount.step.file if mount is not None and mount.step is not None else "your own part"
         yield f"  {'mount':<20} {'':<19} is your own: {part}"
-    if f"mount/{spec.name}-jaw.stl" in package.files:
+    if f"mount/{name}-jaw.stl" in package.files:
         yield f"  {'jaw':<20} {'':<19} is not made: the instrument's own, as the spec has it"
 
 
-def _cut(spec: SensorSpec) -> str:
+def cut_text(sheets: Mapping[str, ElastomerPad | Target | Shield | None]) -> str:
     """Describe the parts cut from sheets and their cutting, to follow the text on the board; empty if none."""
     ways: dict[str, list[str]] = {}
-    for part in ("elastomer", "target", "shield"):
-        if (sheet := getattr(spec, part)) is not None:
+    for part, sheet in sheets.items():
+        if sheet is not None:
             ways.setdefault(cutting(sheet), []).append(part)
     return "".join(f", {' and '.join(parts)} {way} by laser/" for way, parts in ways.items())
 

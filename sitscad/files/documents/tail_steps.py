@@ -14,7 +14,7 @@ from sitscad.files.documents.gluing import hard_dose
 from sitscad.files.order_facts.notes import bend_place, hinge_text
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
-from sitscad.spec.mount import Jaw
+from sitscad.spec.mount import Jaw, Mount
 
 LEAST_FIXED = 3e-3
 """Least length (m) of tail glued to the jaw if nothing else holds the tail."""
@@ -79,7 +79,8 @@ def tail_bent(layout: Layout) -> str:
     if not late:
         return ""
     hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
-    return f"Bend the tail now. {_listed(layout.body[2], lip(layout), late)}{hinge}{_room_for_rod(layout, late)}"
+    room = _room_for_rod(layout.spec.mount, layout.body[2], found, rod_clear(layout), late)
+    return f"Bend the tail now. {_listed(layout.body[2], lip(layout), late)}{hinge}{room}"
 
 
 def _listed(body_end: float, edge: Lip | None, found: Sequence[Bend]) -> str:
@@ -112,15 +113,17 @@ def _rod(radius: float | None) -> str:
     )
 
 
-def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
+def _room_for_rod(
+    mount: Mount | None, body_end: float, tail_bends: tuple[Bend, ...], clear: float, late: Sequence[Bend]
+) -> str:
     """Describe the room that the rod of a bend down needs below the mount; empty if none is needed."""
-    mount, down = layout.spec.mount, [bend for bend in late if bend.direction == "down"]
+    down = [bend for bend in late if bend.direction == "down"]
     if mount is None or mount.kind not in ("bench-plate", "custom") or not down:
         return ""
     said = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
     if mount.kind == "custom":
-        return f"{said} {own_end(layout.body[2], bends(layout))}"
-    clear, start = rod_clear(layout), min(bend.start for bend in down)
+        return f"{said} {own_end(body_end, tail_bends)}"
+    start = min(bend.start for bend in down)
     if start < clear - LEAST_MET:
         met = in_mm(clear - start, 1)
         said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."

@@ -47,7 +47,7 @@ from sitscad.files.writer import json_bytes
 from sitscad.kernels.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.materials import Cells, ElastomerPad
+from sitscad.spec.materials import CellsSpec, ElastomerPad
 from sitscad.spec.sensor import SensorSpec
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
@@ -116,7 +116,7 @@ def _film(spec: SensorSpec) -> str:
     return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=held)
 
 
-def _of_cells(cells: Cells | None, web: float | None, stiffness: list[float]) -> str:
+def _of_cells(cells: CellsSpec | None, web: float | None, stiffness: list[float]) -> str:
     if cells is None:
         return ""
     held = sorted(stiffness)

@@ -119,13 +119,13 @@ def body_files(name: str, fpc: FpcSpec) -> tuple[FabricationFile, ...]:
     return (FabricationFile(path, f"Other,Extent_of_{names}", title),)
 
 
-def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def tail_coverlay_files(name: str, fpc: FpcSpec) -> tuple[FabricationFile, ...]:
     """Return the file of a thinner tail's own bottom coverlay; empty without this coverlay."""
-    if not layout.spec.fpc.has_tail_coverlay:
+    if not fpc.has_tail_coverlay:
         return ()
-    last, lap = layout.spec.fpc.tail_copper, show(layout.spec.fpc.rules.coverlay_lap, "m")
+    last, lap = fpc.tail_copper, show(fpc.rules.coverlay_lap, "m")
     title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
-    path = fabrication_path(layout.spec.name, "Tail_Coverlay.gbr")
+    path = fabrication_path(name, "Tail_Coverlay.gbr")
     return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", title),)
 
 
@@ -134,15 +134,11 @@ def profile_file(name: str) -> FabricationFile:
     return FabricationFile(fabrication_path(name, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
 
 
-def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def gerber_files(name: str, fpc: FpcSpec, stiffener: Stiffener | None) -> tuple[FabricationFile, ...]:
     """Return all Gerber files of the set, from the top of the board downwards, the outline last."""
     return (
-        *copper_files(layout.copper_layers, layout.spec.name),
-        *coverlay_files(layout.spec.fpc.stackup, layout.spec.name),
-        *stiffener_files(layout.spec.name, layout.stiffener),
-        *body_files(layout.spec.name, layout.spec.fpc),
-        *tail_coverlay_files(layout),
-        profile_file(layout.spec.name),
+        *copper_files(len(fpc.stackup.copper), name), *coverlay_files(fpc.stackup, name),
+        *stiffener_files(name, stiffener), *body_files(name, fpc), *tail_coverlay_files(name, fpc), profile_file(name),
     )
 
 
@@ -189,14 +185,17 @@ def tooling_file(copper_layers: int, name: str) -> FabricationFile:
     return FabricationFile(panel_path(name, "-NPTH.drl"), function, "tooling holes, not plated")
 
 
-def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def panel_files(
+    name: str, fpc: FpcSpec, stiffener: Stiffener | None, spans: tuple[int, ...]
+) -> tuple[FabricationFile, ...]:
     """Return all Gerber and drill files of the panel: the board's kinds in order, then the panel's own files."""
-    board = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
-    stem = fabrication_path(layout.spec.name, "").removesuffix("-")
-    copies = (replace(file, path=panel_path(layout.spec.name, file.path.removeprefix(stem))) for file in board)
-    frame = {profile_file(layout.spec.name).function: "outline of the panel"}
+    layers = len(fpc.stackup.copper)
+    board = (*gerber_files(name, fpc, stiffener), *drill_files(layers, spans, name))
+    stem = fabrication_path(name, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(name, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(name).function: "outline of the panel"}
     named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
-    return (*named, tooling_file(layout.copper_layers, layout.spec.name), cut_file(layout.spec.name))
+    return (*named, tooling_file(layers, name), cut_file(name))
 
 
 def panel_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:

@@ -14,7 +14,6 @@ from sitscad.layout.bending import (
     Bend,
     FinishedThickness,
     Where,
-    contact_copper,
     finished_thickness,
 )
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
@@ -239,11 +238,13 @@ def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
     return f"{plate.material}, {size}, {thick}; the total thickness at the contacts governs"
 
 
-def contact_sum_text(layout: Layout) -> str:
+def contact_sum_text(
+    stiffener: Stiffener | None, contact_layers: frozenset[int], tail_layers: int, thickness: FinishedThickness
+) -> str:
     """Describe the copper layers under the contacts and the total thickness with films and stiffener."""
-    copper, made = sorted(contact_copper(layout)), show(finished_thickness(layout, Where.CONTACT).nominal, "m")
-    there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < layout.spec.fpc.tail_copper else ''}"
-    plate = "" if layout.stiffener is None else f" and a stiffener of {show(layout.stiffener.thickness, 'm')}"
+    copper, made = sorted(contact_layers), show(thickness.nominal, "m")
+    there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_layers else ''}"
+    plate = "" if stiffener is None else f" and a stiffener of {show(stiffener.thickness, 'm')}"
     return f"there {there} counts, which with the films of the stack-up{plate} gives {made}"
 
 

@@ -22,7 +22,7 @@ from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import NONE, counted, quantity, show
 from sitscad.checks.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
-from sitscad.estimates.coil_estimates import ReadoutEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
@@ -31,7 +31,7 @@ from sitscad.files.report.moving import embedded, scripts
 from sitscad.files.report.numbers import Document
 from sitscad.files.report.numbers import html_table as _table
 from sitscad.kernels.geometry.path import Point, polyline, rectangle
-from sitscad.spec.circuit import LayerKind
+from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import is_rigid, metal_colour, unverified_figures
 from sitscad.spec.sensor import SensorSpec
@@ -84,7 +84,7 @@ def render(
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
         _head(checked, spec, estimates, FORCED if is_built else REFUSED),
-        _tiles(checked, estimates, felt or {}),
+        _tiles(checked, estimates.coils, estimates.incomplete, estimates.readout.scan_rate, felt or {}),
         part("Findings", findings_part(checked), "findings"),
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
         part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
@@ -94,7 +94,7 @@ def render(
         part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _performance_section(felt or {})),
         part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.coils, estimates.readout)])),
-        part("Stack", _stack(spec, estimates)),
+        part("Stack", _stack(spec.fpc.stackup, stack_section(section_layers(spec)), numbers.stack_tables(estimates))),
         part("Fit", _fit(checked)),
         part("Cross-checks", numbers.page_tables([cross_checks])),
         part("Defaults assumed", bullets(spec.source.defaults)),
@@ -199,12 +199,14 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
     )
 
 
-def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
+def _tiles(
+    checked: CheckedSpec, coils: tuple[CoilEstimate, ...], incomplete: str | None, scan_rate: float, sheet: Document
+) -> str:
     """Return the key numbers: resolution and drift or inductance, the tank's state, and the least margin of fit."""
-    states = [coil.states[name] for coil in estimates.coils for name in working_states(coil.states)]
-    alone = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
+    states = [coil.states[name] for coil in coils for name in working_states(coil.states)]
+    alone = [coil.states[FREE] for coil in coils if FREE in coil.states]
     if not states:
-        return _incomplete(estimates.incomplete)
+        return _incomplete(incomplete)
     felt = sheet.get("performance", ())
     told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
     errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
@@ -216,7 +218,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         ("sensor frequency", _range([s.frequency for s in states], "Hz")),
         ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
         ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
-        ("scans of all coils", _range([estimates.readout.scan_rate], "Hz")) if tight is None else
+        ("scans of all coils", _range([scan_rate], "Hz")) if tight is None else
         (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
     ]
     tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
@@ -224,7 +226,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     if alone and states != alone:
         swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
-    return f"{_incomplete(estimates.incomplete)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
+    return f"{_incomplete(incomplete)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
 
 
 def _worst_in(sheet: Document) -> str:
@@ -322,13 +324,12 @@ def _performance_section(sheet: Document) -> str:
     return numbers.page_tables(tables)
 
 
-def _stack(spec: SensorSpec, estimates: Estimates) -> str:
+def _stack(stackup: Stackup, section: str, tables: list[Table]) -> str:
     drawn = "Section through all that lies on each other; heights to scale, widths not."
-    figure = f"<figure>{stack_section(spec)}<figcaption>{drawn}</figcaption></figure>"
-    stackup = spec.fpc.stackup
+    figure = f"<figure>{section}<figcaption>{drawn}</figcaption></figure>"
     bare = "" if is_rigid(stackup) else " without stiffener"
     total = f"The board is {show(stackup.thickness, 'm')} thick{bare} ({escape(stackup.name)})."
-    return f"{figure}<p>{total}</p>{numbers.page_tables(numbers.stack_tables(estimates))}"
+    return f"{figure}<p>{total}</p>{numbers.page_tables(tables)}"
 
 
 def _fit(checked: CheckedSpec) -> str:
@@ -376,9 +377,9 @@ class SectionLayer:
     inset: float = 0.0
 
 
-def stack_section(spec: SensorSpec) -> str:
+def stack_section(layers: Iterable[SectionLayer]) -> str:
     """Return the section as an inline SVG, whose text colours come from the page."""
-    slices = list(_slices(spec))
+    slices = list(layers)
     low, high = min(s.bottom for s in slices), max(s.top for s in slices)
     scale = HEIGHT / (high - low)
     # Rows (top down) for the labels, near their layers and at least one row apart
@@ -403,7 +404,8 @@ def stack_section(spec: SensorSpec) -> str:
     return svg(sheet)
 
 
-def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
+def section_layers(spec: SensorSpec) -> Iterator[SectionLayer]:
+    """Yield the layers of the sensor's section, from the target down to the metal behind the board."""
     above: list[SectionLayer] = []
     for body in above_board(cell_specs(spec)[0]):
         label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"

@@ -357,7 +357,8 @@ def notes(layout: Layout) -> Iterator[str]:
     yield coil_text(layout.coils, layout.spec.coil)
     yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
-        yield f"Holes: {holes_text(layout.copper_layers, layout.vias, layout.spec.fpc.tail_copper, tail_holes(layout))}."
+        layers, tail_layers = layout.copper_layers, layout.spec.fpc.tail_copper
+        yield f"Holes: {holes_text(layers, layout.vias, tail_layers, tail_holes(layout))}."
     if step := step_text(layout):
         yield step
     if layout.stiffener is not None:
@@ -443,7 +444,7 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     for piece in parts_inside(layout.outline, box):
         sheet.draw(view.path(piece), THICK)
     sheet.draw(view.path(rectangle(*box)), CHAIN)
-    _contact_dimensions(sheet, layout, view, box)
+    _contact_dimensions(sheet, layout.outline, layout.pads, layout.spec.fpc, layout.top_openings, view, box)
     for pad in layout.pads:
         # Number and pin in the contact, along its longer side, as large as fits
         text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
@@ -456,12 +457,15 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
             sheet.text(x + 0.35 * size, y, text, size, "middle", 90.0)
 
 
-def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+def _contact_dimensions(
+    sheet: Sheet, outline: Path, pads: tuple[Pad, ...], fpc: FpcSpec, top_openings: tuple[Region, ...], view: View,
+    box: Box,
+) -> None:
     """Draw width, length and pitch of the last contact of the row, and the dimensions of the board's end."""
-    row, pitch = contact_row(layout.pads)
+    row, pitch = contact_row(pads)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
-    _board_end(sheet, layout.outline, layout.pads, layout.spec.fpc, layout.top_openings, view, (left, low, right, high))
+    _board_end(sheet, outline, pads, fpc, top_openings, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
     _contact_dimension(sheet, 0, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")

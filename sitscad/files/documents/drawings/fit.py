@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board
-from sitscad.assembly.places.column import column, levels
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, above_board
+from sitscad.assembly.places.column import Layer, column, levels
 from sitscad.assembly.places.fit import (
     OVERHANG,
     ClosedSection,
@@ -25,6 +25,7 @@ from sitscad.assembly.places.fit import (
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, PartsError, axis, half_width, jaw_range, rim, section
 from sitscad.assembly.places.stack import width_under
 from sitscad.assembly.places.tail_path import tail_path
+from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Finding
 from sitscad.basics.units import decimal
 from sitscad.files.drawing.frame import (
@@ -140,7 +141,8 @@ def _section(
         sheet.draw(circle(centre, view.length(needed / 2)), CIRCLE, name="fit-needed")
         y = view.y(reach) + 4.0
         _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
-    widths = dict.fromkeys(pair for fault in sized for pair in _widths(layout, jaw, fault))
+    board_width, measured = layout.body_size[1], measures(layout)
+    widths = dict.fromkeys(pair for fault in sized for pair in _widths(board_width, measured, jaw, fault))
     under, across = width_under(layout), layout.body_size[1]  # the face that the board lies on
     if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
         widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
@@ -151,7 +153,7 @@ def _section(
         _width(sheet, view, size, low - 5.5 * i, words, colour)
     for fault in sized:
         if fault.rule == "SIT314":
-            _thin_wall(sheet, layout, view, fault, SECTION[0] - 6.0)
+            _thin_wall(sheet, layout.body_size[1], column(layout), view, fault, SECTION[0] - 6.0)
 
 
 def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: str) -> None:
@@ -161,34 +163,36 @@ def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: 
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
 
 
-def _widths(layout: Layout, jaw: Jaw, fault: Finding) -> Iterator[tuple[float, str, float, str]]:
+def _widths(
+    width: float, circles: tuple[Measure, ...], jaw: Jaw, fault: Finding
+) -> Iterator[tuple[float, str, float, str]]:
     """Yield each width that exceeds its limit, and the limit, both in m and as text."""
     measured, limit = _sizes(fault)
     if fault.rule == "SIT309":
         yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
     if fault.rule != "SIT301":
         return
-    over = next((each for each in measures(layout) if each.name == OVERHANG), None)
+    over = next((each for each in circles if each.name == OVERHANG), None)
     part = (fault.key or "").partition(".")[0]
     if over is not None and math.isclose(measured, over.measured):
         face = section(rim(jaw)).face
-        yield layout.body_size[1], f"board {mm(layout.body_size[1])}", face, f"jaw's face {mm(face)}"
+        yield width, f"board {mm(width)}", face, f"jaw's face {mm(face)}"
     else:
         name = part if part in ("elastomer", "target") else "tail" if fault.key == "fpc.tail" else "board"
         room = {jaw.port_diameter: "port", jaw.width: "jaw"}.get(limit, "room")
         yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
 
 
-def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Finding, x: float) -> None:
+def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float) -> None:
     """Draw the thickness of a printed piece that is too thin for its process."""
     measured, limit = _sizes(fault)
-    at = levels(column(layout))
+    at = levels(layers)
     middle = at["opposing-jaw"][1].nominal / 2
     for name in MOUNT_PIECES:
         if name in at and math.isclose(at[name][1].nominal - at[name][0].nominal, measured, abs_tol=1e-9):
             low, high = (view.y(level.nominal - middle) for level in at[name])
             for y in (low, high):
-                sheet.line(x, y, view.x(-0.4 * layout.body_size[1]), y, TOO_MUCH)
+                sheet.line(x, y, view.x(-0.4 * width), y, TOO_MUCH)
             sheet.text(x + 1.0, high + 1.0, f"{name} {mm(measured)}", TEXT, "end", 0.0, RED)
             sheet.text(x + 1.0, low - 3.0, f"{mm(limit)} at least", TEXT, "end")
 
@@ -304,7 +308,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
     for path in _jaw(jaw, jaw.opposing_recess, jaw.opposing_pocket):
         draw(path.rotated(math.pi).shifted(0.0, at["opposing-jaw"][0]), "opposing-jaw")
     if "encapsulation" in at:
-        for path in _film(layout, at):
+        for path in _film(layout.body, layout.body_size[1], above_board(layout.spec), at):
             draw(path, "encapsulation")
     for layer in layers:
         if layer.part in COLOURS and layer.part not in ("jaw", "opposing-jaw", "encapsulation"):
@@ -367,15 +371,17 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
     return closed_polygon([*right, *(Point(-p.x, p.y) for p in reversed(right))])
 
 
-def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
+def _film(
+    body: tuple[float, float, float, float], width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]
+) -> Iterator[Path]:
     """Yield the film (m) on the board and round the pieces on it, to be drawn before these pieces."""
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
-    thick, half, y = upper - lower, layout.body_size[1] / 2, axis(layout.body).y
+    thick, half, y = upper - lower, width / 2, axis(body).y
     yield rectangle(-half, board, half, board + thick)
-    for body in above_board(layout.spec):
-        _, y0, _, y1 = body.footprint.box
-        foot = max(board, at[body.role.value][0] - thick)
-        yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[body.role.value][1] + thick)
+    for piece in pieces:
+        _, y0, _, y1 = piece.footprint.box
+        foot = max(board, at[piece.role.value][0] - thick)
+        yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[piece.role.value][1] + thick)
 
 
 def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:

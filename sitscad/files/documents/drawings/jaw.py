@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.assembly.places.bodies import Body, above_board
-from sitscad.assembly.places.column import column
+from sitscad.assembly.places.column import Layer, column
 from sitscad.assembly.places.fit import closed_section, closing, measures
 from sitscad.assembly.places.jaws import jaw_range, section
 from sitscad.assembly.places.tail_path import bends
@@ -38,6 +38,7 @@ from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.notes import bent_text
+from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw
 
@@ -96,7 +97,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
     rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
     low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, numbered(_notes(layout, jaw, closes)), 2.3)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0,
+                      numbered(_notes(bends(layout), bent_text(layout), column(layout), jaw, closes)), 2.3)
     return sheet
 
 
@@ -160,9 +162,11 @@ def _closed(
     return angle / 2.0, f"closed until the sensor touches at the heel: open by {math.degrees(angle):.2g} deg"
 
 
-def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
+def _notes(
+    tail_bends: tuple[Bend, ...], bend_note: str, layers: tuple[Layer, ...], jaw: Jaw, closes: Closing
+) -> Iterator[str]:
     """Yield the notes on the section and on the source of its dimensions."""
-    glued = [layer for layer in column(layout) if layer.is_glue]
+    glued = [layer for layer in layers if layer.is_glue]
     yield "Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
     if glued:
         thick = mm(glued[0].thickness.nominal)
@@ -175,7 +179,7 @@ def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
         yield f"The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
     else:
         yield "The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
-    if bends(layout):
-        yield bent_text(layout)
+    if tail_bends:
+        yield bend_note
     if jaw.source:
         yield f"The jaw's sizes: {jaw.source}"

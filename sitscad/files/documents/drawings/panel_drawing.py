@@ -174,7 +174,7 @@ def readme(
 
 def _files(panel: Panel) -> Iterator[tuple[str, str]]:
     layout = panel.layout
-    yield from (file.row for file in panel_files(layout))
+    yield from (file.row for file in panel_files(layout.spec.name, layout.spec.fpc, layout.stiffener, layout.spans))
     drill_map = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
     yield drill_map.name, "drill map (Gerber drawing)"
     yield panel_path(layout.spec.name, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"

@@ -68,7 +68,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
                     sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
             y -= height
         if is_plugged:
-            _contact_section(sheet, contact_copper(layout), contact_layers(layout), layout.spec.fpc.tail_copper, y, scale)
+            _contact_section(sheet, contact_copper(layout), contact_layers(layout), layout.spec.fpc.tail_copper, y,
+                             scale)
         stiffener = layout.stiffener
         if stiffener is not None:
             height = stiffener.thickness * scale

@@ -50,5 +50,6 @@ def render_drill_map(layout: Layout) -> dict[str, bytes]:
 
 def render_job(layout: Layout) -> dict[str, bytes]:
     """Return the board's job file by its path in the package."""
-    files = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
+    files = (*gerber_files(layout.spec.name, layout.spec.fpc, layout.stiffener),
+             *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
     return {fabrication_path(layout.spec.name, "job.gbrjob"): job_document(layout, files, layout.size)}

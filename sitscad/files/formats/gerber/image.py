@@ -73,7 +73,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     for file in body_files(layout.spec.name, layout.spec.fpc):
         files[file.path] = document(layout.spec.issue, layout.spec.name, file,
                                     regions((Region(rectangle(*layout.body)),)))
-    for file in tail_coverlay_files(layout):
+    for file in tail_coverlay_files(layout.spec.name, layout.spec.fpc):
         covered = areas_beyond(layout.outline, layout.lap_start)
         files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions(map(Region, covered)))
     outline = profile_file(layout.spec.name)

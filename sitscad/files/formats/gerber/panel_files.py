@@ -64,7 +64,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     name, issue = layout.spec.name, layout.spec.issue
     made: dict[str, bytes] = {}
     coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
-    for file in gerber_files(layout):
+    for file in gerber_files(layout.spec.name, layout.spec.fpc, layout.stiffener):
         if file == profile_file(name):
             continue
         images = [(image_of(files[file.path]), panel.parts)]
@@ -75,7 +75,8 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         made |= _file(name, issue, file, repeated(images))
     made |= _file(name, issue, profile_file(name), profile(rectangle(0.0, 0.0, *panel.size)))
     made |= _file(name, issue, cut_file(name), profile(*panel.cuts, function="CutOut"))
-    job = job_document(layout, panel_files(layout), panel.size)
+    job = job_document(layout, panel_files(layout.spec.name, layout.spec.fpc, layout.stiffener, layout.spans),
+                       panel.size)
     return made | _drills(panel) | {
         panel_path(name, ".json"): _places(panel), panel_path(name, "-job.gbrjob"): job,
     }

@@ -154,7 +154,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
     if body_files(layout.spec.name, layout.spec.fpc):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
-    if tail_coverlay_files(layout):
+    if tail_coverlay_files(layout.spec.name, layout.spec.fpc):
         for i, covered in enumerate(areas_beyond(layout.outline, layout.lap_start)):
             yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay", i), sheet)
     for i, bend in enumerate(bends(layout)):
@@ -186,7 +186,7 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
     body = body_files(layout.spec.name, layout.spec.fpc)
     lines += [(BODY_LAYER, file.title) for file in body]
-    lines += [(TAIL_LAYER, file.title) for file in tail_coverlay_files(layout)]
+    lines += [(TAIL_LAYER, file.title) for file in tail_coverlay_files(layout.spec.name, layout.spec.fpc)]
     for bend in bends(layout):
         kind = "dynamic" if bend.is_dynamic else "static"
         radius = "" if bend.radius is None else f", inside radius at least {length(bend.radius)} mm"
