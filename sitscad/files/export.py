@@ -322,7 +322,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
         for a tolerance that is no positive length.
     """
     bd = require("build123d")
-    found = []
+    solids = []
     for area in areas(layout, tolerance):
         if area.what == COPPER:
             for polygon in getattr(area.polygon, "geoms", (area.polygon,)):
@@ -332,8 +332,8 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
                 )
                 shape = raised(bd.Face(outer, inner), area.lower, area.upper)
                 name = f"{COPPER}-{area.layer}-{area.net}" if area.net else f"{COPPER}-{area.layer}"
-                found.append(Solid(name, shape, "copper", COPPER_COLOUR, BodyRole.BOARD))
-    return tuple(found)
+                solids.append(Solid(name, shape, "copper", COPPER_COLOUR, BodyRole.BOARD))
+    return tuple(solids)
 
 
 @checked_arguments
@@ -356,11 +356,11 @@ def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
         without CadQuery
     """
     cq = require("cadquery")
-    found: dict[str, Any] = {}
+    objects: dict[str, Any] = {}
     for solid in solids:
         shape = cq.Shape.cast(solid.shape.wrapped)
-        found[solid.name] = found[solid.name].add(shape) if solid.name in found else cq.Workplane(obj=shape)
-    return found
+        objects[solid.name] = objects[solid.name].add(shape) if solid.name in objects else cq.Workplane(obj=shape)
+    return objects
 
 
 @checked_arguments
@@ -432,7 +432,7 @@ def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
 
 def _by_name(solids: Iterable[Solid]) -> dict[str, list[Solid]]:
     """Return solids grouped by name, in the order of the names' first occurrence."""
-    found: dict[str, list[Solid]] = {}
+    groups: dict[str, list[Solid]] = {}
     for solid in solids:
-        found.setdefault(solid.name, []).append(solid)
-    return found
+        groups.setdefault(solid.name, []).append(solid)
+    return groups

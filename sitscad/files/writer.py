@@ -84,8 +84,8 @@ class Writer:
         if self.function is not None:
             return self.function(*values)
         module, _, name = self.module.partition(":")
-        made: dict[str, bytes] = getattr(import_module(f"sitscad.{module}"), name or "render")(*values)
-        return made
+        files: dict[str, bytes] = getattr(import_module(f"sitscad.{module}"), name or "render")(*values)
+        return files
 
 
 @record
@@ -104,13 +104,13 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
     """
     import zipfile  # a check writes no archive
 
-    made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as archive:
+    archive_file = io.BytesIO()
+    with zipfile.ZipFile(archive_file, "w", zipfile.ZIP_STORED) as archive:
         for name, content in members.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.create_system, entry.external_attr = 3, 0o644 << 16
             archive.writestr(entry, content)
-    return made.getvalue()
+    return archive_file.getvalue()
 
 
 def json_bytes(document: object) -> bytes:

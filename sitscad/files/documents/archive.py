@@ -63,7 +63,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
         layers, drills, netlist, job file and readme are required.
     """
     functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
-    layers = sum(found is not None and found[1].startswith(b"Copper,") for found in functions)
+    layers = sum(match is not None and match[1].startswith(b"Copper,") for match in functions)
     in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
     namings = [Naming(name, way, layers) for way in names("file naming")]
     if any(stored_zip(_members(files, naming, in_panel, forced)) == content for naming in namings):
@@ -75,17 +75,19 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
                 raise ValueError("a file in it is compressed")
             if sum(entry.file_size for entry in entries) > len(content):
                 raise ValueError("the stated sizes of its files exceed the size of the archive")
-            found = {entry.filename: archive.read(entry) for entry in entries}
-        if len(found) != len(entries):
+            contents = {entry.filename: archive.read(entry) for entry in entries}
+        if len(contents) != len(entries):
             raise ValueError("two files in it have one name")
     except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
         yield f"cannot be read as it is written here: {error}"
         return
-    naming = max(namings, key=lambda one: len(_members(files, one, in_panel, forced).keys() & found.keys()))
-    wanted = _members(files, naming, in_panel, forced)
-    wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
-    needed = wanted if every else _members(_of_every_order(files), naming, in_panel, forced)
-    missing = [f"{each} is missing" for each in sorted(needed.keys() - found.keys())]
+    naming = max(namings,
+                 key=lambda convention: len(_members(files, convention, in_panel, forced).keys() & contents.keys()))
+    expected = _members(files, naming, in_panel, forced)
+    unequal = [each for each in sorted(contents) if contents[each] != expected.get(each)]
+    wrong = [f"{each} is not as the file beside it" for each in unequal]
+    needed = expected if every else _members(_of_every_order(files), naming, in_panel, forced)
+    missing = [f"{each} is missing" for each in sorted(needed.keys() - contents.keys())]
     yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
 
 
@@ -108,11 +110,11 @@ def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: 
 
 def archive_name(named: Naming, path: str, content: bytes) -> str:
     """Return a file's name in the archive, chosen by its X2 file function if it has one, else unchanged."""
-    own = path.rpartition("/")[2]
-    found = _FUNCTION.search(content)
-    if found is None or not path.endswith((".gbr", ".drl")):
-        return own
-    function = found[1].decode("ascii", errors="replace")
+    file_name = path.rpartition("/")[2]
+    match = _FUNCTION.search(content)
+    if match is None or not path.endswith((".gbr", ".drl")):
+        return file_name
+    function = match[1].decode("ascii", errors="replace")
     inner = _COPPER.match(function)
     if inner:
         function = "Copper,L{inner},Inr"
@@ -120,7 +122,7 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
         if ending and function.startswith(pattern.replace("{last}", str(named.layers))):
             stem = f"{named.name}-panel" if "/panel/" in path else named.name
             return stem + ending.replace("{below}", str(int(inner[1]) - 1) if inner else "")
-    return own
+    return file_name
 
 
 @cache
@@ -149,6 +151,6 @@ def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
     return content
 
 
-def _in_place(new: bytes, found: re.Match[bytes]) -> bytes:
+def _in_place(new: bytes, match: re.Match[bytes]) -> bytes:
     """Replace a name; if a column follows, the padding is adjusted so that the column keeps its place."""
-    return new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b"")
+    return new + (b" " * max(2, len(match[0]) - len(new)) if match["gap"] else b"")

@@ -121,8 +121,8 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     frames = [jig_picture(f"jig-{part}") for part in ("elastomer", "target") if getattr(spec, part) is not None]
     if frames and foot_pockets(layout):
         frames.append(jig_picture(BOARD_PRESS))
-    *others, last = frames or [""]
-    pictures = f", {', '.join(others)}{' and ' if others else ''}{last} the jig at each use" if frames else ""
+    *earlier, last = frames or [""]
+    pictures = f", {', '.join(earlier)}{' and ' if earlier else ''}{last} the jig at each use" if frames else ""
     jig = (
         "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
         "they lie on faces that are glued later. "
@@ -134,14 +134,14 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []
     steps = [*_steps(layout, estimates, bench)]
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
-    for said in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
-        parts += [*hanging("", said, WIDTH), ""]
+    for sentence in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
+        parts += [*hanging("", sentence, WIDTH), ""]
     cuts = cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})
     if listed := [*to_make(mount, spec.name, cuts, package, WIDTH)]:
         parts += [*listed, ""]
     for number, step in enumerate(steps, 1):
-        said, *lines = step.split("\n")
-        parts += hanging(f"{number:>2}. ", said, WIDTH)
+        sentence, *lines = step.split("\n")
+        parts += hanging(f"{number:>2}. ", sentence, WIDTH)
         parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
     parts += _checks(spec.assembly, column(layout), measures(layout), unverified_figures(spec))
     return "\n".join(parts).rstrip("\n") + "\n"
@@ -179,8 +179,8 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if not is_cast:
         yield from sealing
     yield from in_place(layout)
-    if said := plugged(layout.pads, layout.spec.fpc.tail):
-        yield said
+    if connection := plugged(layout.pads, layout.spec.fpc.tail):
+        yield connection
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
     yield assembled(bench.coils, _before_reading(spec.mount), unseen)
 
@@ -225,10 +225,10 @@ def _prepared(layout: Layout) -> Iterator[str]:
             f"grooves, by a dial gauge on a flat plate (it counts in the closed pair): {sizes}. Rub a thicker one "
             "down, its lower face on abrasive film on glass."
         )
-    made = ["the mount"] * _has_printed_mount(mount, column(layout))
-    made += ["the jig"] * _has_jig(spec.elastomer, spec.target)
-    if made:
-        yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
+    printed = ["the mount"] * _has_printed_mount(mount, column(layout))
+    printed += ["the jig"] * _has_jig(spec.elastomer, spec.target)
+    if printed:
+        yield f"Make {' and '.join(printed)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring(spec),))
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
@@ -287,13 +287,13 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
             "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
             f"{strips_off(mount.jaw, layout.body_size[1], bool(alignment))}"
         )
-    if said := tail_formed(layout):
-        yield said
+    if bending := tail_formed(layout):
+        yield bending
     # a board on metal or shield alone is not located by a mount
     place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
-    spread = f"Spread {hard_dose(assembly, glue, areas['board'])}.{'' if stiff else why}"
+    spreading = f"Spread {hard_dose(assembly, glue, areas['board'])}.{'' if stiff else why}"
     yield (
-        f"Glue the board on. {place}{pressing(layout, spread)}{'' if stiff else sets} The board's top face beside "
+        f"Glue the board on. {place}{pressing(layout, spreading)}{'' if stiff else sets} The board's top face beside "
         f"the pad is then {height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
@@ -310,18 +310,18 @@ def _checks(
     pair = next(iter(circles), None)
     if pair is None:
         return []
-    words = (
+    text = (
         f"Closed without force, the pair needs a circle of {pair.nominal * 1e3:.3f} mm as drawn, of "
         f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
         "back to back before you order many."
     )
     unseen = {f.what.split()[-1] for f in figures if f.what.startswith("jaw ")}
-    words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
+    text = text.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
     rows = [
         f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in layers
     ]
-    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows,
+    return [*hanging("", text, WIDTH), "", "From the jaw's back to the other jaw's:", *rows,
             listed(assembly)]
 
 
@@ -349,13 +349,13 @@ def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
 def _weights(content: bytes) -> list[str]:
     """Describe the sensor's mass, centre of mass and heaviest parts, read from ``mount/assembly.json``."""
     document = json.loads(content)
-    found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
-    x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
+    balance, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
+    x, y, z = (round(value * 1e3, 2) + 0.0 for value in balance["centre_m"])
     mounts = [each for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
     mounted = f" with its mount ({_grams(_mass(mounts))} of it)" if mounts else ""
     carried = ", without the jaws," if len(pieces) < len(document["pieces"]) else ""
     weighed = (
-        f"The sensor{mounted}{carried} weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
+        f"The sensor{mounted}{carried} weighs {_grams(balance['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
         f"{z:.2f} (mm, axes of mount/assembly.step). Its heaviest parts (films, glue and each piece: "
         "mount/assembly.json):"
     )
@@ -369,12 +369,12 @@ def _weights(content: bytes) -> list[str]:
         material = "films and copper" if name == "board" else ", ".join(materials)
         count = len(group) if name in ("target", "elastomer") and len(group) > 1 else 0
         unseen = "  *" if any(is_unverified(each["density_source"]) for each in group) else ""
-        words = f"{count} {name}s" if count else name
-        lines.append(f"   {words:<18} {material:<22} {_grams(-mass):>10}{unseen}")
+        label = f"{count} {name}s" if count else name
+        lines.append(f"   {label:<18} {material:<22} {_grams(-mass):>10}{unseen}")
     if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
         lines.append("   * by a density that is unverified")
-    if found["not_weighed"]:
-        lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
+    if balance["not_weighed"]:
+        lines.append(f"Not weighed, no density being known: {', '.join(balance['not_weighed'])}.")
     return lines
 
 
@@ -396,7 +396,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
             NONE if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
             _tank_frequency(coil, FREE),
         ))
-    said = (
+    text = (
         "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
         "probes; zero the meter with them shorted. The table has the reading of each instrument between the contacts "
         "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
@@ -404,7 +404,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
         f"{bare_drive(layout.spec.readout.device, estimates.readout, bare_board_code(bench))}"
     )
-    return "\n".join([said, *aligned(rows)])
+    return "\n".join([text, *aligned(rows)])
 
 
 def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
@@ -419,13 +419,13 @@ def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str
     rows += [(coil.name, _tank_frequency(coil, REST), _shown(coil.states[REST].converter_inductance),
               _shown(coil.states[REST].apparent_inductance)) for coil in coils]
     leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
-    said = (
+    text = (
         f"{closes}Measure each coil again at 20 degC, with nothing on it. The table has the reading of each instrument "
         "at rest: the converter with its tank's capacitor, whose frequency firmware/ shows as an inductance; or an LCR "
         "meter that reaches this frequency. Their inductances differ, because each counts the coil's own capacitance "
         f"and losses in its own way. +- is one sigma of manufacture.{leaning}"
     )
-    return "\n".join([said, *aligned(rows)])
+    return "\n".join([text, *aligned(rows)])
 
 
 def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
@@ -451,10 +451,10 @@ def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
 
 def _tank_frequency(coil: CoilEstimate, state: str) -> str:
     """Format the tank's frequency in a state, with its standard deviation."""
-    found = coil.states.get(state)
-    if found is None:
+    estimate = coil.states.get(state)
+    if estimate is None:
         return NONE
-    return _with_sigma(found.frequency, None if found.spread is None else found.spread.frequency, "Hz")
+    return _with_sigma(estimate.frequency, None if estimate.spread is None else estimate.spread.frequency, "Hz")
 
 
 def _shown(inductance: float | None) -> str:

@@ -62,34 +62,35 @@ TOP, LEFT = 192.0, 14.0
 
 def render(
     layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
-    drawn: Curves | None, forced: str, bench: Estimates, cells: CellTable = NO_CELLS,
+    curves: Curves | None, forced: str, bench: Estimates, cells: CellTable = NO_CELLS,
 ) -> dict[str, bytes]:
     """Return the three files; empty without performance or curves.
 
     `bench` are the estimates at 20 degrees Celsius, by which boards are tested. Raises `MissingExtra` without the
     plotting library.
     """
-    if not performance or drawn is None:
+    if not performance or curves is None:
         return {}
-    plots = figures(drawn, performance, cells.name)
+    plots = figures(curves, performance, cells.name)
     try:
-        found = foretell(response)  # the target stays level, as in all figures here
+        calibration = foretell(response)  # the target stays level, as in all figures here
     except NoResponse:
-        found = None
-    reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
+        calibration = None
+    reached = None if calibration is None else MapFigures(calibration.map.end, calibration.crosstalk)
     report = PerformanceReport(performance, layout.spec, reached)
     content = Content(
         layout.spec.name, layout.spec.issue, _about(layout.spec.cell_placements, performance),
         _lines(axis_table(report)), sensor(performance, layout, estimates, cells), cells,
-        [] if found is None else list(found.error_rows),
-        "" if found is None else found.errors_are, _lines(error_table(performance)), _lines(drift_table(performance)),
+        [] if calibration is None else list(calibration.error_rows),
+        "" if calibration is None else calibration.errors_are, _lines(error_table(performance)),
+        _lines(drift_table(performance)),
         contact_rows(layout), acceptance(bench.coils, bench.metered, bench.temperature),
-        tuple(notes(performance, found)), plots, bool(forced),
+        tuple(notes(performance, calibration)), plots, bool(forced),
     )
     assembly = drawing(layout, content.is_forced)
     return {
         "datasheet.html": _page(content, assembly).encode("utf-8"),
-        "datasheet.json": figures_for_programs(report, response, found, cells.document()),
+        "datasheet.json": figures_for_programs(report, response, calibration, cells.document()),
         "datasheet.pdf": pdf(_sheets(content, layout, assembly)),
     }
 
@@ -123,23 +124,23 @@ class Content:
 
 
 def figures_for_programs(
-    report: PerformanceReport, response: ResponseModel | None, found: Calibration | None = None,
+    report: PerformanceReport, response: ResponseModel | None, calibration: Calibration | None = None,
     cells: Mapping[str, Any] | None = None,
 ) -> bytes:
     """Return the content of ``datasheet.json``.
 
-    Predicted calibration errors need `found`, and the response table needs `response`. `cells` is the document of a
-    `CellTable`.
+    Predicted calibration errors need `calibration`, and the response table needs `response`. `cells` is the document of
+    a `CellTable`.
     """
     whole: dict[str, Any] = {"performance": report.documents(),
                              "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}
     if cells:
         whole["cells"] = cells
-    if found is not None:
-        known = found.document()
-        whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
-        whole["unit_to_unit"]["in_words"] = found.error_rows
-        whole["map_crosstalk"] = found.crosstalk
+    if calibration is not None:
+        calibrated = calibration.document()
+        whole["unit_to_unit"] = {key: calibrated[key] for key in ("errors_are", "rotation", "unit_errors")}
+        whole["unit_to_unit"]["in_words"] = calibration.error_rows
+        whole["map_crosstalk"] = calibration.crosstalk
     if response is not None:
         whole["pushed"] = response_table(response).document()
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
@@ -207,10 +208,10 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
     return [first, *[(whole - first) / (count - 1)] * (count - 1)]
 
 
-def _about(placements: tuple[tuple[CoilPlacement, ...], ...], felt: Sequence[Performance]) -> str:
+def _about(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
     """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' by cell."""
     cells, coils = len(placements), counted(len(placements[0]), "coil")
-    axes = " and ".join(NAMES[name] for name in felt[-1].axes)
+    axes = " and ".join(NAMES[name] for name in points[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""
     return (
         f"Soft inductive tactile sensor: {array}{coils} under a metal target on a silicone pad. "
@@ -254,13 +255,13 @@ def _table(rows: Rows) -> str:
     return html_table(head, lines, [k > 0 for k in range(len(head))])
 
 
-def _lines(found: Table) -> Rows:
+def _lines(rows_and_head: Table) -> Rows:
     """Return the head and the rows of a table."""
-    return [tuple(found.head), *map(tuple, found.rows)]
+    return [tuple(rows_and_head.head), *map(tuple, rows_and_head.rows)]
 
 
 def sensor(
-    felt: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
+    points: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
 ) -> Rows:
     """Return the rows on the sensor as a whole: converter, capacitor, target, elastomer and metal behind it."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
@@ -269,7 +270,7 @@ def sensor(
     return [
         ("sensor", ""),
         *_cells(cells),
-        *sensor_rows([point.document() for point in felt]),
+        *sensor_rows([point.document() for point in points]),
         ("converter", _converters(readout.device, len(estimates.coils))),
         *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
@@ -307,14 +308,15 @@ def _cells(cells: CellTable) -> Rows:
         return max(groups, key=lambda group: figure(group.felt[-1])).words
 
     return [
-        ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in groups)}, told cell by cell"),
-        *([("least range and overload", worst(lambda one: -one.overload)),
-           ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution)),
-           ("error by a tilt, largest", worst(lambda one: max(one.tilt_error["normal"].values())))]
+        ("figures are of the cell worst in each",
+         f"of {sum(len(cell_group.numbers) for cell_group in groups)}, told cell by cell"),
+        *([("least range and overload", worst(lambda cell_group: -cell_group.overload)),
+           ("coarsest resolution", worst(lambda cell_group: cell_group.axes["normal"].resolution)),
+           ("error by a tilt, largest", worst(lambda cell_group: max(cell_group.tilt_error["normal"].values())))]
           if len(groups) > 1 else []),
         ("curves, least signal", f"{cells.name} ({', '.join(cells.coils)})"),
         ("what a cell reads of all neighbours", NONE if groups[0].crosstalk is None else
-         f"at most {share_text(max(one.crosstalk or 0.0 for one in groups))}"),
+         f"at most {share_text(max(cell_group.crosstalk or 0.0 for cell_group in groups))}"),
     ]
 
 
@@ -373,9 +375,9 @@ def _between(low: float, high: float, unit: str) -> str:
     return f"{float(f'{low * scale:.4g}'):.7g} to {last}"
 
 
-def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
+def notes(points: Sequence[Performance], calibration: Calibration | None = None) -> Iterator[str]:
     """Yield the notes on the use of the figures."""
-    full = felt[-1]
+    full = points[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
     counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]
     yield (f"Errors together: root of the squares, taken as independent, of {'; '.join(counted_causes)}. Not counted: "
@@ -383,15 +385,15 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     yield TARES
     yield TARED_AFTER_A_GRASP
     if full.ambiguous is not None:
-        one, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
+        first, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
                       for load in full.ambiguous)
         moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
-        yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {one}; and {other}. No map tells them "
-               "apart.")
-    said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
-            *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
+        yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {first}; and {other}. No map tells "
+               "them apart.")
+    remarks = [*full.notes, *(calibration.sensors.range.notes if calibration is not None else ()),
+            *(f"the map in calibration/ is {note}" for note in (calibration.notes if calibration is not None else ())
               if note.startswith("made for"))]
-    yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
+    yield from (note[0].upper() + note[1:] for note in dict.fromkeys(remarks))
 
 
 def _size(plate: Target | ElastomerPad) -> str:

@@ -32,28 +32,28 @@ class Plot:
     draw: Draw
 
 
-def figures(found: Curves, felt: Sequence[Performance], cell: str = "") -> list[Plot]:
+def figures(curves: Curves, points: Sequence[Performance], cell: str = "") -> list[Plot]:
     """Return all plots of a sensor, `WIDE` ones first; `cell` names the cell that the curves belong to, if any."""
-    far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears
+    beyond = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > curves.held for curve in curves.shears
                               if curve.axis in SHEARS) else ""
-    side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in found.shears))
+    side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in curves.shears))
     of = f"{cell.capitalize()}, which has the least signal. " if cell else ""
-    lone = len(found.coils) == 1
+    lone = len(curves.coils) == 1
     what = "The coil over the normal force; band:" if lone else (
         f"Each coil over the normal force, and over {side} under half of it; bands:")
     plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
                   "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
-                  partial(_coils, found, cell and f"{cell}, "))]
+                  partial(_coils, curves, cell and f"{cell}, "))]
     if not lone:
         plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
-                          f"{side} under no, half and full normal force." + far, WIDE, partial(_combined, found)))
-    if found.ranges:
+                          f"{side} under no, half and full normal force." + beyond, WIDE, partial(_combined, curves)))
+    if curves.ranges:
         plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
                           f"equal {side} (orange); where lines of one colour cross, no map tells the loads apart."
-                          + (f" {BEYOND_LINES}" if far else ""), NARROW, partial(_range, found)))
+                          + (f" {BEYOND_LINES}" if beyond else ""), NARROW, partial(_range, curves)))
     worst = ", by each cause that of the cell which is worst in it" if cell else ""
     plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
-                      "says what differs from unit to unit.", NARROW, partial(_errors, felt[-1])))
+                      "says what differs from unit to unit.", NARROW, partial(_errors, points[-1])))
     return plots
 
 
@@ -63,21 +63,21 @@ BEYOND_LINES = "Dashed: the pad's law is extrapolated there, the shear beyond ha
 EXTRAPOLATED = "extrapolated"
 
 
-def _shade(axes: Any, curve: Curve, held: float) -> None:
+def _shade(axes: Any, curve: Curve, limit: float) -> None:
     """Mark the shear beyond which the pad's law is extrapolated, with a single entry in the legend."""
     most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
-    if curve.axis not in SHEARS or most <= held:
+    if curve.axis not in SHEARS or most <= limit:
         return
-    for low, high in ((-most, -held), (held, most)):
+    for low, high in ((-most, -limit), (limit, most)):
         axes.axvspan(low, high, color="#8a939b", alpha=0.22, linewidth=0.0, label=label, zorder=0.5)
         label = "_nolegend_"
 
 
-def difference(found: Curves, axis: str) -> tuple[str, Array]:
+def difference(curves: Curves, axis: str) -> tuple[str, Array]:
     """Return the combination of coils that measures a shear or a moment, as text and as weights (coils)."""
-    along = found.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
-    weights = np.where(np.abs(along) < 1e-9, 0.0, -along / np.maximum(np.abs(along), 1e-12))
-    low, high = ([name for name, w in zip(found.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
+    places = curves.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
+    weights = np.where(np.abs(places) < 1e-9, 0.0, -places / np.maximum(np.abs(places), 1e-12))
+    low, high = ([name for name, w in zip(curves.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
     weights = np.where(weights > 0.0, weights / max(len(low), 1), weights / max(len(high), 1))
     return f"{_mean(low)} - {_mean(high)}", weights
 
@@ -87,8 +87,8 @@ def _mean(names: Sequence[str]) -> str:
     return joined if len(names) == 1 else f"({joined})/{len(names)}"
 
 
-def _total(found: Curves) -> str:
-    return " + ".join(f"L{name.removeprefix('C')}" for name in found.coils)
+def _total(curves: Curves) -> str:
+    return " + ".join(f"L{name.removeprefix('C')}" for name in curves.coils)
 
 
 def _rounded(values: Array) -> Array:
@@ -96,35 +96,35 @@ def _rounded(values: Array) -> Array:
     return np.asarray(np.round(values / scale, DIGITS) * scale)
 
 
-def _coils(found: Curves, of: str, figure: Any) -> None:
+def _coils(curves: Curves, of: str, figure: Any) -> None:
     """Draw each coil over normal force, and over shear under half this force; `of` begins the title."""
-    shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
-    names = "each coil" if len(found.coils) > 1 else _total(found)
+    shown = [curves.normal, *(curve for k, curve in enumerate(curves.shears) if k % 3 == 1)]  # half the normal force
+    names = "each coil" if len(curves.coils) > 1 else _total(curves)
     for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-        for k, name in enumerate(found.coils):
+        for k, name in enumerate(curves.coils):
             dashes = "--" if k % 2 else "-"  # coils with equal readings (by symmetry) stay visible
             _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
-        _shade(axes, curve, found.held)
+        _shade(axes, curve, curves.held)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
         axes.set(xlabel=_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
-        if len(found.coils) > 1:
+        if len(curves.coils) > 1:
             axes.legend()
 
 
-def _combined(found: Curves, figure: Any) -> None:
+def _combined(curves: Curves, figure: Any) -> None:
     """Draw the sum of the coils over normal force, and their differences over shear."""
-    kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
-    first, *others = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
-    total, spread = found.normal.inductance.sum(axis=1), np.hypot.reduce(found.normal.sigma, axis=1)
-    _line(first, found.normal, NANO * total, NANO * spread, "")
-    first.set(xlabel="normal (N)", ylabel="nH", title=_total(found))
-    for axes, kind in zip(others, kinds, strict=True):
-        words, weights = difference(found, kind)
-        for one in (curve for curve in found.shears if curve.axis == kind):
-            sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
-            _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
-        _shade(axes, one, found.held)
-        axes.set(xlabel=_label(kind), ylabel="nH", title=words)
+    kinds = list(dict.fromkeys(curve.axis for curve in curves.shears))
+    first, *panels = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
+    total, sigma_total = curves.normal.inductance.sum(axis=1), np.hypot.reduce(curves.normal.sigma, axis=1)
+    _line(first, curves.normal, NANO * total, NANO * sigma_total, "")
+    first.set(xlabel="normal (N)", ylabel="nH", title=_total(curves))
+    for axes, kind in zip(panels, kinds, strict=True):
+        title, weights = difference(curves, kind)
+        for plotted in (curve for curve in curves.shears if curve.axis == kind):
+            sigma = np.sqrt((plotted.sigma * weights) ** 2 @ np.ones(len(weights)))
+            _line(axes, plotted, NANO * plotted.inductance @ weights, NANO * sigma, f"{plotted.normal:.3g} N normal")
+        _shade(axes, plotted, curves.held)
+        axes.set(xlabel=_label(kind), ylabel="nH", title=title)
         axes.legend()
 
 
@@ -139,31 +139,31 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
     axes.fill_between(forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 
 
-def _range(found: Curves, figure: Any) -> None:
+def _range(curves: Curves, figure: Any) -> None:
     """Draw the working range: the sum of the coils over their differences."""
-    panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
-    for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
-        words, weights = difference(found, kind)
+    panels = figure.subplots(1, len(curves.ranges), squeeze=False)[0]
+    for axes, (kind, normal, shear, inductance) in zip(panels, curves.ranges, strict=True):
+        label, weights = difference(curves, kind)
         apart = _rounded(NANO * inductance @ weights)
         total = _rounded(NANO * inductance.sum(axis=2))
         for k, force in enumerate(normal):
             width = 0.9 if k in (0, len(normal) - 1) else 0.45
-            for part, dashes in _parted(shear, found.held if kind in SHEARS else np.inf):
+            for part, dashes in _parted(shear, curves.held if kind in SHEARS else np.inf):
                 line = (np.interp(part, shear, values[k]) for values in (apart, total))
                 axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
             if k in (0, len(normal) - 1):
                 axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
         for k in range(len(shear)):
             axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
-                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= found.held else "--")
+                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= curves.held else "--")
         axes.margins(x=0.2)  # room for the words at the ends of the lines
-        axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
+        axes.set(xlabel=f"{label} (nH)", ylabel=f"{_total(curves)} (nH)", title=f"normal and {NAMES[kind]}")
 
 
-def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
-    """Yield the shear forces (N) of a line in parts, with line styles: solid within `held`, dashed beyond."""
-    ends = np.clip([-held, held], shear[0], shear[-1])
-    yield np.array([ends[0], *shear[np.abs(shear) < held], ends[1]]), "-"
+def _parted(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
+    """Yield the shear forces (N) of a line in parts, with line styles: solid within `limit`, dashed beyond."""
+    ends = np.clip([-limit, limit], shear[0], shear[-1])
+    yield np.array([ends[0], *shear[np.abs(shear) < limit], ends[1]]), "-"
     for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):
         if low < high:
             yield np.array([low, *shear[(shear > low) & (shear < high)], high]), "--"
@@ -175,9 +175,9 @@ def _errors(full: Performance, figure: Any) -> None:
     causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
     for k, name in enumerate(names):
         axis = full.axes[name]
-        shares = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
+        percentages = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
         at = np.arange(len(causes)) + (k - 0.5 * (len(names) - 1)) * 0.8 / len(names)
-        axes.barh(at, shares, 0.8 / len(names), left=LEAST, label=NAMES[name])
+        axes.barh(at, percentages, 0.8 / len(names), left=LEAST, label=NAMES[name])
     axes.set_axisbelow(True)
     axes.set_yticks(np.arange(len(causes)), causes)
     axes.set(xscale="log", xlim=(LEAST, 1000.0), xlabel="of full scale (%)")

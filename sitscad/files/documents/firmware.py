@@ -32,14 +32,14 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     """
     converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
-        found = devices(spec.readout, estimates.coils, estimates.readout)
+        converters = devices(spec.readout, estimates.coils, estimates.readout)
         text = None if conversion is None else conversion.firmware_text(spec.readout.clock)
         if conversion is None or text is None:
             raise ValueError(f"sitscad has no firmware for {converter.part}")
         files = {
-            config_path(converter, "h"): header(spec, estimates, found, text, bool(forced)),
-            config_path(converter, "json"): table(spec, estimates, found, text, bool(forced)),
-            **driver_files(spec, estimates, found, bool(forced)),
+            config_path(converter, "h"): header(spec, estimates, converters, text, bool(forced)),
+            config_path(converter, "json"): table(spec, estimates, converters, text, bool(forced)),
+            **driver_files(spec, estimates, converters, bool(forced)),
         }
     except ValueError as error:
         files = refusal(spec.name, spec.readout.device, str(error))
@@ -64,7 +64,7 @@ TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_
 
 
 def table(
-    spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
+    spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
     """Return the JSON text: keys with SI units as suffixes, registers as numbers in the order of writing."""
     converter, readout = spec.readout.device, estimates.readout
@@ -94,7 +94,7 @@ def table(
                     for each in device.registers
                 ],
             }
-            for device in found
+            for device in converters
         ],
     }
     return json.dumps(value, indent=2) + "\n"
@@ -130,7 +130,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
 
 
 def header(
-    spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
+    spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
     """Return the C header (C99 and C++), with one constant table of register writes per converter."""
     readout, converter = estimates.readout, spec.readout.device
@@ -152,7 +152,7 @@ def header(
         "",
         f"#define {macro}_MANUFACTURER_ID 0x{converter.register_map.MANUFACTURER:04X}u",
         f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
-        f"#define {macro}_CONVERTERS {len(found)}u",
+        f"#define {macro}_CONVERTERS {len(converters)}u",
         *_formula_macros(spec.readout.device.part, spec.readout.clock, readout, text),
         *_result_macros(converter, readout, text),
         "",
@@ -161,7 +161,7 @@ def header(
         "    uint16_t value;",
         f"}} {name}_register_t;",
     ]
-    for number, device in enumerate(found):
+    for number, device in enumerate(converters):
         lines += _device(converter, number, device)
     lines += _coils(converter, estimates.coils)
     lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
@@ -242,18 +242,18 @@ def _formula_macros(part: str, clock_frequency: float, readout: ReadoutEstimate,
 
 def _result_macros(converter: Converter, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
     """Return macros for the results' addresses, mask and flags."""
-    registers, macro, words = converter.register_map, converter.part, converter.result_words
-    upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
+    registers, macro, word_names = converter.register_map, converter.part, converter.result_words
+    upper = f"DATA_{word_names[0]}" if len(word_names) > 1 else "DATA"
     how = f"DATA = register & {macro}_{upper}_MASK"
-    if len(words) > 1:
-        first, second = words
+    if len(word_names) > 1:
+        first, second = word_names
         how = f"read {first} before {second}; DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}"
     cited = converter.source_of("cite_results"), converter.source_of("cite_errors")
-    said = registers.said_of_results(converter.bits, words, *cited)
-    lines = f"/* Results: {how}, {converter.bits} bits, {said} */".replace("\n", "\n * ").splitlines()
+    description = registers.said_of_results(converter.bits, word_names, *cited)
+    lines = f"/* Results: {how}, {converter.bits} bits, {description} */".replace("\n", "\n * ").splitlines()
     for channel in range(converter.channels):
-        for word, address in zip(words, converter.data_addresses(channel), strict=True):
-            ending = f"_{word}" if len(words) > 1 else ""
+        for word, address in zip(word_names, converter.data_addresses(channel), strict=True):
+            ending = f"_{word}" if len(word_names) > 1 else ""
             lines.append(f"#define {macro}_DATA{channel}{ending} 0x{address:02X}u")
     return [
         "",
@@ -313,14 +313,14 @@ def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], state
 
 def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
     """Return macros for the expected inductance at rest and pressed, and its change per newton with one sigma."""
-    found = []
+    macros = []
     for index, coil in enumerate(coils):
         rest, pressed = (coil.states[name].converter_inductance if name in coil.states else None
                          for name in (REST, PRESSED))
         change, sigma = coil.converter_sensitivity(force) or (None, None)
         values = {"L_REST_H": rest, "L_PRESSED_H": pressed, "L_PER_NEWTON_H": change, "L_PER_NEWTON_SIGMA_H": sigma}
-        found += [(index, name, value) for name, value in values.items() if value is not None]
-    if not found:
+        macros += [(index, name, value) for name, value in values.items() if value is not None]
+    if not macros:
         return []
     macro = converter.part
     return [
@@ -330,7 +330,7 @@ def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: fl
         f" * pressed by {macro}_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
         " * (H/N), a secant and no curve, with one sigma of manufacture. Estimates: calibrate every sensor. */",
         *([f"#define {macro}_FORCE_PRESSED_N {force:.9e}"] if force else []),
-        *(f"#define {macro}_COIL{index}_{name} {value:.9e}" for index, name, value in found),
+        *(f"#define {macro}_COIL{index}_{name} {value:.9e}" for index, name, value in macros),
     ]
 
 
@@ -371,9 +371,10 @@ def _device(converter: Converter, number: int, device: Device) -> list[str]:
         f"#define {macro}_CHANNELS {len(device.coils)}u",
         f"static const {name}_register_t {name}_{number}_config[] = {{",
     ]
-    for one in device.registers:
+    for register in device.registers:
         lines.append(
-            f"    {{0x{one.address:02X}u, 0x{one.value:04X}u}}, /* {one.name}: {comment_text(one.meaning)} */"
+            f"    {{0x{register.address:02X}u, 0x{register.value:04X}u}}, "
+            f"/* {register.name}: {comment_text(register.meaning)} */"
         )
     return [*lines, "};"]
 

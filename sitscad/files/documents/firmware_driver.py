@@ -48,17 +48,17 @@ def driver_files(
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
         return {}
-    found = bands(estimates.coils, usual("coil_inductance"))
+    coil_bands = bands(estimates.coils, usual("coil_inductance"))
     folder = FOLDER / "firmware"
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-    files["firmware/sensor_config.h"] = _config(spec, estimates, devices, found, conversion, forced)
+    files["firmware/sensor_config.h"] = _config(spec, estimates, devices, coil_bands, conversion, forced)
     if spec.cells is not None:
-        files["firmware/cells.h"] = _cells_header(len(found) // spec.cells.coils)
-    tables = _python_config(spec.name, spec.readout.device, devices, found, conversion, forced)
+        files["firmware/cells.h"] = _cells_header(len(coil_bands) // spec.cells.coils)
+    tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, forced)
     files["firmware/micropython/sensor_config.py"] = tables
     return files
 
@@ -69,22 +69,22 @@ def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
-def unlike(found: Sequence[CoilBands]) -> float:
+def unlike(coil_bands: Sequence[CoilBands]) -> float:
     """Return the least frequency difference (Hz) at which the self-test detects two exchanged coils."""
-    widest = sorted(band.own_sigma for band in found)[-2:]
+    widest = sorted(band.own_sigma for band in coil_bands)[-2:]
     return 5.0 * math.hypot(*widest)
 
 
 def _config(
-    spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], found: Sequence[CoilBands],
+    spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], coil_bands: Sequence[CoilBands],
     conversion: Conversion, forced: bool,
 ) -> str:
     """Return ``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
-    places = spec.readout.device.places(len(found))
+    places = spec.readout.device.places(len(coil_bands))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
     serial = serial_settings(spec.array.placements, spec.cells, readout.scan_rate or 0.0)
-    waited = _self_test_time(len(found), readout.scan_rate)
+    waited = _self_test_time(len(coil_bands), readout.scan_rate)
     register = REGISTER_BITS / conversion.device.limit("serial_clock_max")
     full_scale = conversion.hertz_per_count * 2.0**conversion.count_bits
     rows = [
@@ -104,8 +104,8 @@ def _config(
         "",
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
-        f"#define SENSOR_COILS {len(found)}",
-        *_cell_macros(spec.cells, len(found)),
+        f"#define SENSOR_COILS {len(coil_bands)}",
+        *_cell_macros(spec.cells, len(coil_bands)),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -114,7 +114,7 @@ def _config(
         f"#define SENSOR_BAUD {serial.baud} /* bits per second of the serial port */",
         f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils for each line of text */",
         f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* milliseconds from SD low to the first answer */",
-        f"#define SENSOR_UNLIKE {round(unlike(found) * scale)}u /* designs so far apart are told apart */",
+        f"#define SENSOR_UNLIKE {round(unlike(coil_bands) * scale)}u /* designs so far apart are told apart */",
         "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
         "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
         "",
@@ -123,7 +123,8 @@ def _config(
         "",
         "/* Name, converter, channel; lowest and highest counts in any state and under any load; by what a result may",
         " * leap unconfirmed; counts of the design, lowest and highest of manufacture: bare, assembled. */",
-        *_macro("SENSOR_COIL_TABLE", [_coil(at, one, conversion) for at, one in zip(places, found, strict=True)]),
+        *_macro("SENSOR_COIL_TABLE",
+                [_coil(at, band, conversion) for at, band in zip(places, coil_bands, strict=True)]),
         "",
         "/* For simulated converters: converter, channel, tank as drawn, assembled (Hz, ohm); its noise. */",
         f"#define SENSOR_CHANNELS {spec.readout.device.channels}u",
@@ -160,11 +161,11 @@ def _cells_header(cells: int) -> str:
         "",
     ]
     for k in numbers:
-        own = f"cell-{k}/calibration.h"
+        path = f"cell-{k}/calibration.h"
         lines += [
-            "#if !defined(__has_include)", f'#include "{own}"',
-            f'#elif __has_include("{own}")', f'#include "{own}"',
-            f'#elif __has_include("../calibration/{own}")', f'#include "../calibration/{own}"',
+            "#if !defined(__has_include)", f'#include "{path}"',
+            f'#elif __has_include("{path}")', f'#include "{path}"',
+            f'#elif __has_include("../calibration/{path}")', f'#include "../calibration/{path}"',
             "#endif",
         ]
     lines += [
@@ -204,15 +205,15 @@ def _cells_header(cells: int) -> str:
     return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])
 
 
-def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
-    _, low, high = _counts(found.working, conversion)
-    leap = math.ceil(LEAP * conversion.noise(found.assembled.design) * (1.0 / conversion.hertz_per_count))
+def _coil(place: Channel, frequencies: CoilBands, conversion: Conversion) -> str:
+    _, low, high = _counts(frequencies.working, conversion)
+    leap = math.ceil(LEAP * conversion.noise(frequencies.assembled.design) * (1.0 / conversion.hertz_per_count))
     states = ", ".join(
         "{" + ", ".join(f"{value}u" for value in _counts(band, conversion)) + "}"
-        for band in (found.bare, found.assembled)
+        for band in (frequencies.bare, frequencies.assembled)
     )
     where = f"{place.converter}u, {place.number}u"
-    return f'{{"{_plain(found.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
+    return f'{{"{_plain(frequencies.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
 
 
 def _tank(place: Channel, coil: CoilEstimate) -> str:
@@ -222,7 +223,7 @@ def _tank(place: Channel, coil: CoilEstimate) -> str:
 
 
 def _python_config(
-    name: str, converter: Converter, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion,
+    name: str, converter: Converter, devices: Sequence[Device], coil_bands: Sequence[CoilBands], conversion: Conversion,
     forced: bool,
 ) -> str:
     """Return ``sensor_config.py``: the tables for MicroPython."""
@@ -242,9 +243,9 @@ def _python_config(
         "# name, converter, channel, lowest and highest counts in any state and under any load",
         "COILS = (",
     ]
-    for place, one in zip(converter.places(len(found)), found, strict=True):
-        _, low, high = _counts(one.working, conversion)
-        lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
+    for place, band in zip(converter.places(len(coil_bands)), coil_bands, strict=True):
+        _, low, high = _counts(band.working, conversion)
+        lines.append(f'    ("{_plain(band.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     lines += [")", f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
     return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
 
@@ -312,15 +313,15 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
-        found = bands(estimates.coils, usual("coil_inductance"))
+        coil_bands = bands(estimates.coils, usual("coil_inductance"))
     except ValueError:
         return {}
-    own = "; a calibration.h beside it takes precedence over ../calibration/'s"
+    calibration = "; a calibration.h beside it takes precedence over ../calibration/'s"
     if spec.cells is not None:
-        own = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
+        calibration = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
     steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench)
-    first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, found)
+    first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
     for number, step in enumerate(first_steps, 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
@@ -330,12 +331,13 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
                                    estimates.coils, estimates.readout.capacitance),
-        "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, found, estimates.temperature, bench.metered),
+        "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, coil_bands, estimates.temperature,
+                                                   bench.metered),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
             f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
-        "", "FILES", "", *(f"  {name:<22}{said.format(calibration=own)}" for name, said in FILES),
+        "", "FILES", "", *(f"  {name:<22}{purpose.format(calibration=calibration)}" for name, purpose in FILES),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
@@ -348,20 +350,20 @@ def _wiring(
     device = readout.device
     number = device.needed(len(coils))
     yield f"{number} {device.part} ({device.package})."
-    for name, said in PINS:
-        yield from hanging(f"  {name:<10}", said + ".", WIDTH)
+    for name, text in PINS:
+        yield from hanging(f"  {name:<10}", text + ".", WIDTH)
     places = [at for at in device.places(len(coils)) if at.number == 0]
     for at in places:
         level = f"to {device.address_net(at.address)}"
         bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
         yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
     if places[-1].bus:
-        said = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
+        text = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
                 f"examples take them as /dev/i2c-{BUSES[0]},/dev/i2c-{BUSES[1]} (Linux), Wire and Wire1 (Arduino).")
-        yield from hanging(" " * 12, said, WIDTH)
+        yield from hanging(" " * 12, text, WIDTH)
     clock = f"{show(readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
-    said = f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz."
-    yield from hanging(f"  {'CLKIN':<10}", said, WIDTH)
+    text = f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz."
+    yield from hanging(f"  {'CLKIN':<10}", text, WIDTH)
     capacitor = f"{show(capacitance, 'F')}, C0G"
     place = "across the two lines, beside the converter"
     if readout.chip is not None or readout.capacitor_at == "coil":
@@ -369,43 +371,43 @@ def _wiring(
     yield from hanging(f"  {'capacitor':<10}", f"{capacitor}, one a coil, {place}.", WIDTH)
     is_reversed = socket_pad(pads, tail, 1) > 1
     yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
-    for one in connections:
-        where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
-        pad = f"pad {socket_pad(pads, tail, one.number):<3} " if is_reversed else ""
-        yield f"    {one.number:>3}  {pad}{one.pin:<8} {where}"
+    for contact in connections:
+        where = f"{contact.converter_pin} of converter {contact.converter}" if contact.net != "-" else "nothing"
+        pad = f"pad {socket_pad(pads, tail, contact.number):<3} " if is_reversed else ""
+        yield f"    {contact.number:>3}  {pad}{contact.pin:<8} {where}"
     if is_reversed:
-        said = (
+        text = (
             "J1 has its contacts below, and the tail lies in it with its contacts down: they count the other way "
             "round. In a socket with contacts on top, or with a tail that is turned over on its way, they count alike. "
             "Plug a tail into a loose socket and look, before a board is ordered."
         )
-        yield from hanging("", said, WIDTH)
-    said = (
+        yield from hanging("", text, WIDTH)
+    text = (
         "With TI's evaluation board LDC1614EVM: take its own coils off, wire each pair of "
         "contacts to its INxA and INxB where the coil was, take its capacitors off or choose them as above, and set "
         "the board's 40 MHz oscillator as the clock: its user's guide says how (not verified here)."
     )
-    yield from hanging("", said, WIDTH)
+    yield from hanging("", text, WIDTH)
 
 
 def _readings(
-    converter: Converter, found: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...]
+    converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...]
 ) -> Iterator[str]:
     """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.
 
     The readings of an LCR meter on the bare board follow if `bench` has them.
     """
-    said = (
+    text = (
         f"Frequency at the converter at {temperature:g} degC, with the limits of the self-test ({SIGMAS:g} sigma of "
         "manufacture: it reports no board that is sound). Reject a bare board with a coil more than "
         f"{ACCEPTED_SIGMAS:g} sigma off: the data sheet has these limits."
     )
-    yield from hanging("", said, WIDTH)
-    for one in found:
-        for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
+    yield from hanging("", text, WIDTH)
+    for coil_band in coil_bands:
+        for name, band in (("bare board", coil_band.bare), ("assembled", coil_band.assembled)):
             ends = f"{FREQUENCY.shown(band.low)} to {FREQUENCY.shown(band.high)}"
-            yield f"  {one.coil:<6}{name:<12}{FREQUENCY.shown(band.design):<12} {ends}"
-    yield from hanging("", _too_fast(converter, found), WIDTH)
+            yield f"  {coil_band.coil:<6}{name:<12}{FREQUENCY.shown(band.design):<12} {ends}"
+    yield from hanging("", _too_fast(converter, coil_bands), WIDTH)
     if metered:
         meter = f"An LCR meter at {show(metered[0].frequency, 'Hz')}"
         within = f"within {ACCEPTED_SIGMAS:g} sigma of manufacture (reject others)"
@@ -419,15 +421,15 @@ def _readings(
             )
 
 
-def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
+def _too_fast(device: Converter, coil_bands: tuple[CoilBands, ...]) -> str:
     """Warn of sound boards that are too fast for the converter; empty if no band exceeds its limit."""
     most = device.limit("sensor_frequency_max")
-    each = [(one.coil, name, band) for one in found
-            for name, band in (("the bare board", one.bare), ("assembled and at rest", one.assembled))]
-    shares = {(coil, name): band.share_above(most) for coil, name, band in each if band.high > most}
-    if not shares:
+    each = [(coil_band.coil, name, band) for coil_band in coil_bands
+            for name, band in (("the bare board", coil_band.bare), ("assembled and at rest", coil_band.assembled))]
+    fractions = {(coil, name): band.share_above(most) for coil, name, band in each if band.high > most}
+    if not fractions:
         return ""
-    (coil, name), share = max(shares.items(), key=lambda found: found[1])
+    (coil, name), share = max(fractions.items(), key=lambda coil_bands: coil_bands[1])
     return (
         f"Above {show(most, 'Hz')} a tank is too fast for the {device.part}: boards at the upper end of a band are "
         f"sound, and the converter's results of them are not. Of coil {coil}, {name}, these are "
@@ -468,15 +470,15 @@ BUSES = (1, 3)
 
 def _steps(
     cells: CellsSpec | None, name: str, converter: Converter, has_map: bool, readout: ReadoutEstimate,
-    bare_code: int | None, found: tuple[CoilBands, ...],
+    bare_code: int | None, coil_bands: tuple[CoilBands, ...],
 ) -> Iterator[str]:
     rate = f"{readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
-    second = converter.places(len(found))[-1].bus
+    second = converter.places(len(coil_bands))[-1].bus
     yield (
         "Switch on with a limit of 50 mA, and look for the addresses: "
-        f"{_i2c_addresses(converter, len(found))}. "
+        f"{_i2c_addresses(converter, len(coil_bands))}. "
         "Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
@@ -501,18 +503,18 @@ def _steps(
         "warning while the board is bare, and a fault of drive or losses when it is assembled."
         f"{bare_drive(converter, readout, bare_code, '')}"
     )
-    if len(found) > 1:
-        gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
-        if gap >= unlike(found):
+    if len(coil_bands) > 1:
+        gap = max(a.assembled.design for a in coil_bands) - min(a.assembled.design for a in coil_bands)
+        if gap >= unlike(coil_bands):
             yield f"The self-test tells exchanged coils where designs differ enough; to be sure, {COIN} near each."
         else:
             yield (
-                f"{COIN.capitalize()} near {found[0].coil} alone, then near the others: the frequency of the coil "
+                f"{COIN.capitalize()} near {coil_bands[0].coil} alone, then near the others: the frequency of the coil "
                 "below it has to rise most. These coils are too much alike for the self-test to see that two are "
                 "exchanged."
             )
     else:
-        yield f"{COIN.capitalize()} near {found[0].coil}: its frequency has to rise, and to come back."
+        yield f"{COIN.capitalize()} near {coil_bands[0].coil}: its frequency has to rise, and to come back."
     yield (
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"

@@ -223,12 +223,12 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     """Describe the gluing of the elastomer or the target in the jig, and the resulting height."""
     assembly, count = spec.assembly, len(glued_pieces(spec, part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
-    said = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
+    dose_text = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
     on_foot = part == "target" and spec.elastomer is not None
-    placed = f"drop the {part} into the well and lower the loaded press on it at once, from the other hand"
+    placing = f"drop the {part} into the well and lower the loaded press on it at once, from the other hand"
     if on_foot:
-        placed = "lower the loaded press with the target into the well, without pushing"
-    held = (
+        placing = "lower the loaded press with the target into the well, without pushing"
+    holding = (
         f"Hold the target on the foot of jig-{part}-press, a burr towards the foot, its edges flush, by a trace of "
         "petroleum jelly in the middle. " if on_foot else ""
     )
@@ -239,10 +239,10 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     wiped = f" {JELLY_OFF}" if on_foot else ""
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
-        f"{held}{verb} {said}, on {under} in the well"
-        f"{'' if count == 1 else ' of a cell'}{webs}; {placed}. Nothing stops the press: its weight brings the glue to "
-        f"its line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From "
-        f"the board's top face to its upper face are {toleranced(height)} then."
+        f"{holding}{verb} {dose_text}, on {under} in the well"
+        f"{'' if count == 1 else ' of a cell'}{webs}; {placing}. Nothing stops the press: its weight brings the glue "
+        f"to its line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} "
+        f"From the board's top face to its upper face are {toleranced(height)} then."
     )
 
 
@@ -261,11 +261,11 @@ def line_areas(layout: Layout) -> dict[str, float]:
     for name, (low, high) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
         faces[name] = half_width(layout, low), half_width(layout, high)
     faces["board"] = half, half
-    found, below = {}, section(jaw).face / 2
+    areas, below = {}, section(jaw).face / 2
     for name, (lower, upper) in faces.items():
-        found[name] = area * min(1.0, min(below, lower) / half)
+        areas[name] = area * min(1.0, min(below, lower) / half)
         below = upper
-    return found
+    return areas
 
 
 def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
@@ -275,13 +275,13 @@ def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
 
 def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive | None) -> str:
     """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue."""
-    own, used, (plan, area) = assembly.adhesive, hard, board
-    if own is None or used is None or used == own:
+    adhesive, used, (plan, area) = assembly.adhesive, hard, board
+    if adhesive is None or used is None or used == adhesive:
         return ""
-    takes = lying_time(own, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
+    takes = lying_time(adhesive, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
     return (
-        f" Not {own.product}: it flows for about {duration(own.open_time or 0.0)} between two faces, and takes "
-        f"{duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
+        f" Not {adhesive.product}: it flows for about {duration(adhesive.open_time or 0.0)} between two faces, and "
+        f"takes {duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
         f"{duration(used.open_time or 0.0)} (times unverified)."
     )
 
@@ -290,35 +290,35 @@ def board_glued(layout: Layout) -> str:
     """Describe the glue under the board: dose, reason for the choice of glue, and pressing, in whole sentences."""
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
-    said = hard_dose(layout.spec.assembly, glue, board_plan(layout)[1])
+    dose_text = hard_dose(layout.spec.assembly, glue, board_plan(layout)[1])
     why = why_other(layout.spec.assembly, board_plan(layout), glue)
-    return pressing(layout, f"{verb} {said}, under the board's whole body.{why}") + setting(glue)
+    return pressing(layout, f"{verb} {dose_text}, under the board's whole body.{why}") + setting(glue)
 
 
-def pressing(layout: Layout, spread: str) -> str:
-    """Describe the pressing of the board on its mount; `spread` is the sentence on spreading the glue.
+def pressing(layout: Layout, spreading: str) -> str:
+    """Describe the pressing of the board on its mount; `spreading` is the sentence on spreading the glue.
 
     The board is never pressed by a finger on the pads.
     """
     spec, mass = layout.spec, board_press(layout)
     part = "target" if spec.target is not None else "elastomer"
     if spec.target is None and spec.elastomer is None:
-        return f"{spread} Press the board down with a flat stick until the glue has set."
+        return f"{spreading} Press the board down with a flat stick until the glue has set."
     pockets, is_one = foot_pockets(layout), len(plates(spec, part)) == 1
     foam = f"soft open-cell foam (polyurethane), {in_mm(FOAM)} mm thick"
     parts = part if is_one else f"{part}s"
     if not pockets:
         return (
-            f"Clamp what the board goes on, its face level. {spread} Lay {foam}, over the whole board and a flat stiff "
-            f"plate (glass) on it, {grams(mass)} with a weight on its middle, until the glue has set. Never press the "
-            f"{parts} at one edge."
+            f"Clamp what the board goes on, its face level. {spreading} Lay {foam}, over the whole board and a flat "
+            f"stiff plate (glass) on it, {grams(mass)} with a weight on its middle, until the glue has set. Never "
+            f"press the {parts} at one edge."
         )
     each = "the pocket" if len(pockets) == 1 else "each pocket"
     return (
         f"Keep this order. (1) Clamp what the board goes on, its face level. (2) Stick {foam} and as large as the "
         f"{part}, under the roof of {each} of jig-board-press, by double-sided tape. It is pressed by about "
         f"{100.0 * FOAM_STRAIN:.0f} %, and keeps the board down under the {parts}, however high "
-        f"{'it has' if is_one else 'each has'} come out (unverified). {loaded('board', mass)}. (3) {spread} (4) Lay "
+        f"{'it has' if is_one else 'each has'} come out (unverified). {loaded('board', mass)}. (3) {spreading} (4) Lay "
         f"the board on. Put the press round the {parts}: its feet stand on the board's rim, {in_mm(FOOT_INSET)} mm "
         f"inside the board's edges, inside any recess and film, and at least {in_mm(FOOT_ROOM[0])} mm beside them. It "
         f"stands by itself until the glue has set. Never press the {parts} at one edge."
@@ -369,16 +369,16 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
     """
     ledges, stop = side_ledges(layout), stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
     half, x0 = layout.body_size[1] / 2, layout.body[0]
-    found = {}
+    sizes = {}
     for name, (_, top) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False):
-        found[name] = x0, 2.0 * min(half, room_across(layout, top))
-    if "mount" in found and (stop is not None or ledges is not None):  # both reach up to the board's top face
+        sizes[name] = x0, 2.0 * min(half, room_across(layout, top))
+    if "mount" in sizes and (stop is not None or ledges is not None):  # both reach up to the board's top face
         wide = 2.0 * min(half if ledges is None else ledges[1], room_across(layout, 0.0))
-        found["mount"] = (x0 if stop is None else stop[0]), wide
+        sizes["mount"] = (x0 if stop is None else stop[0]), wide
     sheet = stack.shield(layout)
     if sheet is not None:
-        found["shield"] = x0, 2.0 * half_width(layout, sheet.heights[0])
-    return found
+        sizes["shield"] = x0, 2.0 * half_width(layout, sheet.heights[0])
+    return sizes
 
 
 def squared(
@@ -404,14 +404,15 @@ def squared(
     widths = ", ".join(f"the {part} {1e3 * width:.3f}" for part, width in wide.items())
     gaps = ", ".join(f"{1e3 * (film + gap):.3f} mm beside the {part}" for part, gap in narrower.items())
     places = ", ".join(f"{part} {in_mm(end, 2)}" for part, end in ends.items())
-    own = "half of what the jaw is wider" if not film else "the film and half of what the jaw is wider (less, if not)"
+    width_rule = "half of what the jaw is wider"
+    width_rule = width_rule if not film else f"the film and {width_rule} (less, if not)"
     sides = "" if section(jaw).side > 0.0 else " The jaw's sides are round: the strips touch the edges of its face."
     return (
         f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
         f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: "
         f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(assembly)}. "
-        f"Measure your own widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a "
-        "block clamped across "
+        f"Measure your own widths: the gap is {width_rule}. From the jaw's tip to each piece's own end there (caliper; "
+        "a block clamped across "
         f"to push it against) are, in mm: {places}, to {near(assembly)}. A piece that is glued on "
         "askew gives a false force."
     )
@@ -433,24 +434,24 @@ def stiff_pieces(layers: tuple[Layer, ...]) -> list[str]:
 
 def film_rooms(layout: Layout) -> set[float]:
     """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing; empty without a mount."""
-    spec, found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
+    spec, gaps_found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
     if spec.mount is None:
-        return found
+        return gaps_found
     pieces = [*elastomers(spec), *targets(spec)]
     if pieces or spec.mount.kind in ("bench-plate", "grasper-pad"):
-        found.add(round(clearance(spec.mount), 9))
+        gaps_found.add(round(clearance(spec.mount), 9))
     if any(not piece.footprint.is_round for piece in pieces):
-        found.add(round(process_clearance(spec.mount), 9))
+        gaps_found.add(round(process_clearance(spec.mount), 9))
     if spec.jaw is None:
-        return found
+        return gaps_found
     sizes = piece_sizes(layout)
     if squared(layout.body, spec.mount, spec.assembly, sizes, spec.jaw, stiff):
         if spec.jaw.pocket is not None:
             rooms = _pocket_gaps(layout.body, sizes, spec.jaw, stiff)
-            found |= {round(gap, 5) for gaps in rooms.values() for gap in gaps}
+            gaps_found |= {round(gap, 5) for gaps in rooms.values() for gap in gaps}
         elif film := _squaring_film((section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
-            found.add(round(film, 9))
-    return found
+            gaps_found.add(round(film, 9))
+    return gaps_found
 
 
 def strips_off(jaw: Jaw | None, width: float, has_strips: bool) -> str:
@@ -470,8 +471,8 @@ def _pocket_gaps(
     A mount that would leave less room is cut back to the pocket's clearance.
     """
     assert jaw.pocket is not None
-    along, across = jaw.pocket
-    start = sum(jaw_range(body, jaw)) / 2 - along / 2
+    length, across = jaw.pocket
+    start = sum(jaw_range(body, jaw)) / 2 - length / 2
     return {part: (max(sizes[part][0] - start, POCKET_CLEARANCE), max((across - sizes[part][1]) / 2, POCKET_CLEARANCE))
             for part in stiff}
 
@@ -481,12 +482,12 @@ def _in_pocket(
     stiff: Sequence[str],
 ) -> str:
     """Describe the places of mount and shield in the jaw's pocket, with the thickness of films at end and sides."""
-    found = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
+    gap_texts = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
              for part, gaps in _pocket_gaps(body, sizes, jaw, stiff).items()]
     return (
         f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
         f"both sides, put it in its place to {near(assembly)}; thickness at the end and at the sides, "
-        f"in mm: {', '.join(found)}."
+        f"in mm: {', '.join(gap_texts)}."
     )
 
 
@@ -495,11 +496,11 @@ def against_stop(layout: Layout) -> str:
     room, mount = clearance(layout.spec.mount), layout.spec.mount
     jaw = layout.spec.jaw
     assert mount is not None and jaw is not None
-    away = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
-    end = f"its end {away} mm from the jaw's tip, to {near(layout.spec.assembly)}"
+    distance = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
+    end = f"its end {distance} mm from the jaw's tip, to {near(layout.spec.assembly)}"
     over = layout.body_size[1] / 2 - half_width(layout, seat_spans(layout.spec)[-1][1])
-    alike = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
-    beside = f"; its sides {alike}, the same on both (microscope)"
+    sides = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
+    beside = f"; its sides {sides}, the same on both (microscope)"
     if side_ledges(layout) is not None:
         beside = "; the same film beside it on both sides keeps it in the middle between the ledges"
     if stop_place(layout.body, layout.spec.jaw, layout.spec.mount) is None:
@@ -604,16 +605,16 @@ def on_own(
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
     if part is None:
         return f" It takes a flat face of {size}, with nothing beside it where the tail leaves, coils up."
-    datum, ways = part.datum, f"the file's axis {part.along}"
+    datum, axis = part.datum, f"the file's axis {part.along}"
     at = f"the coordinate system {datum}"
     if isinstance(datum, str):
-        ways = "its x axis"
+        axis = "its x axis"
     else:
         at = f"the point {', '.join(in_mm(value, 3) for value in datum)} (mm, axes of the file)"
     up = "its z axis" if isinstance(datum, str) else f"the file's axis {part.up}"
     tail = ", where the tail leaves" if fpc_tail is not None else ""
     return (
-        f" The middle of its body ({size}, the first along {ways}{tail}) comes over {at} of {part.file}, on the face "
+        f" The middle of its body ({size}, the first along {axis}{tail}) comes over {at} of {part.file}, on the face "
         f"there, the coils on the side of {up}. Draw this outline on the face first: its place is kept to "
         f"{near(assembly)}, its lower face lies a glue line above the face."
     )

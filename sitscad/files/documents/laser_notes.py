@@ -33,8 +33,8 @@ SILICONE = "silicone"
 
 def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
     """Return the text, with a warning first if `forced`. Raises ValueError if a sheet cannot be laid out."""
-    found = sheets(layout)
-    return {"laser/readme.txt": text(layout.spec, found, bool(forced)).encode("utf-8")} if found else {}
+    cut_sheets = sheets(layout)
+    return {"laser/readme.txt": text(layout.spec, cut_sheets, bool(forced)).encode("utf-8")} if cut_sheets else {}
 
 
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
@@ -87,22 +87,22 @@ SHIELD = (
 
 def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
     """Describe the kerf of each sheet's drawing, and the compensation that the shop sets."""
-    kerfs, said = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
+    kerfs, sentences = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
     for part, kerf in kerfs.items():
         width = in_mm(COUPON_SIZE)
         if kerf:
-            said.append(
+            sentences.append(
                 f"The {part} is drawn for a kerf of {in_mm(kerf)} mm, half of it outside the part and inside holes: "
                 "set no tool compensation. Cut the coupon first: it is right if it is "
                 f"{width} mm wide; else write {part}.kerf = {in_mm(kerf)} + {width} - measured width (mm) and build "
                 "anew."
             )
         else:
-            said.append(
+            sentences.append(
                 f"The {part} is drawn at nominal size, for the kerf is not known: set your tool's compensation. Or cut "
                 f"the coupon without one, write {part}.kerf = {width} - measured width (mm), and build anew."
             )
-    return " ".join(said)
+    return " ".join(sentences)
 
 
 def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, sheet: LaserSheet) -> Iterator[str]:
@@ -118,8 +118,9 @@ def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, she
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     # Least feature (m) that lasers for this material leave; None if unknown
     material = _kind(sheet)
-    found = [parse_quantity(row["least"], "length") for row in _table() if row["material"] == material and row["least"]]
-    least = max(found) if found else None
+    rows_of_material = [row for row in _table() if row["material"] == material]
+    features = [parse_quantity(row["least"], "length") for row in rows_of_material if row["least"]]
+    least = max(features) if features else None
     if least is not None:
         # parts and webs are drawn wider by a kerf, so copies are closer by a kerf
         beside = [gap - sheet.kerf] if nest.count > 1 else []
@@ -133,12 +134,12 @@ def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, she
 
 
 def _lasers(material: str) -> Iterator[str]:
-    known = [row for row in _table() if row["material"] == material]
-    yield f"Lasers for {material}" + ("" if known else ": nothing is known; ask the shop")
-    for row in known:
-        words = "cuts" if row["cuts"] == "yes" else "does NOT cut"
+    lasers = [row for row in _table() if row["material"] == material]
+    yield f"Lasers for {material}" + ("" if lasers else ": nothing is known; ask the shop")
+    for row in lasers:
+        verdict = "cuts" if row["cuts"] == "yes" else "does NOT cut"
         doubt = "" if row["status"] == "verified" else " (unverified)"
-        yield from hanging("   ", f"{row['laser']} {words}: {row['source']}{doubt}", WIDTH)
+        yield from hanging("   ", f"{row['laser']} {verdict}: {row['source']}{doubt}", WIDTH)
 
 
 def _kind(sheet: LaserSheet) -> str:

@@ -84,12 +84,12 @@ def doses(layout: Layout) -> tuple[float, ...]:
 
 def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mount | None) -> Iterator[str]:
     """Yield the step that cuts a dovetail groove or pin holes into the jaw; empty without such a joint."""
-    found = retention(body, mount)
-    if found is not None and mount is not None and mount.jaw is not None:
+    joint = retention(body, mount)
+    if joint is not None and mount is not None and mount.jaw is not None:
         room, tip, beside = joint_clearance(glue_line, mount), jaw_range(body, mount.jaw)[0], mount.jaw.width / 2
         end = body[2] + room
-        if found.kind == "dovetail":
-            bottom, top, depth = tongue_across(found, room)
+        if joint.kind == "dovetail":
+            bottom, top, depth = tongue_across(joint, room)
             yield (
                 f"Mill the dovetail's groove into the jaw's face, open at the tip: {2e3 * bottom:.2f} mm wide at its "
                 f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, on the jaw's middle "
@@ -99,7 +99,7 @@ def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mo
         else:
             at = " and ".join(f"{1e3 * (x - tip):.2f}" for x, _ in pin_places(body, mount))
             yield (
-                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, their centres {at} "
+                f"Drill two holes of {1e3 * (joint.diameter + 2.0 * room):.2f} mm through the jaw, their centres {at} "
                 f"mm behind its tip, on its middle ({1e3 * beside:.2f} mm from either side): the STEP file of the jaw "
                 "has them."
             )
@@ -110,8 +110,8 @@ def fastened(layout: Layout) -> Iterator[str]:
     mount = layout.spec.mount
     if mount is None:
         return
-    if said := tail_formed(layout):
-        yield said
+    if bending := tail_formed(layout):
+        yield bending
     slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
     recess = in_recess(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
     seat = _seated(mount, layout.spec.shield is not None, on_seat(layout))
@@ -119,13 +119,13 @@ def fastened(layout: Layout) -> Iterator[str]:
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        own = on_own(layout.body, layout.spec.assembly, layout.spec.fpc.tail, mount.step)
-        own += _own_height(layout.spec.coil, layout.spec.mount)
-        yield f"Put the board on your own mount and glue it down.{own} {board_glued(layout)}"
+        placing = on_own(layout.body, layout.spec.assembly, layout.spec.fpc.tail, mount.step)
+        placing += _own_height(layout.spec.coil, layout.spec.mount)
+        yield f"Put the board on your own mount and glue it down.{placing} {board_glued(layout)}"
     elif mount.holes is not None:
         yield glued
-    if said := tail_bent(layout):
-        yield said
+    if bending := tail_bent(layout):
+        yield bending
 
 
 def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
@@ -231,8 +231,8 @@ def screw_length(thread: str, grip: float) -> int | None:
     """Return the length (mm) of a metric screw through plastic (m); None for inch threads or beyond the table."""
     if not thread.startswith("M"):
         return None
-    own = 1e-3 * float(thread.removeprefix("M"))
-    return next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
+    diameter = 1e-3 * float(thread.removeprefix("M"))
+    return next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * diameter), None)
 
 
 def screws(thread: str, grip: float) -> str:
@@ -248,8 +248,8 @@ def screws(thread: str, grip: float) -> str:
     if length is None:
         least = grip + ENGAGED * 1e-3 * float(thread.removeprefix("M"))
         return f"{lies}: {thread} screws of {in_mm(least, 1)} mm and longer."
-    left = 1e-3 * length - grip
-    return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
+    engagement = 1e-3 * length - grip
+    return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(engagement, 1)} mm into the part below."
 
 
 def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
@@ -348,20 +348,22 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     """
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
-    own = (*carried(layout, solids), *under_bend(layout, solids))
-    held = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
-            *measured_jaw(layout), *own)
+    carried_measures = (*carried(layout, solids), *under_bend(layout, solids))
+    measures = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
+            *measured_jaw(layout), *carried_measures)
     if proof is None:
-        return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
-    files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
+        return _as_file({"measured": [_measured(each) for each in measures]}) if measures else {}
+    files = _as_file(document(replace(proof, measured=(*proof.measured, *measures))))
     # A collision of the tail with the hinge's pin, with jaws closed or open
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
-    drawn = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
-    return files | ({"mount/fit-solids.svg": clash_svg(layout.spec.name, drawn).encode("utf-8")} if drawn else {})
+    collisions = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
+    if collisions:
+        files["mount/fit-solids.svg"] = clash_svg(layout.spec.name, collisions).encode("utf-8")
+    return files
 
 
-def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
-    return {"mount/fit.json": json_bytes(said)}
+def _as_file(content: dict[str, Any]) -> dict[str, bytes]:
+    return {"mount/fit.json": json_bytes(content)}
 
 
 def unread_files(mount: Mount | None, source: SpecSource) -> str:
@@ -382,16 +384,17 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
     if not (normal or shear):
         return ()
-    ways = {"": (0.0, 0.0)}
+    directions = {"": (0.0, 0.0)}
     if shear:
-        ways = {"along x": (shear, 0.0), "along -x": (-shear, 0.0), "along y": (0.0, shear), "along -y": (0.0, -shear)}
-    rows = np.array([[normal, *way] for way in ways.values()])
+        directions = {"along x": (shear, 0.0), "along -x": (-shear, 0.0), "along y": (0.0, shear),
+                      "along -y": (0.0, -shear)}
+    rows = np.array([[normal, *way] for way in directions.values()])
     try:
         poses, _ = pushed(spec, rows)
     except NoResponse:
         return ()
     press = f"{show(normal, 'N')} of press"
-    names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in ways]
+    names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in directions]
     return tuple(
         PadLoad(name, Pose(*(float(value) for value in pose)), bulge(elastomer(spec), -float(pose[2])))
         for name, pose in zip(names, poses, strict=True)
@@ -408,8 +411,8 @@ def bulge(pad: Body | None, press: float) -> float:
     """
     if pad is None or press <= 0.0:
         return 0.0
-    outline, left = pad.outline(), max(0.05 * pad.thickness, pad.thickness - press)
-    return PARABOLA * pad.footprint.area * press / (outline.length * left)
+    outline, remaining = pad.outline(), max(0.05 * pad.thickness, pad.thickness - press)
+    return PARABOLA * pad.footprint.area * press / (outline.length * remaining)
 
 
 def document(proof: Proof) -> dict[str, Any]:
@@ -476,10 +479,10 @@ def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
     return {"mount/assembly.json": json_bytes(document)}
 
 
-def _balance(found: Balance) -> dict[str, Any]:
+def _balance(total: Balance) -> dict[str, Any]:
     return {
-        "mass_kg": _rounded(found.mass, 12), "centre_m": [_rounded(value) for value in found.centre],
-        "not_weighed": list(found.unknown),
+        "mass_kg": _rounded(total.mass, 12), "centre_m": [_rounded(value) for value in total.centre],
+        "not_weighed": list(total.unknown),
     }
 
 
@@ -509,14 +512,14 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
     for frame, press in zip(frames[::2], frames[1::2], strict=True):
         pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
         shown_with = (base, *shown, frame, *pieces, press)
-        words = pushed_ways(layout, frame.name.removeprefix("jig-"))
-        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without the port's circle
+        captions = pushed_ways(layout, frame.name.removeprefix("jig-"))
+        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, captions)  # without the port's circle
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
     if jig[-1].name == BOARD_PRESS:
         below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
-        words = press_words(board_press(layout))
-        picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, words)
+        captions = press_words(board_press(layout))
+        picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, captions)
         files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")
     return files
 

@@ -101,23 +101,23 @@ def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> 
             f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
             f"{_panel_name(name, '-readme.txt')}."
         )
-    words = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
-    return notes.headed("Fingerprint", [*words, "", fingerprint(files, images), shell_line(images)])
+    lines = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
+    return notes.headed("Fingerprint", [*lines, "", fingerprint(files, images), shell_line(images)])
 
 
 def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     fpc = layout.spec.fpc
-    along, across = layout.size
+    length, across = layout.size
     copper = fpc.stackup.copper
     yield from layout.spec.issue.rows
     yield "Type", f"{board_kind(fpc.stackup)} circuit, {counted(len(copper), 'copper layer')}"
-    yield "Size", f"{show(along, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
+    yield "Size", f"{show(length, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
     yield "Delivery", _delivery(layout.spec.fpc.rules, layout.spec.name, is_too_small(layout), panel)
-    bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
-    yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
+    condition = "" if is_rigid(fpc.stackup) else ", without stiffener"
+    yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{condition}"
     yield "Tolerances", (
         f"outline {notes.outline_text(fpc.rules)}, layers in register within {show(fpc.rules.registration, 'm')}, "
         f"{cover_name(fpc.stackup)} within {show(fpc.rules.coverlay_registration, 'm')} of the copper, "
@@ -172,7 +172,7 @@ def _delivery(rules: DesignRules, name: str, is_small: bool, panel: Panel | None
     width, height = (show(side, "m") for side in panel.size)
     many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(name, '-drawing.pdf')}"
     sides = zip(sorted(panel.size), sorted(rules.panel_size), strict=True)
-    is_larger = any(own > usual + 1e-9 for own, usual in sides)  # larger than the rules' panel size
+    is_larger = any(actual > usual + 1e-9 for actual, usual in sides)  # larger than the rules' panel size
     larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
     return f"in panels of {width} x {height}, {many}{larger}"
 
@@ -224,7 +224,7 @@ def _contacts(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
-    wanted = connector.insertion_thickness
+    nominal = connector.insertion_thickness
     allowed, where = connector.insertion_thickness_tolerance, notes.thickness_text(layout, Where.CONTACT)
     closer, usual = "", layout.spec.fpc.rules.outline_tolerance
     if end_tolerance(layout.spec.fpc) < usual - 1e-9:
@@ -239,7 +239,7 @@ def _contacts(layout: Layout) -> str:
         f"{plug_text(layout.pads, layout.spec.fpc)}{closer}; thickness at the contacts {where}; this total governs, "
         f"and the stiffener is chosen for it: {total}"
     )
-    if abs(thickness.nominal - wanted) > allowed + 1e-9:
+    if abs(thickness.nominal - nominal) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
     unseen = [field.replace("_", " ") for field, _, _ in unverified_rows("connector", connector.name)]
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
@@ -258,10 +258,10 @@ def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
              "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
              "outline_tolerance": "outline", "registration": "register",
              "coverlay_registration": "coverlay's register"}
-    words = [
+    doubts = [
         f"{word} {show(getattr(rules, field), 'm')}" for field, word in named.items() if is_unverified(rules, field)
     ]
-    unseen = f"; not verified, tell us if yours are larger: {', '.join(words)}" if words else ""
+    unseen = f"; not verified, tell us if yours are larger: {', '.join(doubts)}" if doubts else ""
     return (
         f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
         f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{beyond}{unseen}"
@@ -271,8 +271,8 @@ def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
 def _layers(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator[tuple[str, str]]:
     stackup = fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(copper_layers, fpc.stackup.layers), strict=True):
-        words = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
-        yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
+        layer_text = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
+        yield show(layer.thickness, "m"), f"{name}, {layer_text}" if layer.material != name else layer_text
     yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(stackup).items())
     if vias and stackup.plating_thickness and not fpc.rules.one_process:
         yield "Plating", f"{notes.plating_text(stackup)}. The copper above is finished, foil and plating together"
@@ -296,11 +296,11 @@ def _layers(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator
             )
     if any(has_coverlay(stackup)):
         masks = {layer.material == MASK for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
-        words = "solder mask" if masks == {True} else "film and adhesive together"
+        layer_text = "solder mask" if masks == {True} else "film and adhesive together"
         if len(masks) > 1:
-            words = "film (with its adhesive) on one side, solder mask on the other"
+            layer_text = "film (with its adhesive) on one side, solder mask on the other"
         closed = "a file without openings means that this side is covered completely"
-        yield cover_name(stackup).capitalize(), f"{words}; {closed}"
+        yield cover_name(stackup).capitalize(), f"{layer_text}; {closed}"
 
 
 def _care(copper_layers: int, stackup: Stackup) -> Iterator[tuple[str, str]]:

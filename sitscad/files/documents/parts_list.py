@@ -86,12 +86,12 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
-    found = (*_circuit(layout),
+    parts = (*_circuit(layout),
              *_converter(layout.capacitors, len(layout.coils), layout.spec.name, layout.spec.readout,
                          estimates.readout),
              *_soft_parts(layout), *_carriers(layout))
     return tuple(
-        replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in found
+        replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in parts
     )
 
 
@@ -117,7 +117,7 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
 
 def _circuit(layout: Layout) -> Iterator[Item]:
     fpc = layout.spec.fpc
-    along, across = layout.size
+    length, across = layout.size
     note = "order from fpc/"
     if layout.spec.issue.rows:
         note += f"; {layout.spec.issue.words}"
@@ -128,7 +128,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     yield Item(
         f"{board_kind(fpc.stackup)} printed circuit", 1, layout.spec.name,
         f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
-        f"{in_mm(along)} x {in_mm(across)} x {in_mm(fpc.stackup.thickness)} mm", note,
+        f"{in_mm(length)} x {in_mm(across)} x {in_mm(fpc.stackup.thickness)} mm", note,
     )
     if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
         yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
@@ -207,9 +207,9 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
         mixed = pour(spec)
         if mixed is not None and spec.mount is not None:
-            taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
+            volume = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
-            note += f"; or cast, {mixed.pads} at a time{times} in mount/{spec.name}-mould-tray, which takes {taken}"
+            note += f"; or cast, {mixed.pads} at a time{times} in mount/{spec.name}-mould-tray, which takes {volume}"
             note += ", sealed first (mount/assembly.txt)" if cures_badly(spec.mount) else ""
         shape, joined = pad.shape, joined_part(spec)
         if joined is not None:
@@ -230,8 +230,8 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         film = spec.encapsulation
         x, y = layout.body_size
         size = f"over {in_mm(x)} x {in_mm(y)} mm, {in_mm(film.thickness)} mm thick"
-        words = "cast or coated over board, elastomer and target"
-        yield Item("encapsulation", 1, "film", film.material.name, size, words)
+        purpose = "cast or coated over board, elastomer and target"
+        yield Item("encapsulation", 1, "film", film.material.name, size, purpose)
 
 
 def _place(plate: Target | ElastomerPad) -> str:
@@ -259,14 +259,14 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
         size = f"face {in_mm(section(jaw).face, 3)} x {in_mm(jaw.length)} mm, height {in_mm(jaw.height)} mm"
-        words = "the instrument that the sensor is glued into; not made here"
-        yield Item("jaw", 1, jaw.name, jaw.material.name, size, words)
+        purpose = "the instrument that the sensor is glued into; not made here"
+        yield Item("jaw", 1, jaw.name, jaw.material.name, size, purpose)
     if (metal := spec.mount.metal_behind) is not None:
-        words = f"{in_mm(metal.distance)} mm behind the circuit's bottom face, glue not counted; not made here"
-        yield Item("metal behind", 1, "", metal.material.name, f"{in_mm(metal.thickness)} mm thick", words)
+        purpose = f"{in_mm(metal.distance)} mm behind the circuit's bottom face, glue not counted; not made here"
+        yield Item("metal behind", 1, "", metal.material.name, f"{in_mm(metal.thickness)} mm thick", purpose)
     if spec.target is not None or spec.elastomer is not None:
-        words = "print from mount/: aligns the pieces while the glue sets; reusable"
-        yield Item("jig", 1, "jig-*", "printed", "", words)
+        purpose = "print from mount/: aligns the pieces while the glue sets; reusable"
+        yield Item("jig", 1, "jig-*", "printed", "", purpose)
         parts = [part for part in ("elastomer", "target") if getattr(spec, part) is not None]
         yield from _weights(layout, parts)
         if len(parts) == 2:
@@ -283,8 +283,8 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
     rooms = [f"{in_mm(room, 3)} mm" for room in sorted(film_rooms(layout))]
     if rooms:
-        words = "strips that no glue holds, between pieces and what places them (mount/assembly.txt)"
-        yield Item("film", len(rooms), "polyethylene or PTFE film", "", ", ".join(rooms), words)
+        purpose = "strips that no glue holds, between pieces and what places them (mount/assembly.txt)"
+        yield Item("film", len(rooms), "polyethylene or PTFE film", "", ", ".join(rooms), purpose)
     if volumes := doses(layout):
         ends = " to ".join(dict.fromkeys(f"{float(f'{1e9 * volume:.1e}'):g}" for volume in (volumes[0], volumes[-1])))
         yield Item("dispenser", 1, "micropipette, or syringe with a needle", "", f"{ends} microlitres",
@@ -321,13 +321,13 @@ def _glue(layout: Layout) -> Iterator[Item]:
     size = f"lines of {in_mm(spec.assembly.glue_line)} +-{in_mm(spec.assembly.glue_tolerance)} mm"
     soft = [line for line in lines if line.part.removeprefix(GLUE) in SOFT_LINES]
     hard = hard_adhesive(layout) if spec.mount is not None else adhesive
-    own = lines if hard == adhesive else soft
-    count = f"{len(own)} lines: {', '.join(line.part for line in own)}" if lines else (
+    glue_lines = lines if hard == adhesive else soft
+    count = f"{len(glue_lines)} lines: {', '.join(line.part for line in glue_lines)}" if lines else (
         "between all pieces" if hard == adhesive else "under elastomer and target")
     yield Item("adhesive", 1, adhesive.product, adhesive.name, size, count)
     if hard is not None and hard != adhesive:
-        words = f"between hard faces: the board and what is below it; {adhesive.product} sets before these lie flat"
-        yield Item("board adhesive", 1, hard.product, hard.name, size, words)
+        note = f"between hard faces: the board and what is below it; {adhesive.product} sets before these lie flat"
+        yield Item("board adhesive", 1, hard.product, hard.name, size, note)
     if adhesive.primer and spec.elastomer is not None:
         yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 
@@ -357,8 +357,8 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     corner, below = "M2", adapter_needed(layout)
     if below:
         yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
-        words = f"heads sunk in the adapter ({pattern.name})"
-        yield Item("screw", len(below), _screw(pattern.thread, FLOOR, below[0].diameter), "", "", words)
+        note = f"heads sunk in the adapter ({pattern.name})"
+        yield Item("screw", len(below), _screw(pattern.thread, FLOOR, below[0].diameter), "", "", note)
         length, is_cut = nut_screw(adapter_depth(layout) - plate_floor(layout)[1])
         cut = "; cut to length (mount/assembly.txt)" if is_cut else ""
         yield Item("screw and nut", 4, f"{corner} x {length}", "", "", f"plate on adapter; nuts let in from below{cut}")
@@ -393,8 +393,8 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
     value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
     lines: list[Sequence[object]] = [PLACEMENT_HEADER]
     for each in layout.capacitors:
-        one, other = (pad.centre for pad in each.pads)
-        dx, dy = other.x - one.x, other.y - one.y
+        first, other = (pad.centre for pad in each.pads)
+        dx, dy = other.x - first.x, other.y - first.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
         lines.append([each.reference, value, each.package, *at, turned, "top"])

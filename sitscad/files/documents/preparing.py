@@ -57,20 +57,20 @@ TOOLS = (
 def tools(steps: str) -> str:
     """List all tools that the steps name, in a whole sentence."""
     page = re.sub(r"\s+", " ", steps).lower()
-    return f"Tools: {', '.join(tool for words, tool in TOOLS if re.search(words, page))}."
+    return f"Tools: {', '.join(tool for pattern, tool in TOOLS if re.search(pattern, page))}."
 
 
 def waits(layout: Layout) -> str:
     """List the longest waits: for a cast pad, for glue, for the film; empty if there are none."""
-    spec, found = layout.spec, list[str]()
+    spec, texts = layout.spec, list[str]()
     if spec.elastomer is not None:
         times, cure = pours(spec), _cure(spec.elastomer.material.name)
-        found.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
+        texts.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
     glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, hard_adhesive(layout)) if glue}
-    found += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
+    texts += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
     if spec.encapsulation is not None:
-        found.append(f"the film {_cure(spec.encapsulation.material.name)}")
-    return f"Longest waits: {'; '.join(found)}." if found else ""
+        texts.append(f"the film {_cure(spec.encapsulation.material.name)}")
+    return f"Longest waits: {'; '.join(texts)}." if texts else ""
 
 
 def pours(spec: SensorSpec) -> int:
@@ -81,10 +81,10 @@ def pours(spec: SensorSpec) -> int:
 
 def _cure(material: str) -> str:
     """Describe a silicone's cure time."""
-    known = presets.casting(material)
-    if known is None or not known.cure_time:
+    casting = presets.casting(material)
+    if casting is None or not casting.cure_time:
         return f"as its maker's sheet says ({material})"
-    return f"{duration(known.cure_time)} ({material})"
+    return f"{duration(casting.cure_time)} ({material})"
 
 
 MADE = {
@@ -128,7 +128,7 @@ def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: 
         ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
     for each in pieces:
         piece, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
-        use = next((words for pattern, words in USES if re.fullmatch(pattern, piece)), "")
+        use = next((purpose for pattern, purpose in USES if re.fullmatch(pattern, piece)), "")
         yield f"  {piece:<20} {size:<19} {use.format(piece.split('-')[1] if '-' in piece else '')}"
     if is_own:
         part = mount.step.file if mount is not None and mount.step is not None else "your own part"
@@ -139,11 +139,11 @@ def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: 
 
 def cut_text(sheets: Mapping[str, ElastomerPad | Target | Shield | None]) -> str:
     """Describe the parts cut from sheets and their cutting, to follow the text on the board; empty if none."""
-    ways: dict[str, list[str]] = {}
+    parts_by_cutting: dict[str, list[str]] = {}
     for part, sheet in sheets.items():
         if sheet is not None:
-            ways.setdefault(cutting(sheet), []).append(part)
-    return "".join(f", {' and '.join(parts)} {way} by laser/" for way, parts in ways.items())
+            parts_by_cutting.setdefault(cutting(sheet), []).append(part)
+    return "".join(f", {' and '.join(parts)} {way} by laser/" for way, parts in parts_by_cutting.items())
 
 
 def cutting(sheet: ElastomerPad | Target | Shield) -> str:
@@ -151,28 +151,28 @@ def cutting(sheet: ElastomerPad | Target | Shield) -> str:
     return "cut" if is_laser_cut(sheet.material.name, sheet.thickness) else "etched or punched"
 
 
-def _lacking(said: str, stages: frozenset[str]) -> list[str]:
+def _lacking(text: str, stages: frozenset[str]) -> list[str]:
     """Return the build stages that would write files named in the steps but are not in the package."""
-    return [stage for name, stage in STAGE_OF.items() if name in said and stage not in stages]
+    return [stage for name, stage in STAGE_OF.items() if name in text and stage not in stages]
 
 
-def is_current(said: str, stages: frozenset[str]) -> bool:
+def is_current(text: str, stages: frozenset[str]) -> bool:
     """Whether the text's list of missing files matches the stages that the package lacks."""
-    steps, _, lacking = said.partition(LACKING)
+    steps, _, lacking = text.partition(LACKING)
     return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
 
 
 LACKING = "Named above and not in this package"
 
 
-def not_here(said: str, package: Package, width: int) -> list[str]:
+def not_here(text: str, package: Package, width: int) -> list[str]:
     """Return the lines that name the steps' files missing from the package, with the build command for each."""
-    stages = _lacking(said, package.stages) if package.stages else []  # no stages: text without a package
+    stages = _lacking(text, package.stages) if package.stages else []  # no stages: text without a package
     if not stages:
         return []
-    words = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
+    names = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
     return hanging(
-        "", f"{LACKING}, which was built in part: {words}. The command for each is sitscad "
+        "", f"{LACKING}, which was built in part: {names}. The command for each is sitscad "
         "build SPEC with what is in brackets; SPEC is the file in spec/.", width)
 
 
@@ -239,10 +239,10 @@ def three_digits(capacitance: float) -> str:
 
 @cache
 def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
-    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+    orders: dict[tuple[str, str], list[dict[str, str]]] = {}
     for row in rows("order_codes"):
-        found.setdefault((row["kind"], row["name"]), []).append(row)
-    return found
+        orders.setdefault((row["kind"], row["name"]), []).append(row)
+    return orders
 
 
 RAW_RESIN = (
@@ -264,31 +264,32 @@ RELEASE = (
 def amount(poured: Pour) -> str:
     """Describe the volume of silicone to mix, and the volume of the cast pieces."""
     pieces = "the pads'" if poured.pads > 1 else "the piece's"
-    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    share_text = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
     if poured.mixed < LEAST_MIX:
-        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {own})"
-    return f"{1e6 * poured.mixed:.2g} ml ({own})"
+        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {share_text})"
+    return f"{1e6 * poured.mixed:.2g} ml ({share_text})"
 
 
 def mixed(material: ElastomerMaterial) -> str:
     """Describe a silicone with its mixing ratio and pot life, or refer to its maker's sheet."""
-    known = presets.casting(material.name)
-    if known is None:
+    casting = presets.casting(material.name)
+    if casting is None:
         return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
-    unseen = " (unverified)" if is_unverified(known.source) else ""
-    pot = f"pour within {duration(known.pot_time)}" if known.pot_time else "pot life: its maker's sheet"
-    return f"{material.name} ({known.mix}{unseen}; {pot})"
+    unseen = " (unverified)" if is_unverified(casting.source) else ""
+    pot = f"pour within {duration(casting.pot_time)}" if casting.pot_time else "pot life: its maker's sheet"
+    return f"{material.name} ({casting.mix}{unseen}; {pot})"
 
 
 def cured(material: ElastomerMaterial) -> str:
     """Describe a silicone's cure time and the test for a finished cure, in a whole sentence."""
-    known = presets.casting(material.name)
-    seen = "what is left in the cup is firm and no longer sticky then"
-    if known is None or known.cure_time is None:
+    casting = presets.casting(material.name)
+    cure_sign = "what is left in the cup is firm and no longer sticky then"
+    if casting is None or casting.cure_time is None:
         return (
             f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
-            f"{seen}."
+            f"{cure_sign}."
         )
     return (
-        f"Let it cure for {duration(known.cure_time)} at room temperature (kinds of other speed: their label): {seen}."
+        f"Let it cure for {duration(casting.cure_time)} at room temperature (kinds of other speed: their label): "
+        f"{cure_sign}."
     )

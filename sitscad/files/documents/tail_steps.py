@@ -72,34 +72,34 @@ def tail_bent(layout: Layout) -> str:
     """Describe the bending of the glued board's tail; empty without a tail, or if all bends are made before."""
     if layout.spec.fpc.tail is None:
         return ""
-    found, early = bends(layout), early_bends(layout.spec.jaw, bends(layout), lip(layout))
-    late = tuple(bend for bend in found if bend not in early)
-    if not found:
+    tail_bends, early = bends(layout), early_bends(layout.spec.jaw, bends(layout), lip(layout))
+    late = tuple(bend for bend in tail_bends if bend not in early)
+    if not tail_bends:
         return "Do not bend the tail."
     if not late:
         return ""
     hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
-    room = _room_for_rod(layout.spec.mount, layout.body[2], found, rod_clear(layout), late)
+    room = _room_for_rod(layout.spec.mount, layout.body[2], tail_bends, rod_clear(layout), late)
     return f"Bend the tail now. {_listed(layout.body[2], lip(layout), late)}{hinge}{room}"
 
 
-def _listed(body_end: float, edge: Lip | None, found: Sequence[Bend]) -> str:
+def _listed(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> str:
     """Describe bends in order, with the rod's side and diameter, in whole sentences."""
     has_edge = edge is not None
-    said, needs_rod = [], False
-    for number, bend in enumerate(found, 1):
-        start = f"({number}) " * (len(found) > 1) + bend_place(body_end, bend)
+    sentences, needs_rod = [], False
+    for number, bend in enumerate(tail_bends, 1):
+        start = f"({number}) " * (len(tail_bends) > 1) + bend_place(body_end, bend)
         if bend.why and bend.direction == "down" and has_edge:
-            said.append(f"{start}; this edge takes the place of a rod.")
+            sentences.append(f"{start}; this edge takes the place of a rod.")
             continue
         needs_rod = True
         side = "under the tail, on the face without the coils" if bend.direction == "down" else (
             "over the tail, on the face with the coils")
-        said.append(f"{start}; rod {side}.")
-    radius = found[0].radius
-    order = "in this order, from the body outwards, and nowhere else. " if len(found) > 1 else "and nowhere else: "
+        sentences.append(f"{start}; rod {side}.")
+    radius = tail_bends[0].radius
+    order = "in this order, from the body outwards, and nowhere else. " if len(tail_bends) > 1 else "and nowhere else: "
     rod = _rod(radius) if needs_rod else ""
-    return f"Bend by hand, slowly, {order}{' '.join(said)}{rod} The drawing of the board has the lines."
+    return f"Bend by hand, slowly, {order}{' '.join(sentences)}{rod} The drawing of the board has the lines."
 
 
 def _rod(radius: float | None) -> str:
@@ -120,14 +120,14 @@ def _room_for_rod(
     down = [bend for bend in late if bend.direction == "down"]
     if mount is None or mount.kind not in ("bench-plate", "custom") or not down:
         return ""
-    said = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
+    text = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
     if mount.kind == "custom":
-        return f"{said} {own_end(body_end, tail_bends)}"
+        return f"{text} {own_end(body_end, tail_bends)}"
     start = min(bend.start for bend in down)
     if start < clear - LEAST_MET:
         met = in_mm(clear - start, 1)
-        said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
-    return said
+        text += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
+    return text
 
 
 def own_end(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
@@ -146,7 +146,7 @@ def tail_held(layout: Layout) -> str:
 
     The tail is fixed to the mount's tongue, else to the jaw's face, else behind the jaw.
     """
-    said, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
+    bending, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
     fixed = tail_fixed(layout)
     area = 0.0 if fixed is None else fixed[0] * fixed[1]
     glue = hard_dose(layout.spec.assembly, hard_adhesive(layout), area)
@@ -154,7 +154,7 @@ def tail_held(layout: Layout) -> str:
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
             f"Glue the tail down with {glue}, on the mount's tongue behind the body, "
-            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {bending}"
         ).rstrip()
     # Start (x, m) and length (m) of the tail's contact with the jaw's face, up to the heel
     path, jaw = tail_path(layout), layout.spec.jaw
@@ -162,13 +162,13 @@ def tail_held(layout: Layout) -> str:
     begin, room = path.last.x, jaw_range(layout.body, jaw)[1] - path.last.x
     if fixed is not None:
         return (
-            f"{said} Fix the tail with {glue}, to the jaw's metal from "
+            f"{bending} Fix the tail with {glue}, to the jaw's metal from "
             f"{in_mm(begin - layout.body[2], 2)} mm behind "
             f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
             "sensor (the mount has no tongue for it)."
         ).lstrip()
     return (
-        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
-        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
-        "shaft, so that a pull on it does not reach the glue of the sensor."
+        f"{bending} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's "
+        f"face the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to "
+        "the shaft, so that a pull on it does not reach the glue of the sensor."
     ).lstrip()

@@ -38,7 +38,7 @@ SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, a ratio
 
 
 def new_sheet(
-    name: str, issue: Issue, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
+    name: str, issue: Issue, what: str, scale: str, artwork: str, forced: bool = False, view: str = "seen from the top"
 ) -> Sheet:
     """Return an A4 sheet with frame and title block.
 
@@ -56,7 +56,7 @@ def new_sheet(
         Names of the finished files that the drawing belongs to.
     forced
         Whether to stamp the sheet with `FORCED`.
-    seen
+    view
         Direction of view, in words.
     """
     sheet = Sheet(f"{name}: {what}")
@@ -64,11 +64,11 @@ def new_sheet(
     sheet.draw(rectangle(MARGIN, MARGIN, width - MARGIN, height - MARGIN), Pen(0.5))
     left, low = width - MARGIN - BLOCK[0], MARGIN
     sheet.draw(rectangle(left, low, left + BLOCK[0], low + BLOCK[1]), Pen(0.5), "#ffffff")
-    known = dict(issue.rows)
+    issue_values = dict(issue.rows)
     rows: list[list[tuple[str, str]]] = [
         *([[("Stop", FORCED)]] if forced else []), [("Design", name)],
-        [(label, known.get(name, NOT_STATED)) for label, name in ISSUE], [("Drawing", what)],
-        *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []), [("Files", artwork)],
+        [(label, issue_values.get(name, NOT_STATED)) for label, name in ISSUE], [("Drawing", what)],
+        *([[("Scale", f"{scale}; millimetres; {view}")]] if scale else []), [("Files", artwork)],
         [("Made by", f"sitscad {__version__}")],
     ]
     step = BLOCK[1] / len(rows)
@@ -164,9 +164,9 @@ def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> 
     tip = 0.25 * size
     ends = (((x + size, y), (x + size - tip, y + tip / 2), (x + size - tip, y - tip / 2)),
             ((x, y + size), (x + tip / 2, y + size - tip), (x - tip / 2, y + size - tip)))
-    for end, one, other in ends:
+    for end, first, other in ends:
         sheet.line(x, y, *end, Pen(size / 16, BLACK))
-        sheet.draw(closed_polygon([Point(*end), Point(*one), Point(*other)]), None, BLACK)
+        sheet.draw(closed_polygon([Point(*end), Point(*first), Point(*other)]), None, BLACK)
     sheet.text(x + size + 0.4 * letters, y - 0.35 * letters, "x", letters)
     sheet.text(x + 0.5 * letters, y + size - 0.6 * letters, "y", letters)
 
@@ -205,12 +205,12 @@ def spread(places: Sequence[float], least: float) -> list[float]:
     return [(a + b) / 2.0 for a, b in zip(forward, reversed(backward), strict=True)]
 
 
-def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
+def span(sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
     """Draw a dimension line with arrows between two points of equal x or equal y (mm on paper), with text."""
-    (x0, y0), (x1, y1) = one, other
+    (x0, y0), (x1, y1) = first, other
     sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
     level = abs(y1 - y0) < 1e-9
-    for (x, y), way in ((one, 1.0), (other, -1.0)):
+    for (x, y), way in ((first, 1.0), (other, -1.0)):
         tip = [(x, y), (x + way * 2.0, y + 0.4), (x + way * 2.0, y - 0.4)]
         if not level:
             tip = [(x, y), (x + 0.4, y + way * 2.0), (x - 0.4, y + way * 2.0)]
@@ -223,28 +223,28 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
 
 
 def outer_span(
-    sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
+    sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
     is_before: bool = False,
 ) -> None:
     """Draw the dimension of a short distance, with arrows from outside.
 
-    `one` is the lower or left point. The text stands beyond the arrows at `other`, or before `one` if `is_before`. For
-    a vertical distance, `upright` text stands level beside the upper arrow.
+    `first` is the lower or left point. The text stands beyond the arrows at `other`, or before `first` if `is_before`.
+    For a vertical distance, `upright` text stands level beside the upper arrow.
     """
     reach, tip = 5.0, 2.0
-    level = abs(other[1] - one[1]) < 1e-9
+    level = abs(other[1] - first[1]) < 1e-9
 
-    def at(point: tuple[float, float], along: float, aside: float = 0.0) -> Point:
-        return Point(point[0] + along, point[1] + aside) if level else Point(point[0] + aside, point[1] + along)
+    def at(point: tuple[float, float], distance: float, offset: float = 0.0) -> Point:
+        return Point(point[0] + distance, point[1] + offset) if level else Point(point[0] + offset, point[1] + distance)
 
-    begin, end = at(one, -reach), at(other, reach)
+    begin, end = at(first, -reach), at(other, reach)
     sheet.line(begin.x, begin.y, end.x, end.y, THIN)
-    for point, way in ((one, -1.0), (other, 1.0)):
+    for point, way in ((first, -1.0), (other, 1.0)):
         corners = [at(point, 0.0), at(point, way * tip, 0.4), at(point, way * tip, -0.4)]
         sheet.draw(closed_polygon(corners), None, BLACK)
     if level or not upright:
-        aside = -0.35 * TEXT if level else 0.35 * TEXT
-        place = at(one, -reach - 1.0, aside) if is_before else at(other, reach + 1.0, aside)
+        offset = -0.35 * TEXT if level else 0.35 * TEXT
+        place = at(first, -reach - 1.0, offset) if is_before else at(other, reach + 1.0, offset)
         sheet.text(place.x, place.y, text, TEXT, "end" if is_before else "start", 0.0 if level else 90.0)
     else:
         sheet.text(end.x + 1.0, end.y - 0.7 * TEXT, text, TEXT)

@@ -31,8 +31,8 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
     for i, sheet in enumerate(sheets):
         width, height = (decimal(side * POINTS) for side in sheet.size)
         # Graphics states of the page for opacities below 1, as resources
-        found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
-        rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
+        opacities = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
+        rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in opacities)
         box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
         resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
         # The page's drawing, scaled to millimetres
@@ -82,28 +82,28 @@ def _label(label: Label) -> Iterator[bytes]:
     x, y = label.at.x - back * cosine, label.at.y - back * sine
     turn = " ".join(decimal(v) for v in (cosine, sine, -sine, cosine, x, y))
     place = f"/F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
-    words = place + b"(" + _escaped(label.text) + b") Tj ET"
+    operators = place + b"(" + _escaped(label.text) + b") Tj ET"
     if label.halo:
-        yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + words + b" 0 Tr"
+        yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + operators + b" 0 Tr"
     if label.bold:  # No bold font is available: the outline of the letters makes them heavier
         pen = f"{_colour(label.colour)} RG {decimal(BOLD * label.size)} w [] 0 d"
-        yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + words + b" 0 Tr"
+        yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + operators + b" 0 Tr"
     else:
-        yield f"BT {_colour(label.colour)} rg ".encode("ascii") + words
+        yield f"BT {_colour(label.colour)} rg ".encode("ascii") + operators
 
 
 def _escaped(text: str) -> bytes:
     """Return text in the font's encoding. Other characters lose their accents, or become a code point (``U+03A9``)."""
-    encoded = b"".join(_character(one) for one in text)
+    encoded = b"".join(_character(letter) for letter in text)
     return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
 
 
-def _character(one: str) -> bytes:
-    for text in (one, unicodedata.normalize("NFKD", one).encode("ascii", "ignore").decode()):
+def _character(letter: str) -> bytes:
+    for text in (letter, unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()):
         with contextlib.suppress(UnicodeEncodeError):
             if text:
                 return text.encode("cp1252")
-    return f"U+{ord(one):04X}".encode("ascii")
+    return f"U+{ord(letter):04X}".encode("ascii")
 
 
 def _shape(shape: Shape) -> Iterator[bytes]:
@@ -140,9 +140,9 @@ def _path(path: Path) -> Iterator[str]:
             step = segment.sweep / count
             reach = segment.radius * 4.0 / 3.0 * math.tan(step / 4.0)
             for i in range(count):
-                one, other = segment.start_angle + i * step, segment.start_angle + (i + 1) * step
-                a, b = (polar(segment.radius, angle, segment.centre) for angle in (one, other))
-                control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
+                start, other = segment.start_angle + i * step, segment.start_angle + (i + 1) * step
+                a, b = (polar(segment.radius, angle, segment.centre) for angle in (start, other))
+                control = Point(a.x - reach * math.sin(start), a.y + reach * math.cos(start))
                 control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
                 yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"
         else:

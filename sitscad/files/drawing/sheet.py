@@ -123,8 +123,8 @@ class Sheet:
         opacity: float = 1.0, kind: str = "",
     ) -> None:
         """Add paths as one shape. Paths without segments are left out, such as a `polyline` of one repeated point."""
-        drawn = tuple(path for path in ((paths,) if isinstance(paths, Path) else paths) if path.segments)
-        self.items.append(Shape(drawn, pen, fill, name, opacity, kind))
+        nonempty = tuple(path for path in ((paths,) if isinstance(paths, Path) else paths) if path.segments)
+        self.items.append(Shape(nonempty, pen, fill, name, opacity, kind))
 
     def line(self, x0: float, y0: float, x1: float, y1: float, pen: Pen | None = None) -> None:
         """Add a straight line."""
@@ -316,17 +316,17 @@ def _path(gc: Any, path: Any, face: Any) -> Put:
     clip, filled = gc.get_clip_rectangle(), face is not None and (len(face) < 4 or face[3] > 0.0)
     if clip is not None and len(path.vertices):
         path = path.clip_to_bbox(clip, inside=True) if filled else _cut(path, clip)
-    ways = [[(float(x) * POINT, float(y) * POINT) for x, y in piece]
+    lines = [[(float(x) * POINT, float(y) * POINT) for x, y in piece]
             for piece in path.to_polygons(closed_only=False) if len(piece) > 1]
     alpha = gc.get_alpha() if gc.get_alpha() is not None else 1.0
     colour, opacity = (_colour(face), float(face[3] if len(face) == 4 else alpha)) if filled else ("", 0.0)
     width, pen = gc.get_linewidth(), None
-    if width > 0.0 and gc.get_rgb()[3] > 0.0 and ways:
+    if width > 0.0 and gc.get_rgb()[3] > 0.0 and lines:
         dashes = gc.get_dashes()[1]
         pen = Pen(width * POINT, _colour(gc.get_rgb()), tuple(float(d) * POINT for d in dashes) if dashes else ())
 
     def put(sheet: Sheet, left: float, low: float) -> None:
-        pieces = [[Point(left + x, low + y) for x, y in way] for way in ways]
+        pieces = [[Point(left + x, low + y) for x, y in way] for way in lines]
         areas = [closed_polygon(_open(piece)) for piece in pieces if filled and len(_open(piece)) > 2]
         if areas:
             sheet.draw(areas, None, colour, opacity=opacity)
@@ -354,13 +354,13 @@ def _cut(path: Any, clip: Any) -> Any:
     inside &= (vertices[:, 1] >= y0 - 0.5) & (vertices[:, 1] <= y1 + 0.5)
     if inside.all():
         return path
-    codes, kept, before = [], [], False
+    codes, remaining, before = [], [], False
     for vertex, within in zip(vertices, inside, strict=True):
         if within:
-            kept.append(vertex)
+            remaining.append(vertex)
             codes.append(Path.LINETO if before else Path.MOVETO)
         before = bool(within)
-    return Path(kept, codes) if kept else Path([(x0, y0)])
+    return Path(remaining, codes) if remaining else Path([(x0, y0)])
 
 
 def _colour(rgb: Any) -> str:

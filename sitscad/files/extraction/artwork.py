@@ -129,8 +129,8 @@ def read_artwork(directory: Path) -> Artwork:
         raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
     if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
         raise ExtractionError(f"copper layers {missing} are missing in {directory}")
-    drawn = {path: fields for path, fields in functions.items() if _is_artwork(fields)}
-    files = [(path.name, fields, objects_of(path, fields)) for path, fields in drawn.items()]
+    artwork_files = {path: fields for path, fields in functions.items() if _is_artwork(fields)}
+    files = [(path.name, fields, objects_of(path, fields)) for path, fields in artwork_files.items()]
     return artwork_of(files, tuple(layers[number] for number in sorted(layers)))
 
 
@@ -157,11 +157,11 @@ def artwork_of(files: Iterable[tuple[str, Sequence[str], list[Any]]], sources: t
                 holes += _holes(name, fields, objects, len(sources))
             elif fields[0] == "Soldermask":
                 openings[fields[1]] = area_of(objects)
-            elif found := _EXTENT.fullmatch(",".join(fields)):
-                span = _layer(found[1], sources), _layer(found[2] or found[1], sources)
+            elif match := _EXTENT.fullmatch(",".join(fields)):
+                span = _layer(match[1], sources), _layer(match[2] or match[1], sources)
                 extents.append((*span, area_of(objects)))
-            elif found := _COVER.fullmatch(",".join(fields)):
-                covers.append((_layer(found[1], sources), area_of(objects)))
+            elif match := _COVER.fullmatch(",".join(fields)):
+                covers.append((_layer(match[1], sources), area_of(objects)))
     flashes.sort(key=lambda flash: flash.layer)
     areas = tuple(copper[layer] for layer in sorted(copper))
     return Artwork(areas, tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
@@ -186,8 +186,8 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
         if b"\0" in head:  # not text: an archive may contain the text searched below
             continue
         content = content_of(path)
-        if found := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
-            yield path, found[1].split(",")
+        if match := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
+            yield path, match[1].split(",")
 
 
 DRILLED = ("Plated", "NonPlated")
@@ -196,8 +196,9 @@ DRILLED = ("Plated", "NonPlated")
 
 def _is_artwork(fields: Sequence[str]) -> bool:
     """Return whether a file belongs to `Artwork`. Outlines, drawings and drills of other programs do not."""
-    words = ",".join(fields)
-    return fields[0] in ("Copper", "Soldermask", *DRILLED) or bool(_EXTENT.fullmatch(words) or _COVER.fullmatch(words))
+    function = ",".join(fields)
+    is_layer = fields[0] in ("Copper", "Soldermask", *DRILLED)
+    return is_layer or bool(_EXTENT.fullmatch(function) or _COVER.fullmatch(function))
 
 
 def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
@@ -263,11 +264,11 @@ def area_of(objects: list[Any]) -> BaseGeometry:
 
 def _shape(thing: Any) -> BaseGeometry:
     """Return the area of one object, whatever its polarity. A hole in its aperture is no part of the area."""
-    drawn = list(thing.to_primitives(unit=MM))
+    primitives = list(thing.to_primitives(unit=MM))
     dark = bool(getattr(thing, "polarity_dark", True))
-    parts = [_primitive(p) for p in drawn if bool(p.polarity_dark) == dark]
+    parts = [_primitive(p) for p in primitives if bool(p.polarity_dark) == dark]
     solid = parts[0] if len(parts) == 1 else shapely.union_all(parts)
-    pierced = [_primitive(p) for p in drawn if bool(p.polarity_dark) != dark]
+    pierced = [_primitive(p) for p in primitives if bool(p.polarity_dark) != dark]
     return solid.difference(shapely.union_all(pierced)) if pierced else solid
 
 
@@ -302,9 +303,9 @@ def middle_line(objects: Iterable[Any]) -> BaseGeometry:
     """Return the centre lines (m) of all lines and arcs among plotted objects."""
     objects = list(objects)
     require_objects(len(objects))
-    drawn = (p for thing in objects for p in thing.to_primitives(unit=MM))
+    shapes = (p for thing in objects for p in thing.to_primitives(unit=MM))
     return shapely.union_all([
-        LineString(_middle_points(p)) for p in drawn if isinstance(p, primitives.Line | primitives.Arc)
+        LineString(_middle_points(p)) for p in shapes if isinstance(p, primitives.Line | primitives.Arc)
     ])
 
 

@@ -96,10 +96,10 @@ class ExtractedBoard:
 
     def net(self, name: str) -> ExtractedNet:
         """Return the extracted net with a mark of an intended net. Raises KeyError if there are none or several."""
-        found = [net for net in self.nets if name in net.names]
-        if len(found) != 1:
-            raise KeyError(f"{len(found)} extracted nets carry {name!r}")
-        return found[0]
+        matches = [net for net in self.nets if name in net.names]
+        if len(matches) != 1:
+            raise KeyError(f"{len(matches)} extracted nets carry {name!r}")
+        return matches[0]
 
 
 def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
@@ -146,15 +146,16 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
         groups[parts.root(number)].append(number)
     nets = []
     for root, members in groups.items():
-        own = [pieces[n] for n in members if n < len(pieces)]
-        loops = [loop for piece in own for loop in _windows(piece)] + [loop for n in members for loop in closing[n]]
+        net_pieces = [pieces[n] for n in members if n < len(pieces)]
+        loops = [loop for piece in net_pieces for loop in _windows(piece)]
+        loops += [loop for n in members for loop in closing[n]]
         own_holes = tuple(holes[n - len(pieces)] for n in members if n >= len(pieces))
         own_names = tuple(sorted(names[root]))
         # Both sources name this pad. The Gerber file comes first, because it states the pin's function
         pads: dict[tuple[int, int, int], BarePad] = {}
         for contact in contacts[root]:
             pads.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
-        nets.append(ExtractedNet(tuple(own), own_holes, own_names, tuple(pads.values()), tuple(loops)))
+        nets.append(ExtractedNet(tuple(net_pieces), own_holes, own_names, tuple(pads.values()), tuple(loops)))
     return ExtractedBoard(artwork, marks, tuple(astray), tuple(nets))
 
 
@@ -170,13 +171,13 @@ def _windows(piece: Piece) -> list[Loop]:
 
 
 def _pieces_under(marks: Sequence[Mark], trees: dict[int, _LayerTree]) -> list[list[int]]:
-    found: list[list[int]] = [[] for _ in marks]
+    piece_numbers: list[list[int]] = [[] for _ in marks]
     for layer, tree in trees.items():
         here = [k for k, mark in enumerate(marks) if mark.layer in (None, layer)]
         points = np.array([(marks[k].x, marks[k].y) for k in here]).reshape(-1, 2)
         for k, under in zip(here, tree.under(points, REACH), strict=True):
-            found[k] += under
-    return found
+            piece_numbers[k] += under
+    return piece_numbers
 
 
 def _cell(x: float, y: float) -> tuple[int, int]:
@@ -211,15 +212,15 @@ class _LayerTree:
 
         A coil is one piece with thousands of corners. Its edges are indexed once, not searched for every point.
         """
-        found: list[list[int]] = [[] for _ in points]
+        numbers: list[list[int]] = [[] for _ in points]
         places = shapely.points(points)
         for number, shape in zip(self._numbers, self._shapes, strict=True):
             low, high = np.array(shape.bounds).reshape(2, 2)
             inside = np.all((points >= low - distance) & (points <= high + distance), axis=1)
             (near,) = np.nonzero(inside)
             for k in near[shapely.dwithin(shape, places[near], distance)]:
-                found[k].append(number)
-        return found
+                numbers[k].append(number)
+        return numbers
 
 
 class _DisjointSets:
@@ -316,8 +317,8 @@ def _nets(board: ExtractedBoard) -> Iterator[Difference]:
         if len(net.names) > 1:
             yield Difference(DifferenceKind.SHORT, f"{' and '.join(net.names)} are joined", net.names, x, y, layer)
         if not net.names:
-            said = f"copper at {_place(x, y, layer)} belongs to no net"
-            yield Difference(DifferenceKind.NO_NET, said, (), x, y, layer)
+            fault = f"copper at {_place(x, y, layer)} belongs to no net"
+            yield Difference(DifferenceKind.NO_NET, fault, (), x, y, layer)
         for loop in net.loops:
             what = f"round {loop.area * 1e6:.4g} mm2" if loop.layer else "through the hole there and another one"
             place = _place(loop.x, loop.y, loop.layer)
@@ -354,8 +355,8 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
     for (net, *_), (x, y) in vias.items():
         point = shapely.Point(x, y)
         if not any(shapely.intersects(hole.shape, point) for hole in plated):
-            said = f"the via of {net} at {_place(x, y, None)} is not drilled"
-            yield Difference(DifferenceKind.NO_HOLE, said, (net,), x, y)
+            fault = f"the via of {net} at {_place(x, y, None)} is not drilled"
+            yield Difference(DifferenceKind.NO_HOLE, fault, (net,), x, y)
     sizes = [(mark.x, mark.y, mark.drill, mark.net) for mark in board.marks if mark.drill is not None]
     for hole in plated:
         for x, y, drill, net in sizes:
@@ -395,9 +396,9 @@ def _openings(board: ExtractedBoard) -> Iterator[Difference]:
                 message = f"contact {contact.pin} at {_place(contact.x, contact.y, layer)} is {how} the coverlay"
                 yield Difference(DifferenceKind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
         near = shapely.union_all([contact.shape for contact in contacts]).buffer(OPEN_RIM)
-        bare = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
-        said = "lies bare in an opening of the coverlay and is no contact"
-        exposed += _drawn(DifferenceKind.EXPOSED, bare, layer, said)
+        bare_area = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
+        fault = "lies bare in an opening of the coverlay and is no contact"
+        exposed += _drawn(DifferenceKind.EXPOSED, bare_area, layer, fault)
     yield from exposed
 
 
@@ -449,8 +450,8 @@ def _bare(board: ExtractedBoard) -> Iterator[Difference]:
     for layer, cover in board.artwork.covers:
         below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
         covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
-        bare = board.artwork.copper[layer - 1].difference(covered)
-        yield from _drawn(DifferenceKind.BARE, bare, layer, "is covered by nothing from below")
+        bare_area = board.artwork.copper[layer - 1].difference(covered)
+        yield from _drawn(DifferenceKind.BARE, bare_area, layer, "is covered by nothing from below")
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
@@ -475,15 +476,17 @@ def compare_job(directory: Path) -> Iterator[str]:
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ExtractionError(f"{path.name} is no job file: {type(error).__name__}: {error}") from error
         for name in sorted({*listed, *functions}):
-            said, own = listed.get(name), functions.get(name)
-            if own is None:
+            stated, function = listed.get(name), functions.get(name)
+            if function is None:
                 yield f"{path.name} lists {name}, which is not there or does not say what it is"
-            elif said != own and own != UNLISTED:
-                yield f"{name} says that it is {own}, and {path.name} {f'that it is {said}' if said else 'not'}"
+            elif stated != function and function != UNLISTED:
+                other = f"that it is {stated}" if stated else "not"
+                yield f"{name} says that it is {function}, and {path.name} {other}"
         for number, layer in enumerate(copper, start=1):
-            for name, own in functions.items():
-                if name.endswith(f"-{layer}.gbr") and not own.startswith(f"Copper,L{number},"):
-                    yield f"{name} says that it is {own}, and is copper layer {number} of the stack-up in {path.name}"
-        own_layers = sum(own.startswith("Copper,") for own in functions.values())
+            for name, function in functions.items():
+                if name.endswith(f"-{layer}.gbr") and not function.startswith(f"Copper,L{number},"):
+                    place = f"copper layer {number} of the stack-up in {path.name}"
+                    yield f"{name} says that it is {function}, and is {place}"
+        own_layers = sum(function.startswith("Copper,") for function in functions.values())
         if own_layers != len(copper):
             yield f"{path.name} has {len(copper)} copper layers in its stack-up, and there are files of {own_layers}"

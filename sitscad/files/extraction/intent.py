@@ -85,12 +85,12 @@ def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
         if extended:
             for command in extended.split("*"):
                 command = command.strip()
-                if found := _FORMAT.match(command):
-                    state.decimals = int(found[1])
+                if match := _FORMAT.match(command):
+                    state.decimals = int(match[1])
                 elif command in ("MOMM", "MOIN"):
                     state.unit = 1e-3 if command == "MOMM" else 25.4e-3
-                elif command.startswith("AD") and (found := re.match(r"AD(D\d+)", command)):
-                    state.apertures[found[1]] = state.attributes.get("TA.AperFunction", [""])[0]
+                elif command.startswith("AD") and (match := re.match(r"AD(D\d+)", command)):
+                    state.apertures[match[1]] = state.attributes.get("TA.AperFunction", [""])[0]
                 elif command.startswith(("TA", "TO")):
                     name, *values = command.split(",")
                     state.attributes[name] = [
@@ -113,17 +113,17 @@ def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
     if re.fullmatch(r"D[1-9]\d+", word):
         state.aperture = word
         return
-    found = _OPERATION.fullmatch(word)
-    if not found:
+    match = _OPERATION.fullmatch(word)
+    if not match:
         return
     before = state.x, state.y
     scale = state.unit * 10.0**-state.decimals
-    state.x = int(found[1]) * scale if found[1] else state.x
-    state.y = int(found[2]) * scale if found[2] else state.y
-    if found[3] == "1":
+    state.x = int(match[1]) * scale if match[1] else state.x
+    state.y = int(match[2]) * scale if match[2] else state.y
+    if match[3] == "1":
         yield from _mark(state, *before, layer, is_via=False)
-    if found[3] != "2":
-        is_via = found[3] == "3" and state.apertures.get(state.aperture) == "ViaPad"
+    if match[3] != "2":
+        is_via = match[3] == "3" and state.apertures.get(state.aperture) == "ViaPad"
         yield from _mark(state, state.x, state.y, layer, is_via=is_via)
 
 
@@ -169,8 +169,8 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
     aliases: dict[str, str] = {}
     marks = []
     for number, line in enumerate(text.splitlines(), start=1):
-        if found := _IPC_ALIAS.match(line):
-            aliases[found[1]] = found[2]
+        if match := _IPC_ALIAS.match(line):
+            aliases[match[1]] = match[2]
         elif line.startswith("P  UNITS"):
             name = line[8:].strip()
             if name not in IPC_UNITS:

@@ -85,18 +85,18 @@ def require_gerber(path: Path) -> str:
     """Return the text of a Gerber file. Raises ExtractionError if it exceeds a limit or has unsupported statements."""
     text = content_of(path).decode("utf-8", errors="replace")
     _require_short(path, re.split(r"[*%]", text), "statement")
-    drawn = _COMMENTS.sub("", text)
-    for statement in map(str.strip, re.split(r"[*%]", drawn)):
+    statements = _COMMENTS.sub("", text)
+    for statement in map(str.strip, re.split(r"[*%]", statements)):
         if (what := _UNSUPPORTED.get(statement[:2])) and len(statement) > 2:
             raise ExtractionError(f"{path.name} has {what} ({statement[:20]}), which sitscad does not support")
-        if found := _POLYGON.match(statement):
-            _require_corners(path, found[1])
-    for macro in _MACRO.findall(drawn):
+        if match := _POLYGON.match(statement):
+            _require_corners(path, match[1])
+    for macro in _MACRO.findall(statements):
         for code, corners in _PRIMITIVE.findall(macro):
             if code != "5":
                 raise ExtractionError(f"{path.name} has a macro with primitive {code}, which sitscad does not support")
             _require_corners(path, corners)
-    _require_small_numbers(path, drawn)
+    _require_small_numbers(path, statements)
     return text
 
 
@@ -105,10 +105,10 @@ def require_drill(path: Path) -> str:
     text = content_of(path).decode("utf-8", errors="replace")
     lines = text.splitlines()
     _require_short(path, lines, "line")
-    drawn = "\n".join(line for line in lines if not line.lstrip().startswith(";"))
-    if found := re.search(r"(?m)^\s*(R\d|M0?2[XY]|M25)", drawn):
-        raise ExtractionError(f"{path.name} repeats holes ({found[1]}), which sitscad does not support")
-    _require_small_numbers(path, drawn)
+    statements = "\n".join(line for line in lines if not line.lstrip().startswith(";"))
+    if match := re.search(r"(?m)^\s*(R\d|M0?2[XY]|M25)", statements):
+        raise ExtractionError(f"{path.name} repeats holes ({match[1]}), which sitscad does not support")
+    _require_small_numbers(path, statements)
     if len(lines) > MAX_LINES:
         raise ExtractionError(f"{path.name} has {len(lines)} lines, maximum {MAX_LINES}")
     return text
@@ -125,10 +125,10 @@ def _require_short(path: Path, parts: Sequence[str], what: str) -> None:
         raise ExtractionError(f"{path.name} has a {what} of {longest} characters, maximum {MAX_STATEMENT}")
 
 
-def _require_small_numbers(path: Path, drawn: str) -> None:
-    if found := _LONG_NUMBER.search(drawn):
+def _require_small_numbers(path: Path, statements: str) -> None:
+    if match := _LONG_NUMBER.search(statements):
         raise ExtractionError(
-            f"{path.name} has a number of {len(found[0])} digits ({found[0][:12]}...), maximum {MAX_DIGITS}"
+            f"{path.name} has a number of {len(match[0])} digits ({match[0][:12]}...), maximum {MAX_DIGITS}"
         )
 
 

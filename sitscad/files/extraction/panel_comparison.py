@@ -104,22 +104,22 @@ def read_panel_list(panel: Path) -> PanelList:
         document = json.loads(content_of(lists[0]))
         if document["unit"] != "mm":
             raise ValueError("its unit is not mm")
-        found = PanelList(**{key: _lengths(document[key], shape) for key, shape in _LIST_SHAPES.items()})
+        panel_list = PanelList(**{key: _lengths(document[key], shape) for key, shape in _LIST_SHAPES.items()})
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise ExtractionError(f"{lists[0].name} is no list of places: {type(error).__name__}: {error}") from error
-    if not len(found.parts):
+    if not len(panel_list.parts):
         raise ExtractionError(f"{lists[0].name} names no board")
-    return found
+    return panel_list
 
 
 def _lengths(values: Any, shape: tuple[int, ...]) -> Places:
     """Return lengths (mm) from JSON in nanometres. Raises ValueError for values of another shape, or too large."""
-    found = np.array(values, dtype=float)
-    if not (np.abs(found) < MAX_SIZE).all():
+    lengths = np.array(values, dtype=float)
+    if not (np.abs(lengths) < MAX_SIZE).all():
         raise ValueError("a coordinate is no place on a panel")
-    if found.size and (found.ndim != len(shape) or found.shape[1:] != shape[1:]):
-        raise ValueError(f"{found.shape} numbers, where {shape} are expected")
-    return np.rint(1e6 * found.reshape(shape)).astype(np.int64)
+    if lengths.size and (lengths.ndim != len(shape) or lengths.shape[1:] != shape[1:]):
+        raise ValueError(f"{lengths.shape} numbers, where {shape} are expected")
+    return np.rint(1e6 * lengths.reshape(shape)).astype(np.int64)
 
 
 class Plotted:
@@ -139,17 +139,17 @@ class Plotted:
     def take(self, keys: Sequence[Key], move: Places) -> str:
         """Take the objects of a copy shifted by `move` (nm). Return the difference as text, empty if there is none."""
         dx, dy = move.tolist()
-        taken, missing = [], []
+        matched, missing = [], []
         for x, y, form in keys:
             numbers = self.by_key.get((x + dx, y + dy, form))
             if numbers:
-                taken.append(numbers.pop(0))
+                matched.append(numbers.pop(0))
             else:
                 missing.append((x, y))
         if missing:
             first = _place(Point(NM * np.array(min(missing))), np.zeros(2))
             return f"{len(missing)} objects missing (the first at {first} of the board)"
-        is_ordered = all(self.objects[number].polarity_dark for number in taken) or taken == sorted(taken)
+        is_ordered = all(self.objects[number].polarity_dark for number in matched) or matched == sorted(matched)
         return "" if is_ordered else "objects in another order"
 
     def copy_in(self, room: BaseGeometry, move: Places) -> list[Key]:
@@ -168,8 +168,8 @@ class Plotted:
     def objects_at(self, keys: Sequence[Key], move: Places) -> list[Any]:
         """Return the objects with these keys in a copy shifted by `move` (nm), in the order of plotting."""
         dx, dy = move.tolist()
-        wanted = {(x + dx, y + dy, form) for x, y, form in keys}
-        return [thing for thing, key in zip(self.objects, self.keys, strict=True) if key in wanted]
+        expected = {(x + dx, y + dy, form) for x, y, form in keys}
+        return [thing for thing, key in zip(self.objects, self.keys, strict=True) if key in expected]
 
 
 def key_of(thing: Any) -> Key:
@@ -188,8 +188,8 @@ def key_of(thing: Any) -> Key:
         case _:
             raise ExtractionError(f"a graphic of a kind that is not understood: {type(thing).__name__}")
     scale = 1e6 * thing.unit.convert_to(MM, 1.0)
-    (x0, y0), *others = [(round(scale * x), round(scale * y)) for x, y in points]
-    return x0, y0, (type(thing), kind, thing.polarity_dark, tuple((x - x0, y - y0) for x, y in others))
+    (x0, y0), *rest = [(round(scale * x), round(scale * y)) for x, y in points]
+    return x0, y0, (type(thing), kind, thing.polarity_dark, tuple((x - x0, y - y0) for x, y in rest))
 
 
 def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
@@ -212,14 +212,14 @@ OUTLINE, CUTS = "Profile,NP", "Other,Part_Cuts"
 
 def _read(folder: Path) -> dict[str, Plotted]:
     """Read a folder's files by their functions. Raises ExtractionError if two files have the same function."""
-    found: dict[str, Plotted] = {}
+    plots: dict[str, Plotted] = {}
     for path, fields in sorted(file_functions(folder)):
         function = ",".join(fields)
-        if function in found:
-            raise ExtractionError(f"{path.name} and {found[function].name} both call themselves {function}")
+        if function in plots:
+            raise ExtractionError(f"{path.name} and {plots[function].name} both call themselves {function}")
         if fields[0] != UNLISTED:
-            found[function] = Plotted(path.name, fields, objects_of(path, fields))
-    return found
+            plots[function] = Plotted(path.name, fields, objects_of(path, fields))
+    return plots
 
 
 def _differences(
@@ -229,8 +229,8 @@ def _differences(
 
     ``edge`` is the area of the line that draws the board's outline, ``border`` the panel's outline.
     """
-    wanted = shapely.box(0.0, 0.0, *(NM * listed.size)).exterior
-    if not shapely.line_merge(border).is_ring or shapely.hausdorff_distance(border, wanted) > NEAR:
+    expected = shapely.box(0.0, 0.0, *(NM * listed.size)).exterior
+    if not shapely.line_merge(border).is_ring or shapely.hausdorff_distance(border, expected) > NEAR:
         width, height = 1e-6 * listed.size
         yield f"the panel's outline is not the rectangle of its list, {width:.4g} x {height:.4g} mm"
     boards = {function: file.keys for function, file in single.items()}
@@ -244,8 +244,8 @@ def _differences(
     yield from cut_differences(cuts, listed.bridges, listed.parts[0], f"{whole[CUTS].name}, board 1", edge)
     for function, file in sorted(whole.items()):
         for number, move in enumerate(listed.parts, 1):
-            if said := file.take(boards.get(function, ()), move):
-                yield f"{file.name}, board {number} is not as the single board: {said}"
+            if fault := file.take(boards.get(function, ()), move):
+                yield f"{file.name}, board {number} is not as the single board: {fault}"
     if len(listed.coupons):
         yield from _coupons(whole, listed)
     for _, file in sorted(whole.items()):
@@ -254,23 +254,24 @@ def _differences(
 
 def _coupons(whole: dict[str, Plotted], listed: PanelList) -> Iterator[str]:
     """Take the coupons. Yield flaws of the first coupon and differences between coupons."""
-    left = whole[CUTS].left()
-    if not left:
+    leftover = whole[CUTS].left()
+    if not leftover:
         raise ExtractionError("the panel's coupon is not cut out")
-    x0, y0, x1, y1 = middle_line(whole[CUTS].objects[number] for number in left).bounds
+    x0, y0, x1, y1 = middle_line(whole[CUTS].objects[number] for number in leftover).bounds
     (ax, ay), (bx, by) = NM * listed.coupons[0], NM * listed.coupons[-1]
     room = shapely.box(x0 - ax, y0 - ay, x1 - bx, y1 - by)
     first = listed.coupons[0]
     coupon = {function: file.copy_in(room, first) for function, file in whole.items()}
     objects = {function: whole[function].objects_at(keys, first) for function, keys in coupon.items()}
     yield from cut_differences(objects[CUTS], listed.coupon_bridges, first, f"{whole[CUTS].name}, coupon 1")
-    files = [(whole[function].name, whole[function].fields, drawn) for function, drawn in objects.items()]
+    files = [(whole[function].name, whole[function].fields, objects_drawn) for function,
+             objects_drawn in objects.items()]
     for difference in compare_coupon(files):
         yield f"the panel's coupon: {difference.kind.value}: {difference.message}"
     for function, file in sorted(whole.items()):
         for number, move in enumerate(listed.coupons, 1):
-            if said := file.take(coupon[function], move):
-                yield f"{file.name}, coupon {number} is not as the first coupon: {said}"
+            if fault := file.take(coupon[function], move):
+                yield f"{file.name}, coupon {number} is not as the first coupon: {fault}"
 
 
 NET, PADS = "coupon", 2
@@ -288,11 +289,11 @@ def compare_coupon(files: list[tuple[str, list[str], list[Any]]]) -> tuple[Diffe
         is_pad = shapely.equals(flash.shape, flash.shape.envelope)
         pin = f"J1-{len(marks)}" if is_pad else None
         marks.append(Mark(NET, flash.layer, flash.x, flash.y, MarkSource.X2, pin=pin, is_via=not is_pad))
-    found = compare(nets_of(art, tuple(marks)))
+    faults = compare(nets_of(art, tuple(marks)))
     pads = sum(mark.pin is not None for mark in marks)
     if pads == PADS:
-        return found
-    return Difference(DifferenceKind.NO_COPPER, f"{pads} solder pads, where a coil has {PADS}"), *found
+        return faults
+    return Difference(DifferenceKind.NO_COPPER, f"{pads} solder pads, where a coil has {PADS}"), *faults
 
 
 def cut_differences(
@@ -306,12 +307,12 @@ def cut_differences(
     if not cuts:
         yield f"{where} is not cut out"
         return
-    drawn = middle_line(cuts)
-    spans = [shapely.snap(LineString(NM * (ends + move)), drawn, NEAR) for ends in bridges]
+    lines = middle_line(cuts)
+    spans = [shapely.snap(LineString(NM * (ends + move)), lines, NEAR) for ends in bridges]
     for span in spans:
-        if span.difference(drawn.buffer(NEAR)).length < span.length - 3.0 * NEAR:
+        if span.difference(lines.buffer(NEAR)).length < span.length - 3.0 * NEAR:
             yield f"{where}: the cut goes into the bridge at {_place(span, move)} of the board"
-    outline = shapely.line_merge(shapely.union_all([drawn, *spans]))
+    outline = shapely.line_merge(shapely.union_all([lines, *spans]))
     if not outline.is_ring:
         ends = outline if outline.boundary.is_empty else outline.boundary
         yield f"{where}: cut and bridges do not close an outline, first at {_place(ends, move)} of the board"
@@ -326,17 +327,18 @@ def frame_differences(file: Plotted, listed: PanelList) -> Iterator[str]:
 
     On copper layers the sensor's name is written on the rails. All other objects must be listed marks.
     """
-    left = file.left()
-    rest = [file.objects[number] for number in left]
-    if len({file.keys[number] for number in left}) < len(left) or not all(thing.polarity_dark for thing in rest):
+    leftover = file.left()
+    rest = [file.objects[number] for number in leftover]
+    has_doubles = len({file.keys[number] for number in leftover}) < len(leftover)
+    if has_doubles or not all(thing.polarity_dark for thing in rest):
         yield f"{file.name} has doubled or clear objects that belong to no board"
         return
     written = [thing for thing in rest if file.fields[0] == "Copper" and isinstance(thing, Line | Arc)]
     shown = area_of([thing for thing in rest if file.fields[0] != "Copper" or not isinstance(thing, Line | Arc)])
-    wanted = listed.frame(file.fields)
+    expected = listed.frame(file.fields)
     for area, what in (
-        (wanted.difference(shown.buffer(NEAR)), "lacks a mark of the list"),
-        (shown.difference(wanted.buffer(NEAR)), "shows what the list does not have"),
+        (expected.difference(shown.buffer(NEAR)), "lacks a mark of the list"),
+        (shown.difference(expected.buffer(NEAR)), "shows what the list does not have"),
         (area_of(written).intersection(listed.inside_rails()), "has objects that belong to no board"),
     ):
         if not area.is_empty:

@@ -17,13 +17,13 @@ WIDTH = 116  # Columns of a line at most
 
 
 def header(
-    found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
+    inverse: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
 ) -> bytes:
     """Return the C header of a calibration map.
 
     Parameters
     ----------
-    found
+    inverse
         The map.
     conversion
         Settings of the converter: format and range of its counts.
@@ -33,21 +33,21 @@ def header(
         Number of a cell. If given, every name begins with ``sitscad_cellN_``, so that a program can include the
         headers of all cells.
     """
-    counts = ", ".join(f"{int(count)}u" for count in found.rest)
+    counts = ", ".join(f"{int(count)}u" for count in inverse.rest)
     lines = [
-        *_opening(found),
-        *_tables(found),
-        *_ends(found, conversion),
+        *_opening(inverse),
+        *_tables(inverse),
+        *_ends(inverse, conversion),
         "", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
         f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};",
         "",
-        *_changes(found, conversion),
+        *_changes(inverse, conversion),
         *SUMMED,
         "",
         "#endif",
         "",
     ]
-    text = "\n".join([*_comment(found, conversion, remarks), _of_cell("\n".join(lines), cell)])
+    text = "\n".join([*_comment(inverse, conversion, remarks), _of_cell("\n".join(lines), cell)])
     return text.encode("ascii", "replace")
 
 
@@ -66,21 +66,21 @@ def _of_cell(text: str, cell: int | None) -> str:
     return text.replace("sitscad_", f"sitscad_cell{cell}_").replace("SITSCAD_", f"SITSCAD_CELL{cell}_")
 
 
-def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
+def _comment(inverse: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
     """Return the comment at the head of the file: sensor, standard deviations, inputs and outputs."""
     shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
-                      for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
-    device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
+                      for name, error, full in zip(inverse.axes, inverse.error, inverse.full_scale, strict=True))
+    device, coils = conversion.device, ", ".join(map(comment_text, inverse.coils))
     if conversion.is_partial:
         counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
                   f"   makes them of results: {conversion.count_bits} bits, of which a result shows some."]
     else:
         counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
-    axes = ", ".join(map(comment_text, found.axes))
-    revision = f", revision {comment_text(found.revision)}" if found.revision else ""
+    axes = ", ".join(map(comment_text, inverse.axes))
+    revision = f", revision {comment_text(inverse.revision)}" if inverse.revision else ""
     return [
         "/*",
-        f" * Forces of the sensor {comment_text(found.sensor)}{revision}, from the counts of its converter.",
+        f" * Forces of the sensor {comment_text(inverse.sensor)}{revision}, from the counts of its converter.",
         f" * Made by sitscad {__version__}.",
         f" * One sigma of the force: {shown} (full scale).",
         *(f" * {comment_text(line)}" for line in remarks),
@@ -89,7 +89,7 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
         *(f" * {line}" for line in counts[1:]),
         f" * forces: {axes}, in newtons; normal is positive towards the board.",
         *([" * moments in newton metres, on the middle of the outermost face of a target that is free to tilt."]
-          if set(found.axes) & set(MOMENTS) else []),
+          if set(inverse.axes) & set(MOMENTS) else []),
         " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
         " *",
         " * C99; no heap, no state; of the library logf alone.",
@@ -97,11 +97,11 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
     ]
 
 
-def _units(found: InverseMap) -> str:
-    return ", ".join(dict.fromkeys(unit_of(name) for name in found.axes))
+def _units(inverse: InverseMap) -> str:
+    return ", ".join(dict.fromkeys(unit_of(name) for name in inverse.axes))
 
 
-def _opening(found: InverseMap) -> list[str]:
+def _opening(inverse: InverseMap) -> list[str]:
     """Return the include guard, the sizes, and the names of axes and results."""
     return [
         "#ifndef SITSCAD_CALIBRATION_H",
@@ -110,11 +110,11 @@ def _opening(found: InverseMap) -> list[str]:
         "#include <math.h>",
         "#include <stdint.h>",
         "",
-        f"#define SITSCAD_COILS {len(found.coils)}",
-        f"#define SITSCAD_AXES {len(found.axes)}",
-        *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(found.axes)),
-        f"#define SITSCAD_TERMS {len(found.powers)}",
-        f"#define SITSCAD_POWERS {1 + int(found.powers.max())}",
+        f"#define SITSCAD_COILS {len(inverse.coils)}",
+        f"#define SITSCAD_AXES {len(inverse.axes)}",
+        *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(inverse.axes)),
+        f"#define SITSCAD_TERMS {len(inverse.powers)}",
+        f"#define SITSCAD_POWERS {1 + int(inverse.powers.max())}",
         "",
         "#define SITSCAD_OK 0",
         "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
@@ -128,32 +128,33 @@ def _opening(found: InverseMap) -> list[str]:
     ]
 
 
-def _tables(found: InverseMap) -> list[str]:
+def _tables(inverse: InverseMap) -> list[str]:
     """Return the map's numbers as constant arrays of C."""
     return [
         "/* What every coil's relative change is multiplied with. */",
-        *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain)),
+        *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(inverse.gain)),
         "/* How the coils are mixed. */",
-        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix]),
-        "", f"/* Where the map was made, with a margin; full scales ({_units(found)}). */",
-        *_array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND)),
-        *_array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND)),
-        *_array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale)),
+        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in inverse.mix]),
+        "", f"/* Where the map was made, with a margin; full scales ({_units(inverse)}). */",
+        *_array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(inverse.low - BEYOND)),
+        *_array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(inverse.high + BEYOND)),
+        *_array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(inverse.full_scale)),
         "", "/* Powers of every term, and its coefficient for every axis. */",
-        *_matrix("uint8_t", "sitscad_powers", "[SITSCAD_TERMS][SITSCAD_AXES]", [map(str, row) for row in found.powers]),
+        *_matrix("uint8_t", "sitscad_powers", "[SITSCAD_TERMS][SITSCAD_AXES]",
+                 [map(str, row) for row in inverse.powers]),
         *_matrix("float", "sitscad_coefficients", "[SITSCAD_AXES][SITSCAD_TERMS]",
-                 [_floats(row) for row in found.coefficients]),
+                 [_floats(row) for row in inverse.coefficients]),
     ]
 
 
-def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
+def _ends(inverse: InverseMap, conversion: Conversion) -> list[str]:
     """Return the smallest and largest count of every coil as C arrays.
 
     Empty if results show whole conversions, because the range is then equal for all coils.
     """
     if not conversion.is_partial:
         return []
-    least, most = zip(*(conversion.ends(coil) for coil in range(len(found.coils))), strict=True)
+    least, most = zip(*(conversion.ends(coil) for coil in range(len(inverse.coils))), strict=True)
     return [
         "", "/* Counts of the smallest and the largest result: both say that a coil gives none. */",
         *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
@@ -161,7 +162,7 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
     ]
 
 
-def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
+def _changes(inverse: InverseMap, conversion: Conversion) -> list[str]:
     """Return the beginning of the C function: the signal of every coil from its counts and the tare's counts."""
     most = f"0x{conversion.ends(0)[1]:08X}u"
     beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
@@ -169,7 +170,7 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
         ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
         beyond = " || ".join(ends)
     return [
-        f"/* Forces ({_units(found)}) at counts after a tare; SITSCAD_OK, or what is wrong. */",
+        f"/* Forces ({_units(inverse)}) at counts after a tare; SITSCAD_OK, or what is wrong. */",
         "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
         "                                 float forces[SITSCAD_AXES])",
         "{",

@@ -38,8 +38,8 @@ def render_dxf(layout: Layout, forced: str = "") -> dict[str, bytes]:
     A file is left out if the spec has no such part. If ``forced`` is not empty, each sheet bears the note `FORCED`.
     Raises ValueError for a kerf that cannot be compensated.
     """
-    name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
-    return {f"laser/{name}-{sheet.name}.dxf": dxf_drawing(sheet).encode("ascii") for sheet in found}
+    name, cut_sheets = layout.spec.name, sheets(layout, FORCED if forced else "")
+    return {f"laser/{name}-{sheet.name}.dxf": dxf_drawing(sheet).encode("ascii") for sheet in cut_sheets}
 
 
 def dxf_drawing(sheet: LaserSheet) -> str:
@@ -199,8 +199,8 @@ def render_svg(layout: Layout, forced: str = "") -> dict[str, bytes]:
     A file is left out if the spec has no such part. If ``forced`` is not empty, each sheet bears the note `FORCED`.
     Raises ValueError for a kerf that cannot be compensated.
     """
-    name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
-    return {f"laser/{name}-{sheet.name}.svg": svg_drawing(sheet, name).encode("utf-8") for sheet in found}
+    name, cut_sheets = layout.spec.name, sheets(layout, FORCED if forced else "")
+    return {f"laser/{name}-{sheet.name}.svg": svg_drawing(sheet, name).encode("utf-8") for sheet in cut_sheets}
 
 
 def svg_drawing(cut: LaserSheet, name: str) -> str:

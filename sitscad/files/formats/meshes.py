@@ -46,8 +46,8 @@ def render_whole_3mf(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, b
     """Return ``mount/assembly.3mf``: all solids of the assembly in place, with names and colours, for viewers."""
     meshes = list(zip(solids, seen(solids), strict=True))
     low = np.min([mesh.vertices.min(axis=0) for _, mesh in meshes], axis=0)
-    placed = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
-    return {"mount/assembly.3mf": package(placed, f"{spec.name} assembly")}
+    shifted = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
+    return {"mount/assembly.3mf": package(shifted, f"{spec.name} assembly")}
 
 
 def package(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> bytes:

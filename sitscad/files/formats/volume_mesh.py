@@ -108,29 +108,29 @@ def _film(spec: SensorSpec) -> str:
     if film is None:
         return ""
     try:
-        whole, bare = (soft_pad(each) for each in (spec, replace(spec, encapsulation=None)))
+        whole, uncoated = (soft_pad(each) for each in (spec, replace(spec, encapsulation=None)))
     except NoResponse:
         return ""
-    with_film, without = (float(each.pressure(np.array([STRAIN]))[0]) for each in (whole, bare))
-    held = f"{float(f'{100.0 * (with_film / without - 1.0):.1e}'):g}"
-    return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=held)
+    with_film, without = (float(each.pressure(np.array([STRAIN]))[0]) for each in (whole, uncoated))
+    percentage = f"{float(f'{100.0 * (with_film / without - 1.0):.1e}'):g}"
+    return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=percentage)
 
 
 def _of_cells(cells: CellsSpec | None, web: float | None, stiffness: list[float]) -> str:
     if cells is None:
         return ""
-    held = sorted(stiffness)
-    words = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (held[0], held[-1])))
-    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if web is not None else "")
+    ordered = sorted(stiffness)
+    percentages = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (ordered[0], ordered[-1])))
+    return ONE_CELL.format(cells=len(ordered), webs=WITHOUT_WEBS.format(held=percentages) if web is not None else "")
 
 
 def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
     """Yield the lines of the input deck for gmsh's mesh of second order, converted from millimetres to metres."""
     material, ratio = pad.material, bulk_ratio(pad)
     mu, alpha = material.shear_modulus, material.ogden_exponent
-    words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
+    comment = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
                          d_real=2.0 / material.bulk_modulus)
-    yield from (f"** {line}" for line in (words + left_out).splitlines())
+    yield from (f"** {line}" for line in (comment + left_out).splitlines())
     yield from ("*HEADING", "elastomer, metres")
     tags, places, _ = gmsh.model.mesh.getNodes()
     yield "*NODE"
@@ -172,8 +172,8 @@ def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
     """Yield the names of the faces and the nodes (n, 6) of their triangles, corners first."""
     for group in gmsh.model.getPhysicalGroups(2):
         faces = gmsh.model.getEntitiesForPhysicalGroup(*group)
-        found = [gmsh.model.mesh.getElements(2, face)[2][0].reshape(-1, 6) for face in faces]
-        yield gmsh.model.getPhysicalName(*group), np.concatenate(found).astype(np.int64)
+        elements = [gmsh.model.mesh.getElements(2, face)[2][0].reshape(-1, 6) for face in faces]
+        yield gmsh.model.getPhysicalName(*group), np.concatenate(elements).astype(np.int64)
 
 
 def _step(thickness: float) -> Iterator[str]:
@@ -206,8 +206,8 @@ def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
     """Return the volumes of a build123d shape, imported into gmsh as BREP text."""
     path = folder / "shape.brep"
     require("build123d").export_brep(shape, path)
-    found: list[Entity] = gmsh.model.occ.importShapes(str(path))
-    return found
+    entities: list[Entity] = gmsh.model.occ.importShapes(str(path))
+    return entities
 
 
 def faces(gmsh: Any, volumes: list[Entity]) -> set[int]:
@@ -275,10 +275,10 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
     # Only the pad of the first cell is meshed, without webs
-    others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
-    first = tuple(solid for solid in solids if solid.name not in others)
-    made = elastomer_meshes(first, _pad_of(spec.elastomer), left_out=_left_out(spec))
-    return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
+    neighbours = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
+    first = tuple(solid for solid in solids if solid.name not in neighbours)
+    meshes = elastomer_meshes(first, _pad_of(spec.elastomer), left_out=_left_out(spec))
+    return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in meshes.items()}
 
 
 @checked_arguments
@@ -356,13 +356,13 @@ def elastomer_meshes(
         gmsh.option.setNumber("Mesh.MeshSizeMax", edge)
         grade(gmsh, edges(gmsh, bonded), (AT_EDGES * edge, edge), 2.0 * edge)
         gmsh.model.mesh.generate(3)
-        found = {"msh": written(gmsh, folder / "elastomer.msh")}
+        files = {"msh": written(gmsh, folder / "elastomer.msh")}
         first = quality(gmsh)
         gmsh.model.mesh.setOrder(2)
-        found["inp"] = ("\n".join(_deck(gmsh, pad_of, left_out)) + "\n").encode("ascii")
+        files["inp"] = ("\n".join(_deck(gmsh, pad_of, left_out)) + "\n").encode("ascii")
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
-        return {**found, "json": json_bytes(document)}
+        return {**files, "json": json_bytes(document)}
 
 
 AIR, OUTER = "air", "outer"
@@ -424,13 +424,13 @@ def field_mesh(
     widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
     # build123d solids by the names of their regions
-    found = {name: shape for coil in layout.coils for name, shape in _rings(layout.spec.coil, coil, copper)}
+    shapes = {name: shape for coil in layout.coils for name, shape in _rings(layout.spec.coil, coil, copper)}
     pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
-    found |= {METALS[solid.role]: solid.shape for solid in pieces}
+    shapes |= {METALS[solid.role]: solid.shape for solid in pieces}
     pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
     if pad is not None:
-        found["elastomer"] = prism(pad.outline(), 0.0, pad.upper if gap is None else gap)
-    return _meshed(found, fine * MM, room * MM)
+        shapes["elastomer"] = prism(pad.outline(), 0.0, pad.upper if gap is None else gap)
+    return _meshed(shapes, fine * MM, room * MM)
 
 
 def _ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
@@ -439,9 +439,9 @@ def _ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     For round coils it follows the mean radius of the tracks over a turn, in which a spiral moves inwards by one pitch.
     The tracks of other shapes step inwards at one place: the ring covers them as drawn.
     """
-    drawn = ring(spec, coil, number)
+    turns = ring(spec, coil, number)
     if not spec.outline.is_round:
-        return drawn
+        return turns
     step = (spec.trace_width + spec.trace_spacing) / 2
     order = [winding.layer for winding in coil.windings].index(number)
     outer = spec.size[0] / 2 - step
@@ -466,12 +466,12 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
     with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
         folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
-        within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
+        within = {face for region, entities in volumes.items() if region != AIR for face in faces(gmsh, entities)}
         # Physical groups: every region, every surface between two regions, and the outer boundary of the air
         beside: dict[int, list[str]] = {}
-        for region, own in volumes.items():
-            gmsh.model.addPhysicalGroup(3, [tag for _, tag in own], name=region)
-            for entity in own:
+        for region, entities in volumes.items():
+            gmsh.model.addPhysicalGroup(3, [tag for _, tag in entities], name=region)
+            for entity in entities:
                 for face in faces(gmsh, [entity]):
                     beside.setdefault(face, []).append(region)
         surfaces: dict[str, list[int]] = {}
@@ -482,16 +482,16 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
             gmsh.model.addPhysicalGroup(2, tags, name=name)
         grade(gmsh, edges(gmsh, within), (fine, max(fine, room / 2)), 2.4 * room)
         gmsh.model.mesh.generate(3)
-        made = {"msh": written(gmsh, folder / "field.msh")}
+        files = {"msh": written(gmsh, folder / "field.msh")}
         # gmsh's heading would name a temporary folder
         _, _, deck = written(gmsh, folder / "field.inp").split(b"\n", 2)
-        made["inp"] = b"*Heading\n coils, metal, pad and air, metres\n" + deck
+        files["inp"] = b"*Heading\n coils, metal, pad and air, metres\n" + deck
         worth = {}
-        for region, own in volumes.items():
-            volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in own) * 1e-9
-            worth[region] = {"volume_m3": float(f"{volume:.9g}"), **quality(gmsh, own)}
+        for region, entities in volumes.items():
+            volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in entities) * 1e-9
+            worth[region] = {"volume_m3": float(f"{volume:.9g}"), **quality(gmsh, entities)}
         document = {"size_at_edges_m": round(fine * 1e-3, 9), "air_m": round(room * 1e-3, 9), "all": quality(gmsh)}
-        return {**made, "json": json_bytes({**document, "regions": worth})}
+        return {**files, "json": json_bytes({**document, "regions": worth})}
 
 
 def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -> dict[str, list[Entity]]:
@@ -506,16 +506,16 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
     around = bd.Solid.make_box(size.X + 2 * room, size.Y + 2 * room, size.Z + 2 * room, corner)
     pieces = {region: imported(gmsh, shape, folder) for region, shape in regions.items()}
     air = imported(gmsh, around, folder)
-    ordered = [entity for own in pieces.values() for entity in own]
+    ordered = [entity for entities in pieces.values() for entity in entities]
     _, parts = gmsh.model.occ.fragment(air, ordered)
     gmsh.model.occ.synchronize()
     came = dict(zip(ordered, parts[len(air) :], strict=True))
-    found: dict[str, list[Entity]] = {}
-    taken: set[Entity] = set()
-    for region, own in pieces.items():
-        found[region] = sorted({part for entity in own for part in came[entity]} - taken)
-        taken |= set(found[region])
-    return {**found, AIR: sorted({part for each in parts[: len(air)] for part in each} - taken)}
+    fragments: dict[str, list[Entity]] = {}
+    claimed: set[Entity] = set()
+    for region, entities in pieces.items():
+        fragments[region] = sorted({part for entity in entities for part in came[entity]} - claimed)
+        claimed |= set(fragments[region])
+    return {**fragments, AIR: sorted({part for each in parts[: len(air)] for part in each} - claimed)}
 
 
 @contextmanager

@@ -38,14 +38,14 @@ def board_end(outline: Path, pads: tuple[Pad, ...]) -> BoardEnd:
     """Measure the board's end in the outline as drawn."""
     row, _ = contact_row(pads)
     first = min(pads, key=lambda pad: pad.number)
-    along = runs_along_x(row)
+    is_along_x = runs_along_x(row)
     x, y = first.centre
-    at, place = (x, y) if along else (y, x)
-    crossings = _crossings(outline, at, upright=along)
+    at, place = (x, y) if is_along_x else (y, x)
+    crossings = _crossings(outline, at, upright=is_along_x)
     below = max((c for c in crossings if c <= place), default=-math.inf)
     above = min((c for c in crossings if c >= place), default=math.inf)
-    ends = _crossings(outline, place, upright=not along)
-    half = first.size[0 if along else 1] / 2
+    ends = _crossings(outline, place, upright=not is_along_x)
+    half = first.size[0 if is_along_x else 1] / 2
     end = min((e for e in ends if abs(e - at) > half - SAME), key=lambda e: abs(e - at))
     edge = min(place - below, above - place)
     return BoardEnd(first, above - below, (below, above), edge, abs(end - at) - half, end)
@@ -77,8 +77,8 @@ def tail_width(
         if abs(a.y - b.y) < SAME and min(max(a.x, b.x), end) - max(min(a.x, b.x), start) > SAME
     ]
     runs = (
-        (max(one[0], other[0]), min(one[1], other[1]), *sorted((one[2], other[2])))
-        for one, other in combinations(edges, 2)
+        (max(first[0], other[0]), min(first[1], other[1]), *sorted((first[2], other[2])))
+        for first, other in combinations(edges, 2)
     )
     beside = (run for run in runs if run[1] > run[0])
     best = max(beside, key=lambda run: (run[1] - run[0], -run[0]), default=None)
@@ -87,12 +87,12 @@ def tail_width(
 
 def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
     """Return the sorted coordinates (m) at which the outline crosses the line x = `at` (if `upright`) or y = `at`."""
-    found = []
+    crossings = []
     for a, b in pairwise(outline.flattened(SAME)):
         (p, q), (r, s) = ((a.x, a.y), (b.x, b.y)) if upright else ((a.y, a.x), (b.y, b.x))
         if min(p, r) <= at <= max(p, r) and p != r:
-            found.append(q + (at - p) / (r - p) * (s - q))
-    return sorted(found)
+            crossings.append(q + (at - p) / (r - p) * (s - q))
+    return sorted(crossings)
 
 
 def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
@@ -120,14 +120,14 @@ def contact_text(pads: tuple[Pad, ...], stackup: Stackup, top_openings: tuple[Re
     width, length = contact_size(pads[0])
     apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
     size = f"{len(pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
-    bare = bare_size(pads, top_openings)
-    if bare is None:
+    bare_area = bare_size(pads, top_openings)
+    if bare_area is None:
         return f"{size}{unused_text(pads)}"
-    is_held_all_round = bare[0] < width - 1e-9
+    is_held_all_round = bare_area[0] < width - 1e-9
     cover = cover_name(stackup)
     under = f"the {cover} covers their rims" if is_held_all_round else f"the rest goes on under the {cover}"
-    wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
-    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(pads)}"
+    wide = f"{show(bare_area[0], 'm')} x " if is_held_all_round else ""
+    return f"{size}, bare over {wide}{show(bare_area[1], 'm')} ({under}){unused_text(pads)}"
 
 
 def bare_size(pads: tuple[Pad, ...], top_openings: tuple[Region, ...]) -> tuple[float, float] | None:
@@ -137,9 +137,9 @@ def bare_size(pads: tuple[Pad, ...], top_openings: tuple[Region, ...]) -> tuple[
     for opening in top_openings:
         x0, y0, x1, y1 = bounding_box([opening.outline])
         if x0 <= x <= x1 and y0 <= y <= y1:
-            along = min(x + w / 2, x1) - max(x - w / 2, x0)
+            extent = min(x + w / 2, x1) - max(x - w / 2, x0)
             across = min(y + h / 2, y1) - max(y - h / 2, y0)
-            width, length = sorted((along, across))
+            width, length = sorted((extent, across))
             return (width, length) if w * h - width * length > 1e-12 else None
     return None
 
@@ -149,8 +149,8 @@ def unused_text(pads: tuple[Pad, ...]) -> str:
     numbers = [pad.number for pad in pads if pad.is_unused]
     if not numbers:
         return ""
-    words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
-    return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
+    text = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
+    return f"; {text} nowhere: copper all the same, which the connector holds the tail by"
 
 
 def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
@@ -170,8 +170,8 @@ def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
 def end_tolerance(fpc: FpcSpec) -> float:
     """Return tolerance (m) of the board's width at the contacts: the connector's if stated, else the outline's."""
     tail = fpc.tail
-    own = tail.connector.width_tolerance if tail is not None else 0.0
-    return own or fpc.rules.outline_tolerance
+    tolerance = tail.connector.width_tolerance if tail is not None else 0.0
+    return tolerance or fpc.rules.outline_tolerance
 
 
 def contact_size(pad: Pad) -> tuple[float, float]:
@@ -182,8 +182,8 @@ def contact_size(pad: Pad) -> tuple[float, float]:
 
 def footprint_row(symbol: str, pins: int) -> Row | None:
     """Return the KiCad footprint's row for a part by its symbol; a socket's row depends on its number of pins."""
-    found = (row for row in rows("footprints") if row["symbol"] == symbol)
-    return next((row for row in found if not row["most"] or pins <= int(row["most"])), None)
+    footprints = (row for row in rows("footprints") if row["symbol"] == symbol)
+    return next((row for row in footprints if not row["most"] or pins <= int(row["most"])), None)
 
 
 def socket_pad(pads: tuple[Pad, ...], tail: Tail | None, contact: int) -> int:

@@ -147,20 +147,20 @@ def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[
 
     Names follow KiCad's. `layer` of a file is the last copper layer that its holes go through.
     """
-    found = []
+    files = []
     for lowest in spans:
         ending, kind, title = "PTH.drl", "PTH", "plated holes through all copper layers"
         if lowest != copper_layers:
             ending, kind = f"front-in{lowest - 1}.drl", "Blind"
             title = f"plated holes in the tail, through copper 1 to {lowest}"
         path = fabrication_path(name, ending)
-        found.append(FabricationFile(path, f"Plated,1,{lowest},{kind}", title, lowest))
-    return tuple(found)
+        files.append(FabricationFile(path, f"Plated,1,{lowest},{kind}", title, lowest))
+    return tuple(files)
 
 
-def drill_title(words: str, name: str, title: str) -> str:
-    """Return a drill file's first comment: design name, issue (`words`) and kind of holes (`title`)."""
-    return f"{name}{f' ({words})' if words else ''}: {title}"
+def drill_title(issue: str, name: str, title: str) -> str:
+    """Return a drill file's first comment: design name, issue (`issue`) and kind of holes (`title`)."""
+    return f"{name}{f' ({issue})' if issue else ''}: {title}"
 
 
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
@@ -200,9 +200,10 @@ def panel_files(
 
 def panel_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
     """Return the X2 file attributes of the panel's set: an array with its own coordinate system."""
-    own = {".SameCoordinates": f"{name}-panel", ".Part": "Array"}
+    panel_values = {".SameCoordinates": f"{name}-panel", ".Part": "Array"}
     attributes = project_attributes(revision, name)
-    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in attributes)
+    return tuple((name, panel_values[name]) if name in panel_values else (name, *values) for name,
+                 *values in attributes)
 
 
 def project_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
@@ -274,9 +275,9 @@ def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> 
     ]
 
 
-def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
+def tools(holes: Sequence[DrilledHole], kind: str) -> list[Tool]:
     """Return one tool per finished diameter of holes of one kind, smallest first."""
-    return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
+    return [Tool(diameter, tuple(drilled), kind) for diameter, drilled in tools_of(holes)]
 
 
 def plated_words(spans: tuple[int, ...], lowest: int) -> str:

@@ -62,9 +62,9 @@ def plating_text(stackup: Stackup) -> str:
     for layer in stackup.copper:
         if layer.plated:
             times.setdefault(stackup.platings(layer.number), []).append(str(layer.number))
-    words = {1: "once", 2: "twice"}
-    found = [f"copper {' and '.join(numbers)} {words[count]}" for count, numbers in sorted(times.items())]
-    return f"{text} ({', '.join(found)})" if found else text
+    counts = {1: "once", 2: "twice"}
+    layers = [f"copper {' and '.join(numbers)} {counts[count]}" for count, numbers in sorted(times.items())]
+    return f"{text} ({', '.join(layers)})" if layers else text
 
 
 def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
@@ -80,8 +80,8 @@ def holes_text(copper_layers: int, vias: tuple[Via, ...], tail_layers: int, insi
     count, through = len(vias), tail_layers
     if not inside:
         return "through all layers"
-    own = f"{inside} in the tail through its {counted(through, 'layer')}"
-    return f"{count - inside} through all {copper_layers} layers, {own}"
+    tail_text = f"{inside} in the tail through its {counted(through, 'layer')}"
+    return f"{count - inside} through all {copper_layers} layers, {tail_text}"
 
 
 def step_text(layout: Layout) -> str:
@@ -114,27 +114,27 @@ def bend_text(stretch: tuple[float, float] | None, tail_bends: tuple[Bend, ...],
     Holes and joints must stay out of this stretch. The text also relates each bend's line to the pivot of the jaw's
     hinge.
     """
-    found = tail_bends
     if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
-    if not found:
+    if not tail_bends:
         return "The tail is not bent."
-    said = []
-    for bend in found:
+    texts = []
+    for bend in tail_bends:
         how = "in use (dynamic)" if bend.is_dynamic else "once, at assembly (static)"
         why = f", {bend.why}" if bend.why else ""
         if not why and pivot is not None:
             is_there = math.isclose(pivot, bend.line, abs_tol=1e-9)
-            away = f" (the jaw's hinge has its pivot at x = {show(pivot, 'm')})"
-            why = ", where the jaw's hinge has its pivot" if is_there else away
+            pivot_text = f" (the jaw's hinge has its pivot at x = {show(pivot, 'm')})"
+            why = ", where the jaw's hinge has its pivot" if is_there else pivot_text
         room = "the rules state no radius"
         if bend.radius is not None:
-            taken = f"x = {show(bend.start, 'm')} to {show(bend.end, 'm')}"
-            room = f"inside radius at least {show(bend.radius, 'm')}, which takes {taken}"
-        said.append(f"{how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}{why}; {room}")
+            range_text = f"x = {show(bend.start, 'm')} to {show(bend.end, 'm')}"
+            room = f"inside radius at least {show(bend.radius, 'm')}, which takes {range_text}"
+        line = show(bend.line, "m")
+        texts.append(f"{how} by {bend_words(bend)}, about the line across it at x = {line}{why}; {room}")
     a, b = (show(x, "m") for x in stretch)
     return (
-        f"The tail bends {'; then '.join(said)}. It bends nowhere else. No holes "
+        f"The tail bends {'; then '.join(texts)}. It bends nowhere else. No holes "
         f"and no joints between x = {a} and x = {b}."
     )
 
@@ -155,21 +155,20 @@ def bend_place(body_end: float, bend: Bend) -> str:
 
 def bent_text(layout: Layout) -> str:
     """Describe how to bend the tail at assembly: lines, angles and inside radius, from the body outwards."""
-    found = bends(layout)
-    if not found:
+    tail_bends = bends(layout)
+    if not tail_bends:
         return "Do not bend the tail."
-    lines = ", then by ".join(bend_place(layout.body[2], bend) for bend in found)
-    radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
+    lines = ", then by ".join(bend_place(layout.body[2], bend) for bend in tail_bends)
+    radius = "" if tail_bends[0].radius is None else f", inside radius {in_mm(tail_bends[0].radius)} mm or more"
     return (
         f"Bend the tail by {lines}{radius}, and nowhere else: the drawing of the board has these lines."
         f"{hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))}"
     )
 
 
-def hinge_text(tail: Tail | None, jaw: Jaw | None, bend: Bend | None) -> str:
+def hinge_text(tail: Tail | None, jaw: Jaw | None, hinge_bend: Bend | None) -> str:
     """Warn that a bend at the hinge of a moving jaw must be dynamic; empty if it need not be, or is."""
-    own = bend
-    if own is None or own.is_dynamic or not bends_at_every_grasp(tail, jaw):
+    if hinge_bend is None or hinge_bend.is_dynamic or not bends_at_every_grasp(tail, jaw):
         return ""
     return (
         " In a jaw that moves against the shaft, the bend farthest from the body moves at every grasp: this needs "
@@ -197,8 +196,8 @@ def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     """
     size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
     turned = {coil.name: math.degrees(coil.placement.rotation) for coil in coils if coil.placement.rotation}
-    words = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
-    rotated = f"; turned: {words}" if words and not spec.outline.is_round else ""
+    angles = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
+    rotated = f"; turned: {angles}" if angles and not spec.outline.is_round else ""
     return (
         f"Coils ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
         f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')}{rotated}."
@@ -220,8 +219,8 @@ def chip_text(capacitors: tuple[Capacitor, ...], chip: Chip | None) -> str:
     if not capacitors or chip is None:
         return ""
     names = ", ".join(each.reference for each in capacitors)
-    along, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
-    return f"Pads of {names} ({chip.name}): {along} x {across}, {show(chip.pitch, 'm')} from middle to middle."
+    length, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
+    return f"Pads of {names} ({chip.name}): {length} x {across}, {show(chip.pitch, 'm')} from middle to middle."
 
 
 def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
@@ -229,8 +228,8 @@ def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
     if plate is None:
         return ""
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
-    along, across = (y1 - y0, x1 - x0) if tail is not None and tail.turn != "none" else (x1 - x0, y1 - y0)
-    size = f"{show(along, 'm')} along the tail, {show(across, 'm')} across"
+    length, across = (y1 - y0, x1 - x0) if tail is not None and tail.turn != "none" else (x1 - x0, y1 - y0)
+    size = f"{show(length, 'm')} along the tail, {show(across, 'm')} across"
     film = plate.thickness - plate.adhesive
     parts = f" ({show(film, 'm')} film and {show(plate.adhesive, 'm')} adhesive)" if plate.adhesive else ""
     ask = "" if plate.adhesive else "; not a stock thickness that we know of: tell us the nearest that you have"
@@ -242,17 +241,17 @@ def contact_sum_text(
     stiffener: Stiffener | None, contact_layers: frozenset[int], tail_layers: int, thickness: FinishedThickness
 ) -> str:
     """Describe the copper layers under the contacts and the total thickness with films and stiffener."""
-    copper, made = sorted(contact_layers), show(thickness.nominal, "m")
+    copper, total = sorted(contact_layers), show(thickness.nominal, "m")
     there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_layers else ''}"
     plate = "" if stiffener is None else f" and a stiffener of {show(stiffener.thickness, 'm')}"
-    return f"there {there} counts, which with the films of the stack-up{plate} gives {made}"
+    return f"there {there} counts, which with the films of the stack-up{plate} gives {total}"
 
 
 def laminate_text(stackup: Stackup) -> str:
     """Describe the films between copper layers, with or without adhesive, as far as known."""
     names = dict.fromkeys(layer.material for layer in stackup.layers if layer.kind is not LayerKind.COPPER)
-    words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
-    return "; ".join(words) or "as the stack-up's materials say"
+    texts = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
+    return "; ".join(texts) or "as the stack-up's materials say"
 
 
 def layer_text(layer: StackLayer) -> str:
@@ -312,14 +311,15 @@ def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1
     """
     if boards is None:
         return ""
-    wanted = counted(boards, "board")
+    board_count = counted(boards, "board")
     if panel_parts is None:
         sold = math.ceil(boards / multiple) * multiple
-        return wanted if sold == boards else f"{wanted}: order {sold}, they are sold in multiples of {multiple}"
+        multiples = f": order {sold}, they are sold in multiples of {multiple}"
+        return board_count if sold == boards else f"{board_count}{multiples}"
     panels = math.ceil(boards / panel_parts)
     spare = panels * panel_parts - boards
     more = f", {spare} more than wanted" if spare else ""
-    return f"{wanted}: {counted(panels, 'panel')} of {panel_parts} ({panels * panel_parts} boards{more})"
+    return f"{board_count}: {counted(panels, 'panel')} of {panel_parts} ({panels * panel_parts} boards{more})"
 
 
 _LAMINATES = {
@@ -347,16 +347,16 @@ def thickness_text(layout: Layout, where: Where) -> str:
     For contacts that are plugged in, the text states the thickness that the connector takes. It adds a warning if the
     fabricator's tolerance is wider.
     """
-    made, tail = finished_thickness(layout, where), layout.spec.fpc.tail
+    finished, tail = finished_thickness(layout, where), layout.spec.fpc.tail
     if where is not Where.CONTACT or tail is None or tail.connector.insertion_thickness <= 0.0:
-        return _band(made)
-    wanted, allowed = tail.connector.insertion_thickness, tail.connector.insertion_thickness_tolerance
-    low, high = wanted - allowed, wanted + allowed
-    text = f"{_band(FinishedThickness(low, wanted, high, ''))}, as {tail.connector.name} takes it"
-    if made.minimum >= low - ROUNDING and made.maximum <= high + ROUNDING:
+        return _band(finished)
+    nominal, allowed = tail.connector.insertion_thickness, tail.connector.insertion_thickness_tolerance
+    low, high = nominal - allowed, nominal + allowed
+    text = f"{_band(FinishedThickness(low, nominal, high, ''))}, as {tail.connector.name} takes it"
+    if finished.minimum >= low - ROUNDING and finished.maximum <= high + ROUNDING:
         return text
-    kept = f"+/- {show(made.maximum - made.nominal, 'm')} about {show(made.nominal, 'm')}"
-    return f"{text}: closer than {layout.spec.fpc.rules.name} keeps ({kept}), to be confirmed or measured"
+    delivered = f"+/- {show(finished.maximum - finished.nominal, 'm')} about {show(finished.nominal, 'm')}"
+    return f"{text}: closer than {layout.spec.fpc.rules.name} keeps ({delivered}), to be confirmed or measured"
 
 
 ROUNDING = 1e-9

@@ -32,10 +32,10 @@ from sitscad.spec.mount import Mount
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
 
-def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
+def moved_rows(calibration: Calibration) -> Iterable[tuple[str, ...]]:
     """Yield a row per unknown: fitted value, its sigma, usual scatter, and change in sigmas of manufacture."""
-    units = {one.name: one.unit for one in found.sensors.known}
-    for name, row in found.moved.items():
+    units = {unknown.name: unknown.unit for unknown in calibration.sensors.known}
+    for name, row in calibration.moved.items():
         yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
                f"{row['moved_by_sigmas']:+.1f} sigma")
 
@@ -46,70 +46,72 @@ def _amount(value: float, unit: str) -> str:
     return f"{np.degrees(value):.2g} deg" if unit == "rad" else quantity(value, unit, 2)
 
 
-def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
+def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
     """Return head and rows of the points: load, reading, and residuals of both fits; empty for poses without loads."""
-    points, fit = found.points, found.fit
+    points, fit = calibration.points, calibration.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
         return [], []
-    settled, columns, axes = points.settled, found.sensors.range.columns, found.map.axes
-    read = found.map(settled.frequency, settled.rest)
+    settled, columns, axes = points.settled, calibration.sensors.range.columns, calibration.map.axes
+    read = calibration.map(settled.frequency, settled.rest)
     head = ["point", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
     rows, scale = [], shown_scales(axes)
     numbers = np.cumsum(~points.at_rest)  # tares are not counted, as in figure and plan
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
         foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in scale * alone]
-        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in scale * load),
+        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{value:.3f}" for value in scale * load),
                      *(f"{off:+.3f}" for off in scale * (force - load)), *foretold])
     return head, rows
 
 
-def calibration_text(found: Calibration) -> str:
+def calibration_text(calibration: Calibration) -> str:
     """Return the calibration in few lines, for a terminal."""
-    what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
-    lines = [f"{what}: {found.map.form}", *table(*head_and_rows(found.error_rows)), "", found.errors_are]
-    if found.fit is not None:
-        lines += ["", *table(MOVED_HEAD, moved_rows(found))]
-        unusual = [name for name, row in found.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
+    what = "Calibrated by its points" if calibration.fit is not None else "As drawn, after a tare: not calibrated"
+    lines = [f"{what}: {calibration.map.form}", *table(*head_and_rows(calibration.error_rows)), "",
+             calibration.errors_are]
+    if calibration.fit is not None:
+        lines += ["", *table(MOVED_HEAD, moved_rows(calibration))]
+        unusual = [name for name, row in calibration.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
         if unusual:
             lines += ["", f"unusual for this design: {', '.join(unusual)}"]
-    if found.plan is not None:
-        lines += ["", f"{len(found.plan.loads)} points are planned"]
-    return "\n".join([*lines, *(f"note: {note}" for note in found.notes), ""])
+    if calibration.plan is not None:
+        lines += ["", f"{len(calibration.plan.loads)} points are planned"]
+    return "\n".join([*lines, *(f"note: {note}" for note in calibration.notes), ""])
 
 
-def calibration_page(found: Calibration) -> bytes:
+def calibration_page(calibration: Calibration) -> bytes:
     """Return the calibration as a page with a figure."""
-    name, issue = escape(printable(found.map.sensor)), found.sensors.model.spec.issue
+    name, issue = escape(printable(calibration.map.sensor)), calibration.sensors.model.spec.issue
     parts = [
         f"<h1>Calibration of {name}</h1>", soft(issue.words),
-        f"<p>{escape(found.map.form)}</p>",
-        html_table(*head_and_rows(found.error_rows), found.errors_are), *_measured(found), *_foretold(found),
-        *(f"<p>{escape(note)}</p>" for note in found.notes),
+        f"<p>{escape(calibration.map.form)}</p>",
+        html_table(*head_and_rows(calibration.error_rows), calibration.errors_are), *_measured(calibration),
+        *_foretold(calibration),
+        *(f"<p>{escape(note)}</p>" for note in calibration.notes),
     ]
-    return page(f"Calibration of {printable(found.map.sensor)}", parts).encode("utf-8")
+    return page(f"Calibration of {printable(calibration.map.sensor)}", parts).encode("utf-8")
 
 
-def _measured(found: Calibration) -> Iterable[str]:
+def _measured(calibration: Calibration) -> Iterable[str]:
     """Yield the unknowns fitted to the points, and the residuals of each point."""
-    if found.fit is not None:
+    if calibration.fit is not None:
         yield "<h2>What the points say of this sensor</h2>"
-        yield html_table(MOVED_HEAD, moved_rows(found), MOVED)
-    head, rows = point_rows(found)
+        yield html_table(MOVED_HEAD, moved_rows(calibration), MOVED)
+    head, rows = point_rows(calibration)
     if rows:
         yield "<h2>Points</h2>"
-        yield f"<figure class='paper'>{figure(found)}<figcaption>{CAPTION}</figcaption></figure>"
+        yield f"<figure class='paper'>{figure(calibration)}<figcaption>{CAPTION}</figcaption></figure>"
         yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
 
 
-def _foretold(found: Calibration) -> Iterable[str]:
+def _foretold(calibration: Calibration) -> Iterable[str]:
     """Yield the table of planned points, with the expected errors after each point."""
-    if found.plan is not None:
-        axes = found.map.axes
-        scope = found.sensors.range
-        loads = np.vstack([scope.pressed(0.0), found.plan.loads])[:, scope.columns] * shown_scales(axes)
+    if calibration.plan is not None:
+        axes = calibration.map.axes
+        scope = calibration.sensors.range
+        loads = np.vstack([scope.pressed(0.0), calibration.plan.loads])[:, scope.columns] * shown_scales(axes)
         rows = []
-        for k, (load, errors) in enumerate(zip(loads, found.plan.errors * shown_scales(axes), strict=True)):
+        for k, (load, errors) in enumerate(zip(loads, calibration.plan.errors * shown_scales(axes), strict=True)):
             rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
                          *(f"{error:.2g}" for error in errors)])
         named = [f"{name} {SHOWN[unit_of(name)][1]}" for name in axes]
@@ -129,12 +131,12 @@ WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 260.0, 60.0, 34.0
 COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
 
 
-def figure(found: Calibration) -> str:
+def figure(calibration: Calibration) -> str:
     """Draw the residuals of each point, in per cent of full scale, over the points' numbers."""
-    points, fit = found.points, found.fit
+    points, fit = calibration.points, calibration.fit
     assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
-    settled, full = points.settled, found.map.full_scale
-    read = found.map(settled.frequency, settled.rest) - points.loads[:, found.sensors.range.columns]
+    settled, full = points.settled, calibration.map.full_scale
+    read = calibration.map(settled.frequency, settled.rest) - points.loads[:, calibration.sensors.range.columns]
     parts = [100.0 * part[~points.at_rest] / full for part in (read, fit.force_errors)]
     most = max(float(np.nanmax(np.abs(part))) for part in parts)
     power = 10.0 ** np.floor(np.log10(most)) if most > 0.0 else 1.0
@@ -150,11 +152,11 @@ def figure(found: Calibration) -> str:
         x = LEFT + 15.0 + (k + 0.5) * step
         sheet.text(x, BOTTOM - 16.0, str(k + 1), 11.0, "middle")
         for axis, colour in enumerate(COLOURS[: len(full)]):
-            aside = (axis - 0.5 * (len(full) - 1)) * min(12.0, 0.3 * step)
+            offset = (axis - 0.5 * (len(full) - 1)) * min(12.0, 0.3 * step)
             for part, is_filled in zip(parts, (True, False), strict=True):
-                dot = circle(Point(x + aside, middle + half * float(part[k, axis]) / most), 3.5)
+                dot = circle(Point(x + offset, middle + half * float(part[k, axis]) / most), 3.5)
                 sheet.draw(dot, Pen(1.2, colour), colour if is_filled else None)
-    for axis, name in enumerate(found.map.axes):
+    for axis, name in enumerate(calibration.map.axes):
         sheet.text(LEFT + 15.0 + 90.0 * axis, 4.0, name, 11.0, colour=COLOURS[axis])
     return svg(sheet)
 
@@ -184,16 +186,16 @@ ASIDE = 0.1e-3
 """Common shift (m) of all loads whose additional errors a plan states."""
 
 
-def place_words(found: Calibration, plan: Plan) -> tuple[str, ...]:
+def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
     """Describe the required accuracy of the loads' places and the errors by a shift; empty for a level target."""
-    if found.sensors.is_held:
+    if calibration.sensors.is_held:
         return ()
-    sigma, axes = usual("place"), found.sensors.range.axes
+    sigma, axes = usual("place"), calibration.sensors.range.axes
     return (
         f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
         f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
         f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.shifted, axes)}",
-        f"({'N, N mm' if found.sensors.range.has_moments else 'N'}).",
+        f"({'N, N mm' if calibration.sensors.range.has_moments else 'N'}).",
     )
 
 
@@ -206,20 +208,20 @@ def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
     return Point(centre.x + scale * (point.x - middle.x), centre.y + scale * (point.y - middle.y))
 
 
-def plan_card(found: Calibration, plan: Plan) -> bytes:
+def plan_card(calibration: Calibration, plan: Plan) -> bytes:
     """Draw the card of load places as an SVG in millimetres.
 
     One picture is the target's outline with all places at 1:1, to be cut out. A larger picture has the row numbers of
     each place.
     """
-    spec, axes = found.sensors.model.spec, found.sensors.range.axes
+    spec, axes = calibration.sensors.model.spec, calibration.sensors.range.axes
     plate = targets(spec)[0]
     half, middle = [500.0 * side for side in plate.footprint.size], plate.footprint.centre
     rows: dict[tuple[float, float], list[int]] = {}
     for number, load in enumerate(plan.loads, start=1):
         rows.setdefault(load_place(load), []).append(number)
     high, wide = 2.0 * (CARD_SCALE * half[1] + CARD_EDGE), 2.0 * (CARD_SCALE + 1.0) * half[0] + 3.0 * CARD_EDGE
-    words = [f"{found.map.sensor}: print at 100 %. This line is 20 mm long.",
+    lines = [f"{calibration.map.sensor}: print at 100 %. This line is 20 mm long.",
              f"{', '.join(axes)}; x and y from the middle of the outermost face, seen on it"]
     size = max(wide, 125.0), high + 16.0
     sheet = Sheet("Places of loads", size, unit="mm", decimals=3)
@@ -237,7 +239,7 @@ def plan_card(found: Calibration, plan: Plan) -> bytes:
     sheet.text(end.x + 1.0, end.y - 0.8, "+x", 2.5)
     sheet.text(at[1].x, at[1].y + CARD_SCALE * half[1] + 1.5, "+y", 2.5, "middle")
     sheet.line(CARD_EDGE, 12.0, CARD_EDGE + 20.0, 12.0, Pen(0.1))
-    for line, word in enumerate(words):
+    for line, word in enumerate(lines):
         sheet.text(CARD_EDGE, 8.0 - 4.0 * line, word, 2.5)
     return svg(sheet).encode("utf-8")
 
@@ -281,9 +283,9 @@ def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
     )
 
 
-def plan_table(found: Calibration, plan: Plan) -> bytes:
+def plan_table(calibration: Calibration, plan: Plan) -> bytes:
     """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation."""
-    sensors = found.sensors
+    sensors = calibration.sensors
     scale = shown_scales(sensors.range.axes)
     rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] + [""] * len(sensors.coils)
             for load in plan.rows]
@@ -298,26 +300,26 @@ READ_BY_FIRMWARE = (
 """Lines of the plan for a converter whose driver is in the package."""
 
 
-def plan_words(found: Calibration, plan: Plan) -> bytes:
+def plan_words(calibration: Calibration, plan: Plan) -> bytes:
     """Return the plan's instructions, and the expected errors after each point."""
-    issue = found.sensors.model.spec.issue
-    scope, readings = found.sensors.range, int(usual("readings"))
-    rotation, conversion = found.sensors.rotation, found.sensors.conversion
-    device = found.sensors.model.spec.readout.device
-    made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if conversion.is_partial else ""
-    (other,) = (one for one in ROTATIONS if one != rotation)
-    of, units = "" if found.cell is None else f" --cell {found.cell}", "N, N mm" if scope.has_moments else "N"
+    scope, readings, spec = calibration.sensors.range, int(usual("readings")), calibration.sensors.model.spec
+    has_moments = scope.has_moments
+    rotation, conversion = calibration.sensors.rotation, calibration.sensors.conversion
+    device, issue = spec.readout.device, spec.issue
+    counts_note = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if conversion.is_partial else ""
+    (other,) = (name for name in ROTATIONS if name != rotation)
+    of, units = "" if calibration.cell is None else f" --cell {calibration.cell}", "N, N mm" if has_moments else "N"
     lines = [
-        f"Calibration of the sensor {found.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
+        f"Calibration of the sensor {calibration.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
         "SPEC in the commands is the sensor's YAML file. A package has it in its folder spec/.", "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
-        f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
+        f"   {readings} readings (counts{counts_note}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
-        *(f"   {line}" for line in place_words(found, plan)),
+        *(f"   {line}" for line in place_words(calibration, plan)),
         *(f"   {line}" for line in (*directions(scope.axes),
-                                    *held_by(found.sensors.model.spec.coil, found.sensors.model.spec.mount))),
+                                    *held_by(spec.coil, spec.mount))),
         *(READ_BY_FIRMWARE if device.has_driver else ("   Frequencies may be filled in, too: in Hz, in columns C1_Hz, "
                                                       "C2_Hz, ... in place of counts.",)),
         *([] if scope.has_moments else [
@@ -339,10 +341,10 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
-        words = load_words(load, scope.axes, rotation)
-        lines.append(f"{number:>3}  {words:<48}  {_errors(error, scope.axes):<30}".rstrip())
-    weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
-    lines += ["", *weighed, *(f"Note: {note}." for note in found.notes), ""]
+        load_text = load_words(load, scope.axes, rotation)
+        lines.append(f"{number:>3}  {load_text:<48}  {_errors(error, scope.axes):<30}".rstrip())
+    weighed = [] if calibration.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
+    lines += ["", *weighed, *(f"Note: {note}." for note in calibration.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")
 
 

@@ -75,16 +75,16 @@ def solids_document(glb: bytes, jaw: Jaw | None, pivot: Point | None) -> dict[st
     for node in scene["nodes"]:
         if "mesh" not in node:
             continue
-        (one,) = scene["meshes"][node["mesh"]]["primitives"]
-        x, up, back = MM * array(one["attributes"]["POSITION"], "<f4", 3).astype(float).T
-        meshes.append((node["name"], scene["materials"][one["material"]], np.stack([x, -back, up], axis=1),
-                       array(one["indices"], "<u4", 1)[:, 0]))
+        (primitive,) = scene["meshes"][node["mesh"]]["primitives"]
+        x, up, back = MM * array(primitive["attributes"]["POSITION"], "<f4", 3).astype(float).T
+        meshes.append((node["name"], scene["materials"][primitive["material"]], np.stack([x, -back, up], axis=1),
+                       array(primitive["indices"], "<u4", 1)[:, 0]))
     low = np.min([points.min(axis=0) for _, _, points, _ in meshes], axis=0)
     high = np.max([points.max(axis=0) for _, _, points, _ in meshes], axis=0)
     step = np.maximum(high - low, 1e-6) / (2**16 - 1)
     parts, places, corners, first, start = [], [], [], 0, 0
     for name, material, points, triangles in meshes:
-        known, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
+        vertices, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
         *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
         parts.append({
             "name": name, "group": TOGETHER.get(name.partition("-")[0], name),
@@ -92,9 +92,9 @@ def solids_document(glb: bytes, jaw: Jaw | None, pivot: Point | None) -> dict[st
             "first": first, "start": start, "count": len(triangles),
             "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,
         })
-        places.append(known)
+        places.append(vertices)
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
-        first, start = first + len(known), start + len(triangles)
+        first, start = first + len(vertices), start + len(triangles)
     # Pivot (mm; x, z) and opening angle (rad); None if the jaw's hinge is not known
     # Pivot (mm; x, z) and opening angle (rad); None if the jaw's hinge is not known
     jaw, hinge = jaw, None
@@ -129,9 +129,9 @@ def pushed_document(
         }
         for k in (0, 1)
     ]
-    known = None if calibration is None else calibration["map"] | {"least": LEAST, "beyond": BEYOND}
+    map_document = None if calibration is None else calibration["map"] | {"least": LEAST, "beyond": BEYOND}
     return {
-        "table": table, "map": known,
+        "table": table, "map": map_document,
         "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": conversion.counts_per_step,
                        "offsets": list(conversion.offsets)},
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
@@ -181,16 +181,16 @@ def live_page(
     ValueError
         If the sensor cannot be read, or a map belongs to another sensor.
     """
-    known = []
-    for one in (one.get("map", one) for one in calibrations):
-        own, prefix = map_columns(spec, one["coils"])  # indices of its coils, prefix of its axes
-        known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
-    document = _document(spec.name, spec.readout, estimates.coils, estimates.readout, known)
+    maps = []
+    for calibration in (calibration.get("map", calibration) for calibration in calibrations):
+        coil_numbers, prefix = map_columns(spec, calibration["coils"])  # indices of its coils, prefix of its axes
+        maps.append({**calibration, "least": LEAST, "beyond": BEYOND, "columns": coil_numbers, "prefix": prefix})
+    document = _document(spec.name, spec.readout, estimates.coils, estimates.readout, maps)
     document["source"] = "events" if served else "serial"
     names = [coil["name"] for coil in document["coils"]]
     baud = serial_settings(spec.array.placements, spec.cells, estimates.readout.scan_rate).baud
     bar = "" if served else BAR.format(baud)
-    if not served and known:
+    if not served and maps:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
     warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""
     folder = files("sitscad.files.report") / "assets"
@@ -198,7 +198,7 @@ def live_page(
     parts = [
         f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
         f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
-        part("Forces", _forces(known, all(one.get("is_calibrated") for one in calibrations))),
+        part("Forces", _forces(maps, all(calibration.get("is_calibrated") for calibration in calibrations))),
         part("Coils", _table(
             ("coil", "state", "counts", "Hz", "change, Hz", "change"),
             [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
@@ -211,36 +211,36 @@ def live_page(
 
 def _document(
     name: str, spec_readout: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate,
-    known: Sequence[Document],
+    maps: Sequence[Document],
 ) -> dict[str, Any]:
     """Return the data for the page's script: the sensor's identity, Hz per count, the coils, the maps."""
-    conversion, found = readout.conversion, bands(coils, usual("coil_inductance"))
+    conversion, coil_bands = readout.conversion, bands(coils, usual("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{name} has no converter that is set")
     per_hz = 1.0 / conversion.hertz_per_count
     spans = [
         {
-            "name": one.coil, "rest": round(one.assembled.design * per_hz),
-            "span": max(round((one.working.high - one.assembled.high) * per_hz), 1),
+            "name": band.coil, "rest": round(band.assembled.design * per_hz),
+            "span": max(round((band.working.high - band.assembled.high) * per_hz), 1),
         }
-        for one in found
+        for band in coil_bands
     ]
     number = identity(name, devices(spec_readout, coils, readout))
     return {
         "name": name, "id": f"{number:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": spans,
-        "maps": known,
+        "maps": maps,
     }
 
 
-def _forces(known: Sequence[Document], is_calibrated: bool) -> str:
-    if not known:
+def _forces(maps: Sequence[Document], is_calibrated: bool) -> str:
+    if not maps:
         return "<p>There is no map to newtons: this sensor has no target on a pad, or no calibration was given.</p>"
     by = (
         "Forces by the calibration of this sensor." if is_calibrated else
         "Forces by the map of the sensor as it is drawn: calibrate yours, and give its calibration.json."
     )
-    axes = [(one["prefix"], axis, error) for one in known
-            for axis, error in zip(one["axes"], one["error"], strict=True)]
+    axes = [(map_document["prefix"], axis, error) for map_document in maps
+            for axis, error in zip(map_document["axes"], map_document["error"], strict=True)]
     rows = [(f"{prefix.replace('.', ' ')}{AXIS_WORDS[axis]}{', N mm' if axis in MOMENTS else ''}",
              *(f"{what}.{prefix}{axis}" for what in ("force_N", "sigma_N", "bar"))) for prefix, axis, _ in axes]
     table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)

@@ -49,21 +49,22 @@ if TYPE_CHECKING:
 
 def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
-    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    performance: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None,
+    at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Return tables of coils, states and readout settings, then the cross-checks and notes on the estimates."""
     if estimates is None:
         why = styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour)
         return f"{as_findings([checked], OutputOptions(colour))}{why}\n"
-    first, *others = estimate_tables(estimates)
+    first, *following = estimate_tables(estimates)
     by_cell = Table(*head_and_rows(cells["in_words"]), CELLS_TITLE) if cells else Table((), ())
-    tables = [first, by_result(at, AT_FREQUENCY, AT_TITLE), *others, by_cell]
+    tables = [first, by_result(at, AT_FREQUENCY, AT_TITLE), *following, by_cell]
     last = [readout_table(estimates.coils, estimates.readout), *stack_tables(estimates),
             cross_check_table(estimates.cross_checks, estimates.no_cross_check)]
     blocks = [
         styled(printable(path), "bold", colour),
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
-        *(table_text(each, colour) for each in tables), *performance_blocks(felt, colour),
+        *(table_text(each, colour) for each in tables), *performance_blocks(performance, colour),
         *(table_text(each, colour) for each in last),
         *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
     ]
@@ -72,7 +73,8 @@ def as_text(
 
 def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
-    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    performance: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None,
+    at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Return the JSON document of ``estimate``.
 
@@ -83,10 +85,10 @@ def as_json(
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
-    asked: dict[str, Any] = {} if felt is None else {"performance": felt.documents()}
-    asked |= {"cells": cells} if cells else {}
-    asked |= {"at_frequency": [coil.document() for coil in at]} if at else {}
-    return to_json({**estimates.as_json(path), **asked})
+    optional: dict[str, Any] = {} if performance is None else {"performance": performance.documents()}
+    optional |= {"cells": cells} if cells else {}
+    optional |= {"at_frequency": [coil.document() for coil in at]} if at else {}
+    return to_json({**estimates.as_json(path), **optional})
 
 
 CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the worst cell of those solved"
@@ -124,8 +126,8 @@ def coil_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     changes = [coil.resistance_change for coil in coils]
     if any(changes):
         either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
-        words = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
-        rows.append([RESISTANCE_CHANGE, *words])
+        texts = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
+        rows.append([RESISTANCE_CHANGE, *texts])
     return Table(["", *(coil.name for coil in coils)], rows, at_temperature("Coils", temperature))
 
 
@@ -191,10 +193,10 @@ def state_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
 
 def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_force: float | None) -> Table:
     """Return the inductances in each state as read by a meter and by the firmware's formula."""
-    found = _by_state(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
+    table = _by_state(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
     changes = ((coil.name, coil.converter_sensitivity(normal_force)) for coil in coils)
     moved = [[name, "per newton", NONE, plus_minus(*change, "H", "/N")] for name, change in changes if change]
-    return found._replace(rows=[*found.rows, *moved], notes=OTHERS_MEANING)
+    return table._replace(rows=[*table.rows, *moved], notes=OTHERS_MEANING)
 
 
 def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
@@ -204,11 +206,11 @@ def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
         return percent(sigma / value) if sigma is not None and value else NONE
 
     quantities = [each for each in TANK if each.sigma]
-    found = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
+    table = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
     spreads = [state.spread for coil in coils for state in coil.states.values() if state.spread is not None]
-    causes = [spread.causes.get("parallel_resistance", NONE) for spread in spreads]
-    rows = [[*row, cause] for row, cause in zip(found.rows, causes, strict=True)]
-    return found._replace(head=(*found.head, "Rp mostly by"), rows=rows)
+    causes = [scatter.causes.get("parallel_resistance", NONE) for scatter in spreads]
+    rows = [[*row, cause] for row, cause in zip(table.rows, causes, strict=True)]
+    return table._replace(head=(*table.head, "Rp mostly by"), rows=rows)
 
 
 def matrix_table(
@@ -332,11 +334,11 @@ def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
 _NUMERIC = frozenset("0123456789+-")
 
 
-def table_text(found: Table, colour: bool = False) -> str:
+def table_text(content: Table, colour: bool = False) -> str:
     """Return a table under its title, with its notes below. Empty if it has no rows."""
-    head = found.head if any(found.head) else ()
-    lines = [*table(head, found.rows), *found.notes] if found.rows else []
-    title = [styled(found.title, "bold", colour)] if found.title else []
+    head = content.head if any(content.head) else ()
+    lines = [*table(head, content.rows), *content.notes] if content.rows else []
+    title = [styled(content.title, "bold", colour)] if content.title else []
     return "\n".join([*title, *(f"  {line}" for line in lines)]) if lines else ""
 
 
@@ -344,9 +346,9 @@ def performance_blocks(report: PerformanceReport | None, colour: bool) -> list[s
     """Return the sensing performance as blocks of text: tables, then notes. Empty without a target."""
     if report is None or not report.points:
         return []
-    first, *others = report.tables()
+    first, *following = report.tables()
     first = first._replace(title=PERFORMANCE_TITLE)
-    return [*(table_text(each, colour) for each in (first, *others)),
+    return [*(table_text(each, colour) for each in (first, *following)),
             "\n".join(f"note: {note}" for note in report.points[-1].notes)]
 
 

@@ -46,7 +46,7 @@ REFUSED = "This design does not meet its own checks: sitscad build refuses it."
 
 def render(
     checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
-    wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
+    wiring: Sequence[Sequence[str]] = (), sheet: Document | None = None, bench: Estimates | None = None,
     moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
 ) -> str:
     """Return the page as HTML text.
@@ -67,7 +67,7 @@ def render(
         Sizes (bytes) of the package's other files by path.
     wiring : sequence
         Table of the contacts' connections, its head first.
-    felt : mapping, optional
+    sheet : mapping, optional
         Sensing performance, as in JSON.
     bench : Estimates, optional
         Estimates at 20 degrees Celsius, by which boards are tested.
@@ -84,7 +84,7 @@ def render(
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
         _head(checked, spec, estimates, FORCED if is_built else REFUSED),
-        _tiles(checked, estimates.coils, estimates.incomplete, estimates.readout.scan_rate, felt or {}),
+        _tiles(checked, estimates.coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
         part("Findings", findings_part(checked), "findings"),
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
         part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
@@ -92,7 +92,7 @@ def render(
         part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
         part("Incoming test", _incoming(estimates.readout, bench)),
         part("Electrical numbers", _electrical(estimates)),
-        part("What it feels", _performance_section(felt or {})),
+        part("What it feels", _performance_section(sheet or {})),
         part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.coils, estimates.readout)])),
         part("Stack", _stack(spec.fpc.stackup, stack_section(section_layers(spec)), numbers.stack_tables(estimates))),
         part("Fit", _fit(checked)),
@@ -159,15 +159,15 @@ def _verdict(checked: CheckedSpec) -> str:
     """Return the verdict; it is green only if there are no errors, silenced errors or warnings."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
-        kind, words = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
+        kind, text = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
     elif errors:
-        kind, words = "bad", f"{counted(errors, 'error')}: do not order this"
+        kind, text = "bad", f"{counted(errors, 'error')}: do not order this"
     elif warnings:
         weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
-        kind, words = "warned", f"No errors found, but {weak}{counted(warnings, 'warning')} to settle"
+        kind, text = "warned", f"No errors found, but {weak}{counted(warnings, 'warning')} to settle"
     else:
-        kind, words = "good", "No errors found"
-    return f"<p class='verdict {kind}'>{words}</p>"
+        kind, text = "good", "No errors found"
+    return f"<p class='verdict {kind}'>{text}</p>"
 
 
 SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
@@ -178,7 +178,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
     from sitscad.estimates.signal import signals  # already loaded by the estimates
 
     counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
-    felt = "; ".join(measures.headline(signals(estimates)))
+    headline = "; ".join(measures.headline(signals(estimates)))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{counted(len(coil.layers), 'layer')}"
@@ -194,7 +194,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
     return (
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
         f"{_verdict(checked)}"
-        + (f"<p class='signal'>Signal: {escape(felt)}</p>" if felt else "")
+        + (f"<p class='signal'>Signal: {escape(headline)}</p>" if headline else "")
         + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
     )
 
@@ -207,12 +207,12 @@ def _tiles(
     alone = [coil.states[FREE] for coil in coils if FREE in coil.states]
     if not states:
         return _incomplete(incomplete)
-    felt = sheet.get("performance", ())
-    told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
-    errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
+    points = sheet.get("performance", ())
+    resolutions = [points[-1]["axes"]["normal"]["resolution_N"]] if points else []
+    errors = points[-1]["axes"]["normal"]["errors_N"] if points else {}
     tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
     rows = [
-        (f"normal force told apart, one sigma of noise{_worst_in(sheet)}", _range(told, "N")) if told else
+        (f"normal force told apart, one sigma of noise{_worst_in(sheet)}", _range(resolutions, "N")) if resolutions else
         ("inductance at the contacts", _range([s.inductance for s in states], "H")),
         *((f"normal force: {cause}", _range([error], "N")) for cause, error in errors.items() if "drift" in cause),
         ("sensor frequency", _range([s.frequency for s in states], "Hz")),
@@ -232,9 +232,9 @@ def _tiles(
 def _worst_in(sheet: Document) -> str:
     """Name the cells with the coarsest resolution; empty without cells or if any resolution is unknown."""
     each = sheet.get("cells", {}).get("each", ())
-    if not each or any(one["resolution_N"]["normal"] is None for one in each):
+    if not each or any(cell["resolution_N"]["normal"] is None for cell in each):
         return ""
-    worst = max(each, key=lambda one: one["resolution_N"]["normal"])
+    worst = max(each, key=lambda cell: cell["resolution_N"]["normal"])
     return f", cell {', '.join(map(str, worst['alike']))} (worst)"
 
 
@@ -267,9 +267,9 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     ]
     tail = [*figures, *([f"source: {escape(finding.source)}"] if finding.source else [])]
     opened = " open" if finding.severity is Severity.ERROR else ""
-    placed = f' data-place="{number}"' if number is not None else ""
+    place_attribute = f' data-place="{number}"' if number is not None else ""
     return (
-        f'<details class="finding {finding.severity.value}"{placed}{opened}><summary>'
+        f'<details class="finding {finding.severity.value}"{place_attribute}{opened}><summary>'
         f"<span class='kind'>{finding.severity.value} {escape(finding.rule)}</span> "
         f"<span class='soft'>{escape(finding.name)}</span> {escape(finding.whole_message)}</summary>"
         f"{_where(finding, number)}{quoted}{hint}"
@@ -283,11 +283,11 @@ def _where(finding: Finding, number: int | None) -> str:
     place = finding.place
     if place is None or number is None:
         return ""
-    words = [f"x = {place.x * 1e3:.3f} mm, y = {place.y * 1e3:.3f} mm"]
-    words += [f"layer {place.layer}"] if place.layer is not None else []
-    words += [f"net{'s' if len(place.nets) > 1 else ''} {', '.join(place.nets)}"] if place.nets else []
+    parts = [f"x = {place.x * 1e3:.3f} mm, y = {place.y * 1e3:.3f} mm"]
+    parts += [f"layer {place.layer}"] if place.layer is not None else []
+    parts += [f"net{'s' if len(place.nets) > 1 else ''} {', '.join(place.nets)}"] if place.nets else []
     place_name = f'<a href="#board-finding-{number}">Place {number}</a>'
-    return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(words))}</p>"
+    return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(parts))}</p>"
 
 
 def _electrical(estimates: Estimates) -> str:
@@ -325,10 +325,10 @@ def _performance_section(sheet: Document) -> str:
 
 
 def _stack(stackup: Stackup, section: str, tables: list[Table]) -> str:
-    drawn = "Section through all that lies on each other; heights to scale, widths not."
-    figure = f"<figure>{section}<figcaption>{drawn}</figcaption></figure>"
-    bare = "" if is_rigid(stackup) else " without stiffener"
-    total = f"The board is {show(stackup.thickness, 'm')} thick{bare} ({escape(stackup.name)})."
+    caption = "Section through all that lies on each other; heights to scale, widths not."
+    figure = f"<figure>{section}<figcaption>{caption}</figcaption></figure>"
+    condition = "" if is_rigid(stackup) else " without stiffener"
+    total = f"The board is {show(stackup.thickness, 'm')} thick{condition} ({escape(stackup.name)})."
     return f"{figure}<p>{total}</p>{numbers.page_tables(tables)}"
 
 
@@ -349,8 +349,8 @@ def _range(values: Iterable[float | None], unit: str) -> str:
     low, high = show(min(finite), unit, 3), show(max(finite), unit, 3)
     if low == high:
         return low
-    (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
-    return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
+    (a, _, unit_low), (b, _, other) = low.partition(" "), high.partition(" ")
+    return f"{a} to {b} {other}".strip() if unit_low == other else f"{low} to {high}"
 
 
 WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
@@ -421,8 +421,8 @@ def section_layers(spec: SensorSpec) -> Iterator[SectionLayer]:
     for layer in spec.fpc.stackup.layers:
         copper += layer.kind is LayerKind.COPPER
         name = f"copper {copper}" if layer.kind is LayerKind.COPPER else layer.kind.value
-        made = f", {layer.material}" if layer.material not in ("", "copper") else ""
-        label = f"{name}{made}, {show(layer.thickness, 'm')}"
+        material = f", {layer.material}" if layer.material not in ("", "copper") else ""
+        label = f"{name}{material}, {show(layer.thickness, 'm')}"
         yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
         depth += layer.thickness
     # Mount, shield and jaw under the board, named as in the drawing; without a mount, the gap to the shield

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 SHOWN = 60  # Largest number of points in the text
 
 
-def response_text(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+def response_text(
+    path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
+) -> str:
     """Return a table with one row per coil and point, the gap at rest, and the notes."""
     cases = ["case"] if any(response.cases) else []
     head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
@@ -34,7 +36,7 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Per
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
     glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
-    blocks += performance_blocks(felt, colour)
+    blocks += performance_blocks(performance, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
@@ -47,10 +49,10 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
     turn = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
-    held = NONE
+    force = NONE
     if response.force is not None and np.all(np.isfinite(response.force[k])):
-        held = ", ".join(_figure(value) for value in response.force[k])
-    point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
+        force = ", ".join(_figure(value) for value in response.force[k])
+    point = [*([response.cases[k]] if any(response.cases) else []), place, turn, force]
     for c, name in enumerate(response.coils):
         yield [*(point if c == 0 else [""] * len(point)), name,
                *(each.shown(_of_coil(each.value(response)[k], c)) for each in COLUMNS)]
@@ -68,26 +70,30 @@ def _figure(value: float) -> str:
 
 def _said(response: Response) -> Iterator[str]:
     """Yield the notes of all points, each note once."""
-    seen: dict[str, int] = {}
-    for own in response.notes:
-        for note in own:
-            seen[note] = seen.get(note, 0) + 1
-    for note, count in list(seen.items())[:8]:
+    numbers: dict[str, int] = {}
+    for remarks in response.notes:
+        for note in remarks:
+            numbers[note] = numbers.get(note, 0) + 1
+    for note, count in list(numbers.items())[:8]:
         yield f"note: {note}" + (f" ({count} points)" if count > 1 else "")
-    if len(seen) > 8:
-        yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
+    if len(numbers) > 8:
+        yield f"note: and {len(numbers) - 8} more kinds of notes: --format json has them by point"
 
 
-def response_json(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+def response_json(
+    path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
+) -> str:
     """Return the JSON document of the contract, with ``performance`` if requested."""
     points = [response.point_document(k) for k in range(len(response))]
     gap = {"gap_at_rest_m": response.gap, "glue_in_gap_m": response.glue}
     document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), **gap, "points": points}
-    asked = {} if felt is None else {"performance": felt.documents()}
-    return to_json(document | asked)
+    optional = {} if performance is None else {"performance": performance.documents()}
+    return to_json(document | optional)
 
 
-def response_csv(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+def response_csv(
+    path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
+) -> str:
     """Return one row per point, with columns named like ``inductance_H.C1``."""
     from sitscad.estimates.response.response_arrays import POSE_NAMES
 
@@ -125,11 +131,11 @@ Each function takes the path as typed, the response, whether to use colour, and 
 RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of output files
 
 
-def response_file(path: str, response: Response, ending: str, felt: PerformanceReport | None = None) -> bytes:
+def response_file(path: str, response: Response, ending: str, performance: PerformanceReport | None = None) -> bytes:
     """Return the content of a file with one of these endings; `path` is the spec's."""
     if ending == ".npz":
         # Arrays with the contract's names, points first, and the coils' names; equal bytes in every run
         stream = io.BytesIO()
         np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
         return stream.getvalue()
-    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False, felt).encode("utf-8")
+    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False, performance).encode("utf-8")

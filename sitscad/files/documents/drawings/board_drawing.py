@@ -100,8 +100,8 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
     if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
-    made = {fabrication_path(layout.spec.name, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
-    return made | {fabrication_path(layout.spec.name, "drawing.pdf"): pdf(list(sheets.values()))}
+    outputs = {fabrication_path(layout.spec.name, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
+    return outputs | {fabrication_path(layout.spec.name, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
@@ -157,9 +157,9 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     reached = 0.0  # top on paper of the dimension of the tail's width
-    if (found := tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)) is not None:
-        at, bottom, top = view.x(found[0]), view.y(found[1]), view.y(found[2])
-        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout.spec.fpc, found), upright=True)
+    if (width_at := tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)) is not None:
+        at, bottom, top = view.x(width_at[0]), view.y(width_at[1]), view.y(width_at[2])
+        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout.spec.fpc, width_at), upright=True)
         reached = top + 5.0 + TEXT
     level = max(high + 6.0, named + 2.0, reached + 2.0, _bend(sheet, layout, view, below) + 4.0)
     span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
@@ -177,7 +177,7 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
     if layout.stiffener is None:
         return 0.0
     above, size, name = 1.2, 2.3, "stiffener below"
-    found = tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)
+    width_at = tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)
     sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
     box = bounding_box([layout.stiffener.outline.outline])
     if _is_turned(layout.spec.fpc.tail):
@@ -185,18 +185,18 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
         return 0.0
     low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
     left, over = view.x(box[2]) - text_width(name, size), 0.0
-    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout.spec.fpc, found),
+    if width_at is not None and left < view.x(width_at[0]) + 1.0 + text_width(_tail_words(layout.spec.fpc, width_at),
                                                                         TEXT):
-        low = over = view.y(found[2]) + 5.5 + TEXT
+        low = over = view.y(width_at[2]) + 5.5 + TEXT
         over += size
     sheet.text(view.x(box[2]), low, name, size, "end")
     return over
 
 
-def _tail_words(fpc: FpcSpec, found: tuple[float, float, float]) -> str:
+def _tail_words(fpc: FpcSpec, width_at: tuple[float, float, float]) -> str:
     usual, end = _outline(fpc.rules), mm(end_tolerance(fpc))
     at_contacts = "" if end == usual else f", +/- {end} at the contacts"
-    return f"tail {mm(found[2] - found[1])} +/- {usual}{at_contacts}"
+    return f"tail {mm(width_at[2] - width_at[1])} +/- {usual}{at_contacts}"
 
 
 def _stations(layout: Layout) -> Iterator[float]:
@@ -246,38 +246,38 @@ def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
 
     The text is beside the tail. If the outline would cross it there, it is at `below`, under the ordinates.
     """
-    found, tail = bends(layout), layout.spec.fpc.tail
-    if not found or tail is None:
+    tail_bends, tail = bends(layout), layout.spec.fpc.tail
+    if not tail_bends or tail is None:
         return 0.0
     is_above, size = tail.turn == "right" or tail.offset < 0.0, 2.3
     low, high = math.inf, -math.inf
-    for bend in found:
+    for bend in tail_bends:
         y0, y1 = layout.reach_at(bend.line)
         ends = view.y(y0) - (2.5 if is_above else 4.0), view.y(y1) + (10.5 if is_above else 2.5)
         sheet.line(view.x(bend.line), ends[1], view.x(bend.line), ends[0], BEND_LINE)
         low, high = min(low, ends[0]), max(high, ends[1])
-    at, before, top = view.x(found[-1].line), view.x(found[0].line) - 1.0, high - 2.0 if is_above else low
+    at, before, top = view.x(tail_bends[-1].line), view.x(tail_bends[0].line) - 1.0, high - 2.0 if is_above else low
     room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
-    lines, outline = _bend_words(found, room), view.path(layout.outline)
-    wide = max(text_width(words, size) for words in lines)
+    lines, outline = _bend_words(tail_bends, room), view.path(layout.outline)
+    wide = max(text_width(line, size) for line in lines)
     places = [Point(before - wide * k / 8.0, top - 3.2 * row) for k in range(9) for row in range(len(lines))]
     place, anchor = (at + 1.0, "start") if wide < room else (before, "end")
     if wide >= room and any(outline.distance(point) < 1.5 for point in places):
         place, anchor, top, lines = at, "middle", below - size, (", ".join(lines),)
-    for row, words in enumerate(lines):
-        sheet.text(place, top - 3.2 * row, words, size, anchor, colour=BEND_LINE.colour)
+    for row, line in enumerate(lines):
+        sheet.text(place, top - 3.2 * row, line, size, anchor, colour=BEND_LINE.colour)
     return high
 
 
-def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
+def _bend_words(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
     """Describe the tail's bends from the body on, in two lines if one is wider than `room` (mm of paper)."""
-    ways = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in found)
-    words = f"bend{'s' * (len(found) > 1)} {ways}"
-    if found[0].radius is None:
-        return (words,)
-    radius = f"R min {mm(found[0].radius)} inside"
-    one = f"{words}, {radius}"
-    return (one,) if text_width(one, 2.3) < room else (words, radius)
+    angles = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in tail_bends)
+    label = f"bend{'s' * (len(tail_bends) > 1)} {angles}"
+    if tail_bends[0].radius is None:
+        return (label,)
+    radius = f"R min {mm(tail_bends[0].radius)} inside"
+    single_line = f"{label}, {radius}"
+    return (single_line,) if text_width(single_line, 2.3) < room else (label, radius)
 
 
 def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
@@ -285,9 +285,9 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
     draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
         if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
-            drawn, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
+            outline_path, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
             edge = Pen(min(THIN.width, view.length(min(pad.size)) / 5.0))  # contacts side by side stay apart
-            sheet.draw(drawn, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
+            sheet.draw(outline_path, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
         _first_and_last(sheet, layout.outline, layout.pads, layout.top_openings, view)
 
@@ -300,11 +300,11 @@ def _first_and_last(
         return
     ends = min(pads, key=lambda pad: pad.number), max(pads, key=lambda pad: pad.number)
     (xa, ya), (xb, yb) = (pad.centre for pad in ends)
-    bare = bounding_box([outline, *(each.outline for each in top_openings)])
+    bounds = bounding_box([outline, *(each.outline for each in top_openings)])
     for pad, sign in zip(ends, (1.0, -1.0), strict=True):
         x, y = view.x(pad.centre.x), view.y(pad.centre.y)
         if abs(ya - yb) >= abs(xa - xb):
-            out = view.x(bare[2]) + 1.0
+            out = view.x(bounds[2]) + 1.0
             sheet.text(out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
         else:
             out = sign * math.copysign(view.length(2.0 * pad.size[0]) + 4.0, xa - xb)
@@ -448,8 +448,8 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     for pad in layout.pads:
         # Number and pin in the contact, along its longer side, as large as fits
         text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
-        along, across = sorted((view.length(side) for side in pad.size), reverse=True)
-        size = min(4.0, 0.75 * across, 0.94 * along / text_width(text, 1.0))
+        length, across = sorted((view.length(side) for side in pad.size), reverse=True)
+        size = min(4.0, 0.75 * across, 0.94 * length / text_width(text, 1.0))
         x, y = view.x(pad.centre.x), view.y(pad.centre.y)
         if pad.size[0] >= pad.size[1]:
             sheet.text(x, y - 0.35 * size, text, size, "middle")
@@ -496,10 +496,10 @@ def _board_end(
 
     def level(axis: int, step: int) -> float:
         # Below or right of the view; behind contacts that run along y, where pitch and numbers leave room
-        aside = STAND + step * STEP
+        distance = STAND + step * STEP
         if axis == 1:
-            return frame[2] + aside
-        return frame[3] + aside if along == 1 and outward < 0.0 else frame[1] - aside
+            return frame[2] + distance
+        return frame[3] + distance if along == 1 and outward < 0.0 else frame[1] - distance
 
     near = min(end.sides, key=lambda side: abs(side - place[across]))
     behind = tip if along == 0 else tip - outward * end.first.size[along]
@@ -511,10 +511,10 @@ def _board_end(
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
     reaches = sorted((axes[along](tip), axes[along](end.end)))
     _contact_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
-    bare = bare_size(pads, top_openings)
-    if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
-        shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
-        _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare[1])}")
+    bare_area = bare_size(pads, top_openings)
+    if bare_area is not None and bare_area[0] > contact_size(end.first)[0] - 1e-9:
+        shown = sorted((axes[along](tip), axes[along](tip - outward * bare_area[1])))
+        _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare_area[1])}")
 
 
 def _contact_dimension(
@@ -528,11 +528,11 @@ def _contact_dimension(
     over = level + math.copysign(1.0, level - start)
     for end in ends:
         sheet.line(*((end, start, end, over) if axis == 0 else (start, end, over, end)), THIN)
-    one, other = ((end, level) if axis == 0 else (level, end) for end in ends)
+    first, other = ((end, level) if axis == 0 else (level, end) for end in ends)
     if ends[1] - ends[0] > text_width(text, TEXT) + 5.0:
-        span(sheet, one, other, text)
+        span(sheet, first, other, text)
     else:
-        outer_span(sheet, one, other, text, is_before=is_before)
+        outer_span(sheet, first, other, text, is_before=is_before)
 
 
 def _contact_notes(layout: Layout) -> list[str]:

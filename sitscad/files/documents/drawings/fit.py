@@ -107,14 +107,14 @@ AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # Factors and units of areas a
 
 
 def _row(fault: Finding) -> tuple[str, ...]:
-    measured, limit, words = fault.measured, fault.limit, ["", "", ""]
+    measured, limit, texts = fault.measured, fault.limit, ["", "", ""]
     if measured is not None and limit is not None and fault.unit in AREAS:
         factor, unit = AREAS[fault.unit]
-        words = [f"{factor * size:.3g} {unit}" for size in (measured, limit, abs(measured - limit))]
+        texts = [f"{factor * size:.3g} {unit}" for size in (measured, limit, abs(measured - limit))]
     elif measured is not None and limit is not None and fault.unit == "m":
         across = RADIUS if fault.rule == "SIT321" else 1.0
-        words = [mm(across * size) for size in (measured, limit, abs(measured - limit))]
-    return fault.rule, fault.name, *words
+        texts = [mm(across * size) for size in (measured, limit, abs(measured - limit))]
+    return fault.rule, fault.name, *texts
 
 
 RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: the drawing has diameters
@@ -146,21 +146,21 @@ def _section(
     under, across = width_under(layout), layout.body_size[1]  # the face that the board lies on
     if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
         widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
-    rows = [*((size, words, RED) for size, words, _, _ in widths), *((size, words, "") for _, _, size, words in widths)]
+    rows = [*((size, label, RED) for size, label, _, _ in widths), *((size, label, "") for _, _, size, label in widths)]
     rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
     low = view.y(-reach) - 4.0
-    for i, (size, words, colour) in enumerate(sorted(dict.fromkeys(rows))):
-        _width(sheet, view, size, low - 5.5 * i, words, colour)
+    for i, (size, label, colour) in enumerate(sorted(dict.fromkeys(rows))):
+        _width(sheet, view, size, low - 5.5 * i, label, colour)
     for fault in sized:
         if fault.rule == "SIT314":
             _thin_wall(sheet, layout.body_size[1], column(layout), view, fault, SECTION[0] - 6.0)
 
 
-def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: str) -> None:
+def _width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: str) -> None:
     """Draw a centred dimension across the section at a height on paper, with extension lines to the middle."""
     for x in (-size / 2, size / 2):
         sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
-    span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
+    span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label, colour or BLACK)
 
 
 def _widths(
@@ -202,15 +202,15 @@ Draw = Callable[[Sheet, float], None]
 
 def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     """Return the views beside the section (along the jaw, at the hinge, through the shaft) whose rules fail."""
-    found: list[Draw] = []
+    views: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
-        found.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
+        views.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
     if "SIT324" in sized:
-        found.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
+        views.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
     if (end := sized.get("SIT325")) is not None:
         assembly, section = layout.spec.assembly, end_section(layout)
-        found.append(lambda sheet, top: _end(sheet, assembly, jaw, section, end, top))
-    return found
+        views.append(lambda sheet, top: _end(sheet, assembly, jaw, section, end, top))
+    return views
 
 
 def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
@@ -260,8 +260,8 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.line(view.x(pivot.x), view.y(pivot.y), view.x(nearest.x), view.y(nearest.y), TOO_MUCH)
     sheet.line(view.x(heel), view.y(pivot.y) - 8.0, view.x(heel), view.y(pivot.y) + 8.0, CHAIN)
     sheet.text(view.x(heel) + 1.0, view.y(pivot.y) + 5.0, "jaw's heel", TEXT)
-    words = f"{gap.when}: tail {mm(gap.away)} from the pivot"
-    sheet.text(RIGHT, top - 4.0, f"{words}, {scale_text(scale)}", TEXT, colour=RED)
+    label = f"{gap.when}: tail {mm(gap.away)} from the pivot"
+    sheet.text(RIGHT, top - 4.0, f"{label}, {scale_text(scale)}", TEXT, colour=RED)
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
@@ -300,8 +300,8 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
     middle = at["opposing-jaw"][1] / 2
 
     def draw(path: Path, name: str) -> None:
-        placed = path.mapped(lambda p: Point(view.x(p.x), view.y(p.y - middle)))
-        sheet.draw(placed, EDGE, COLOURS[name], f"jaw-section-{name}")
+        placed_path = path.mapped(lambda p: Point(view.x(p.x), view.y(p.y - middle)))
+        sheet.draw(placed_path, EDGE, COLOURS[name], f"jaw-section-{name}")
 
     for path in _jaw(jaw, jaw.recess, jaw.pocket):
         draw(path.shifted(0.0, at["jaw"][1]), "jaw")
@@ -395,8 +395,8 @@ def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float)
         half = section(jaw).face / 3 if layer.part.endswith("jaw") else 0.97 * _half(layout, jaw, layer.part, lower)
         sheet.line(view.x(half), height, right - 6.0, height, THIN)
         sheet.line(right - 6.0, height, right + 2.0, row, THIN)
-        words = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{decimal(layer.thickness.spread * 1e3, 3)}"
-        sheet.text(right + 3.0, row - 0.35 * TEXT, words, TEXT)
+        label = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{decimal(layer.thickness.spread * 1e3, 3)}"
+        sheet.text(right + 3.0, row - 0.35 * TEXT, label, TEXT)
 
 
 def draw_side(
@@ -436,8 +436,8 @@ def draw_side(
     if (tail := _tail(layout, pivot, top, turn)) is not None:
         sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
     for angle in sorted({turn, -turn}):
-        along = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
-        sheet.draw(_turned(along, angle, at, scale), HIDDEN)
+        line = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
+        sheet.draw(_turned(line, angle, at, scale), HIDDEN)
     if jaw.hinge is not None and math.isclose(pivot, x1 + jaw.hinge):
         sheet.draw(circle(Point(*at), 0.8), EDGE, "#ffffff")
     sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, level_line, at[0] + 4.0, level_line, CHAIN)
@@ -456,8 +456,8 @@ def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
     places = (way.at(way.length * i / TAIL_STEPS) for i in range(TAIL_STEPS + 1))
     beside = [Point(place.x - pivot, place.z + top) for place in places]
     cosine, sine = math.cos(turn), math.sin(turn)
-    drawn = [point for point in beside if point.x * cosine - point.y * sine <= 0.0]
-    return polyline(drawn) if len(drawn) > 1 else None
+    points = [point for point in beside if point.x * cosine - point.y * sine <= 0.0]
+    return polyline(points) if len(points) > 1 else None
 
 
 def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:

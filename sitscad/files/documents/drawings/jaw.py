@@ -86,12 +86,12 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
         lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
         low = view.y(-radius) - 5.0
-        for i, (size, words) in enumerate(sorted(lines)):
+        for i, (size, label) in enumerate(sorted(lines)):
             y = low - 5.5 * i
             start = view.y(0.0) if size == jaw.port_diameter else low + 3.0
             for x in (-size / 2, size / 2):
                 sheet.line(view.x(x), start, view.x(x), y - 1.0, HIDDEN)
-            span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words)
+            span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label)
     with sheet.group("jaw-sides"):
         _sides(sheet, layout, jaw, closes)
     rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
@@ -110,12 +110,13 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
     gap = closes.parallel_at if closes.reach is not None else 0.0
-    closed, words = _closed(layout.body, above_board(layout.spec), closes, pivot)
+    closed, label = _closed(layout.body, above_board(layout.spec), closes, pivot)
     draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
     lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter
-    said = [f"{words}, {scale_text(scale)}, the tip on the left"]
-    fitting_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, said, TEXT)
+    captions = [f"{label}, {scale_text(scale)}, the tip on the left"]
+    fitting_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, captions,
+                      TEXT)
     y = CLOSED - 0.5 * reach - lift - 6.0
     ends = right - scale * 1e3 * (pivot - start), right - scale * 1e3 * (pivot - heel)
     span(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
@@ -124,22 +125,22 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
         span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
     # distances from the tip to the pieces glued on the face
     begins = {part: end - start for part, (end, _) in piece_sizes(layout).items()} | {"board": layout.body[0] - start}
-    for away in sorted(set(begins.values())):
+    for distance in sorted(set(begins.values())):
         y -= 5.5
-        words = f"{', '.join(part for part, each in begins.items() if each == away)} {mm(away)}"
-        end = ends[0] + scale * 1e3 * away
-        if away > 0.0:
-            is_before = end + 6.0 + SUBSTITUTE * text_width(words, TEXT) > right
-            outer_span(sheet, (ends[0], y), (end, y), words, is_before=is_before)
+        label = f"{', '.join(part for part, each in begins.items() if each == distance)} {mm(distance)}"
+        end = ends[0] + scale * 1e3 * distance
+        if distance > 0.0:
+            is_before = end + 6.0 + SUBSTITUTE * text_width(label, TEXT) > right
+            outer_span(sheet, (ends[0], y), (end, y), label, is_before=is_before)
     if not turn:
-        words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
-        fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
+        label = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
+        fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [label], TEXT)
         return
     draw_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
     most = closes.most
     between = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
-    words = f"open by {math.degrees(2 * turn):.3g} deg{between}"
-    fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [words], TEXT)
+    label = f"open by {math.degrees(2 * turn):.3g} deg{between}"
+    fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [label], TEXT)
 
 
 def _closed(

@@ -78,10 +78,10 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
     largest = [(LARGEST, "largest outline that is asked for")] * (layout.spec.fpc.largest is not None)
-    for pen, words in ((THICK, "edge of the board"), *largest, (THIN, "outer edge of a coil"),
+    for pen, label in ((THICK, "edge of the board"), *largest, (THIN, "outer edge of a coil"),
                        (Pen(1.0, COPPER), "copper of layer 1"), (CHAIN, "axes of coils; here the tail goes on")):
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
-        sheet.text(COLUMN + 18.0, low, words, 2.6)
+        sheet.text(COLUMN + 18.0, low, label, 2.6)
         low -= 5.0
     lines = _notes(layout.spec.assembly.glue_line, layout.spec.encapsulation, lines_below_target(layout.spec), pieces)
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(lines), 2.4)
@@ -128,7 +128,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         x, y, wide = view.x(coil.centre.x), view.y(coil.centre.y), text_width(coil.name, size)
         places = [(x + dx, y + dy) for dx in (1.4, -1.4 - wide) for dy in (1.4, -1.4 - 0.8 * size)]
         boxes = [(left - 0.6, low - 0.6, left + wide + 0.6, low + 0.8 * size + 0.2) for left, low in places]
-        free = (k for k, box in enumerate(boxes) if not any(any(parts_inside(one, box)) for one in outlines))
+        free = (k for k, box in enumerate(boxes) if not any(any(parts_inside(outline, box)) for outline in outlines))
         k = next(free, 0)
         sheet.draw(rectangle(*boxes[k]), None, "#ffffff")
         sheet.text(*places[k], coil.name, size)

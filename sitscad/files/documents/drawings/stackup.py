@@ -50,9 +50,9 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     stackup = layout.spec.fpc.stackup
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
     scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in layout.spec.fpc.tail_layers) + plate)
-    words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
+    scale_words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     title = f"stack-up {stackup.name}"
-    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, words, artwork, forced, "in section")
+    sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_words, artwork, forced, "in section")
     _body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
@@ -83,8 +83,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     rows = [["place", "finished thickness (least to most)"],
             *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]
     low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
-    said = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
-    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*said, *_notes(layout)], 2.3)
+    captions = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
+    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*captions, *_notes(layout)], 2.3)
     return sheet
 
 

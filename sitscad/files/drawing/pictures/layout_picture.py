@@ -134,11 +134,11 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
         keys.append((_line(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
     if plate is not None and sees(plate.outline.outline.start.x):
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
-    seen = [bend for bend in bends(layout) if sees(bend.line)]
-    words = dict.fromkeys(f"bend {bend.angle_text} {bend.direction}" for bend in seen)
-    keys += [(_line(BEND, BEND_DASHES), each) for each in words]
-    if any(bend.end > bend.start for bend in seen):
-        keys.append((_swatch(TAKEN), "taken by bends" if len(seen) > 1 else "taken by the bend"))
+    visible = [bend for bend in bends(layout) if sees(bend.line)]
+    labels = dict.fromkeys(f"bend {bend.angle_text} {bend.direction}" for bend in visible)
+    keys += [(_line(BEND, BEND_DASHES), each) for each in labels]
+    if any(bend.end > bend.start for bend in visible):
+        keys.append((_swatch(TAKEN), "taken by bends" if len(visible) > 1 else "taken by the bend"))
     return keys + [
         (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
     ]
@@ -232,16 +232,16 @@ def picture(
     columns = min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
     low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
     view = View(view.scale, (view.origin[0], view.origin[1] + low))
-    words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
-    sheet = Sheet(words, (WIDTH, high + low), unit="", decimals=2)
+    title = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
+    sheet = Sheet(title, (WIDTH, high + low), unit="", decimals=2)
     with sheet.group(name, window=(0.0, low, WIDTH, low + high)):
         _board(sheet, layout, shown, view, name)
         _labels(sheet, layout, view, name)
         _marks(sheet, pointed_at, view, name)
     # Part number and issue if stated, the scale bar with the sizes as text, then the keys
     top = low - 10.0
-    if words := layout.spec.issue.words:
-        sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
+    if title := layout.spec.issue.words:
+        sheet.text(WIDTH - 20.0, top - 17.0, title, LETTERS, "end")
         top -= ROW
     _scale_bar(sheet, layout.body_size, layout.size, layout.spec.name, view, top)
     for i, (sign, text) in enumerate(keys):
@@ -331,16 +331,16 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
     with sheet.group(f"{name}-contact-names"):
         for pad in layout.pads:
             x, y = view.x(pad.centre.x), view.y(pad.centre.y)
-            words = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
+            label = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
             if pad.size[1] > pad.size[0]:  # on a tail that turns, the text runs along the contact
-                sheet.text(x + 0.35 * size, y, words, size, "middle", 90.0)
+                sheet.text(x + 0.35 * size, y, label, size, "middle", 90.0)
             else:
-                sheet.text(x, y - 0.35 * size, words, size, "middle")
+                sheet.text(x, y - 0.35 * size, label, size, "middle")
 
 
 def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
     """Draw a ring at each place, with its text beside it. Places less than 26 pixels apart share a ring."""
-    taken: list[tuple[float, float, float]] = []
+    boxes: list[tuple[float, float, float]] = []
     groups: list[list[PicturePoint]] = []
     for mark in marks:
         here = Point(view.x(mark.x), view.y(mark.y))
@@ -355,9 +355,9 @@ def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> No
         wide = 12.0 * len(text)
         left = x - 18.0 - wide if x > WIDTH - 120.0 else x + 18.0
         low = y + 12.0
-        while any(left < end and start < left + wide and abs(low - other) < 22.0 for start, end, other in taken):
+        while any(left < end and start < left + wide and abs(low - other) < 22.0 for start, end, other in boxes):
             low += 22.0
-        taken.append((left, left + wide, low))
+        boxes.append((left, left + wide, low))
         with ExitStack() as names:
             names.enter_context(sheet.group(kind=f"mark-{kind}"))
             for mark in group:
@@ -385,16 +385,16 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
     across = 2 * columns - 1
     step = max(x1 - x0, y1 - y0, 1e-9) / across
     rows = math.ceil((y1 - y0) / step / 4) + 1
-    drawn = np.zeros((4 * rows, 2 * columns), dtype=bool)
+    dots = np.zeros((4 * rows, 2 * columns), dtype=bool)
     paths = [layout.outline, *(trace.path for trace in layout.on_layer(1))]
     places = np.concatenate([_along(np.array(path.flattened(step / 4)), step / 2) for path in paths])
     x, y = np.rint((places[:, 0] - x0) / step), np.rint((y1 - places[:, 1]) / step)
     inside = (x >= 0) & (x < 2 * columns) & (y >= 0) & (y < 4 * rows)
-    drawn[y[inside].astype(int), x[inside].astype(int)] = True
+    dots[y[inside].astype(int), x[inside].astype(int)] = True
     codes = np.full((rows, columns), 0x2800)
     for line, bits in enumerate(_DOTS):
         for column, bit in enumerate(bits):
-            codes += bit * drawn[line::4, column::2]
+            codes += bit * dots[line::4, column::2]
     lines = [list(map(chr, line)) for line in codes]
     for mark in marks:
         # Write the text over the picture, completely inside; marks outside are left out

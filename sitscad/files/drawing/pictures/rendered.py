@@ -101,22 +101,22 @@ def rendered(
     ends = np.concatenate(flats).max(axis=0, initial=0.0)
     wide, high = (int(np.ceil(min(side * FINE, end + 1.0))) for side, end in zip(size, ends, strict=True))
     depth = np.full((high, wide), -np.inf)
-    seen = np.full((high, wide), -1, dtype=np.int64)
+    visible = np.full((high, wide), -1, dtype=np.int64)
     first = 0
     for mesh, flat in zip(meshes, flats, strict=True):
         deep = mesh.vertices @ view.toward
         for index in np.flatnonzero(_normals(mesh) @ view.toward > 1e-9):
             corners = mesh.triangles[index]
-            _fill(depth, seen, flat[corners], deep[corners], first + int(index))
+            _fill(depth, visible, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
     # The part of the raster that shows anything, and its left upper corner
-    rows, columns = (np.flatnonzero((seen >= 0).any(axis=axis)) for axis in (1, 0))
+    rows, columns = (np.flatnonzero((visible >= 0).any(axis=axis)) for axis in (1, 0))
     corner = (int(columns[0]), int(rows[0])) if rows.size else (0, 0)
     if rows.size:
-        seen = seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    shown = np.flatnonzero(np.bincount(seen[seen >= 0]))
+        visible = visible[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    shown = np.flatnonzero(np.bincount(visible[visible >= 0]))
     shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
-    colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
+    colours = np.pad(np.where(visible >= 0, shades[visible], -1), 1, constant_values=-1)
     corners = _junctions(colours)
     for colour in np.unique(shades[shown]):
         outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
@@ -125,20 +125,20 @@ def rendered(
         areas = [closed_polygon([_point(each, corner) for each in loop]) for loop in outlines if len(loop) > 2]
         sheet.draw(areas, pen, fill, opacity=opacity)
     smooth = _surfaces(meshes)
-    surfaces = np.pad(np.where(seen >= 0, smooth[seen], -1), 1, constant_values=-1)
+    surfaces = np.pad(np.where(visible >= 0, smooth[visible], -1), 1, constant_values=-1)
     # Every line between two surfaces once, simplified (a dict keeps the order)
     corners = _junctions(surfaces)
-    found: dict[tuple[Corner, ...], None] = {}
+    loops: dict[tuple[Corner, ...], None] = {}
     for label in np.unique(smooth[shown]):
         for loop in _loops(surfaces == label):
             for piece in _pieces(loop, corners):
-                found[_both_ways(piece)] = None
-    edges = list(found)
+                loops[_both_ways(piece)] = None
+    edges = list(loops)
     if edges:
         sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], EDGE)
 
 
-def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> None:
+def _fill(depth: Array, visible: Indices, flat: Array, deep: Array, index: int) -> None:
     """Write one triangle into the buffers where it is nearest.
 
     `flat` are its 3 corners in raster points, `deep` are their depths.
@@ -159,7 +159,7 @@ def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> 
     box = slice(low[1], high[1]), slice(low[0], high[0])
     nearer = inside & (z > depth[box] + 1e-9)
     depth[box][nearer] = z[nearer]
-    seen[box][nearer] = index
+    visible[box][nearer] = index
 
 
 def _normals(mesh: Coloured) -> Array:
@@ -182,21 +182,22 @@ def _surfaces(meshes: Sequence[Coloured]) -> Indices:
 
     Neighbours in a mesh share a surface unless they meet at a `CREASE`.
     """
-    found: list[int] = []
+    surfaces: list[int] = []
     for mesh in meshes:
-        normals, triangles, first = _normals(mesh), mesh.triangles.tolist(), len(found)
+        normals, triangles, first = _normals(mesh), mesh.triangles.tolist(), len(surfaces)
         beside = {(t[i], t[(i + 1) % 3]): index for index, t in enumerate(triangles) for i in range(3)}
-        own = [-1] * len(triangles)
+        surface_of = [-1] * len(triangles)
         for start in range(len(triangles)):
-            waiting = [start] if own[start] < 0 else []
+            waiting = [start] if surface_of[start] < 0 else []
             while waiting:
                 index = waiting.pop()
-                own[index] = first + start
+                surface_of[index] = first + start
                 corners = triangles[index]
                 around = (beside.get((corners[(i + 1) % 3], corners[i])) for i in range(3))
-                waiting += [k for k in around if k is not None and own[k] < 0 and normals[index] @ normals[k] >= CREASE]
-        found += own
-    return np.array(found, dtype=np.int64)
+                free = (k for k in around if k is not None and surface_of[k] < 0)
+                waiting += [k for k in free if normals[index] @ normals[k] >= CREASE]
+        surfaces += surface_of
+    return np.array(surfaces, dtype=np.int64)
 
 
 def _junctions(labels: Indices) -> set[Corner]:
@@ -225,31 +226,31 @@ def _loops(area: Flags) -> list[list[Corner]]:
     following: dict[int, list[int]] = {}
     for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
         following.setdefault(a, []).append(b)
-    found = []
+    loops = []
     while following:
         start = here = next(iter(following))
         loop = []
         while here in following:
             loop.append(here)
-            ways = following[here]
-            there = ways.pop()
-            if not ways:
+            next_corners = following[here]
+            there = next_corners.pop()
+            if not next_corners:
                 del following[here]
             here = there
             if here == start:
                 break
         y, x = np.divmod(loop, wide)
-        found.append(list(zip((x + left - 1).tolist(), (y + top - 1).tolist(), strict=True)))
-    return found
+        loops.append(list(zip((x + left - 1).tolist(), (y + top - 1).tolist(), strict=True)))
+    return loops
 
 
 def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
     """Return a closed loop with stairs replaced by slanted lines, equal on both sides of every border."""
-    found: list[Corner] = []
+    outline: list[Corner] = []
     for piece in _pieces(loop, corners):
         line = _both_ways(piece)
-        found += (line if line[0] == piece[0] and line[-1] == piece[-1] else line[::-1])[:-1]
-    return found
+        outline += (line if line[0] == piece[0] and line[-1] == piece[-1] else line[::-1])[:-1]
+    return outline
 
 
 def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
@@ -261,8 +262,8 @@ def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
     if len(cuts) < 2:
         here = cuts[0] if cuts else loop.index(min(loop))
         x, y = loop[here]
-        far = max(range(len(loop)), key=lambda i: ((loop[i][0] - x) ** 2 + (loop[i][1] - y) ** 2, loop[i]))
-        cuts = sorted({here, far})
+        farthest = max(range(len(loop)), key=lambda i: ((loop[i][0] - x) ** 2 + (loop[i][1] - y) ** 2, loop[i]))
+        cuts = sorted({here, farthest})
     turned = loop[cuts[0] :] + loop[: cuts[0] + 1]
     ends = [cut - cuts[0] for cut in cuts] + [len(loop)]
     return [turned[a : b + 1] for a, b in pairwise(ends)]
@@ -271,21 +272,21 @@ def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
 def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
     """Return a simplified piece of a border. The result does not depend on the direction of the piece."""
     line = min(piece, piece[::-1])
-    kept, waiting = {0, len(line) - 1}, [(0, len(line) - 1)]
+    corners, waiting = {0, len(line) - 1}, [(0, len(line) - 1)]
     points = np.array(line, dtype=float)
     while waiting:
         a, b = waiting.pop()
         if b - a < 2:
             continue
-        along = points[b] - points[a]
-        away = points[a + 1 : b] - points[a]
-        long = float(np.hypot(*along))
-        off = np.abs(away @ (-along[1], along[0])) / long if long else np.hypot(away[:, 0], away[:, 1])
+        chord = points[b] - points[a]
+        offsets = points[a + 1 : b] - points[a]
+        long = float(np.hypot(*chord))
+        off = np.abs(offsets @ (-chord[1], chord[0])) / long if long else np.hypot(offsets[:, 0], offsets[:, 1])
         worst = int(off.argmax())
         if off[worst] > STAIR:
-            kept.add(a + 1 + worst)
+            corners.add(a + 1 + worst)
             waiting += [(a, a + 1 + worst), (a + 1 + worst, b)]
-    return tuple(line[i] for i in sorted(kept))
+    return tuple(line[i] for i in sorted(corners))
 
 
 def _point(each: Corner, corner: Corner) -> Point:
@@ -355,8 +356,8 @@ def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
     start = Point(*place)
     flat = view(np.vstack([np.zeros(3), length * np.eye(3)]))
     for name, (x, y) in zip("xyz", (flat[1:] - flat[0]).tolist(), strict=True):
-        far = start.shifted(x, y)
-        sheet.draw(polyline([start, far]), Pen(1.6, "#22303c"))
+        end = start.shifted(x, y)
+        sheet.draw(polyline([start, end]), Pen(1.6, "#22303c"))
         out = 1.0 + 9.0 / max(9.0, math.hypot(x, y))
         sheet.text(start.x + out * x, start.y + out * y - 4.0, name, LETTERS, "middle")
     low = start.y + min(0.0, *(y - 10.0 for y in (flat[1:] - flat[0])[:, 1].tolist()))
@@ -401,14 +402,14 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
     if not body:
         return meshes
     x0, x1 = min(float(x.min()) for x in body), max(float(x.max()) for x in body)
-    found = []
+    lines = []
     for solid, mesh in meshes:
         part = manifold(mesh).trim_by_plane((-1.0, 0.0, 0.0), -(x1 + 0.3 * (x1 - x0)))
         if not part.is_empty():
             cut = part.to_mesh64()
             points = np.asarray(cut.vert_properties)[:, :3]
-            found.append((solid, TriangleMesh(solid.name, points, np.asarray(cut.tri_verts).astype(int))))
-    return found
+            lines.append((solid, TriangleMesh(solid.name, points, np.asarray(cut.tri_verts).astype(int))))
+    return lines
 
 
 def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
@@ -417,14 +418,14 @@ def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, Trian
     Consecutive meshes of equal role and base height (parts of cells) are moved together.
     """
     depth = max(float(m.vertices[:, 1].max() - m.vertices[:, 1].min()) for _, m in meshes)
-    gap, top, found, lift, before = 0.3 * depth, None, [], 0.0, None
+    gap, top, lifts, lift, before = 0.3 * depth, None, [], 0.0, None
     for solid, mesh in meshes:
         low, high = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
         if top is not None and before != (solid.role, round(low, 6)):
             lift = top + gap - low
         top, before = high + lift, (solid.role, round(low, 6))
-        found.append((solid, TriangleMesh(mesh.name, mesh.vertices + np.array([0.0, 0.0, lift]), mesh.triangles)))
-    return found
+        lifts.append((solid, TriangleMesh(mesh.name, mesh.vertices + np.array([0.0, 0.0, lift]), mesh.triangles)))
+    return lifts
 
 
 FAINT, OTHER = "#7f8c8d", "#eef1f3"
@@ -522,11 +523,11 @@ GAP = 40.0  # Pixels between the two drawings
 
 
 def assembly_svg(
-    solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly", words: Sequence[str] = ()
+    solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly", captions: Sequence[str] = ()
 ) -> str:
     """Return the assembly as SVG text: exploded on the left, in section across the jaw on the right.
 
-    The section is to scale, with the port's circle. `words` are lines of text below the section.
+    The section is to scale, with the port's circle. `captions` are lines of text below the section.
     """
     sheet = Sheet(f"{spec.name}: {what}, exploded and in section", unit="", decimals=1, ground=None)
     with sheet.group("exploded"):
@@ -556,18 +557,18 @@ def assembly_svg(
         if port is not None:
             sheet.draw(circle(place(0.0, axis), radius * scale), SECTION_PORT, name="section-port")
         section = _labels(sheet, cuts, spec.encapsulation, spec.mount, place, 260.0 + 34.0, (z1 - z0) * scale)
-        for line in words:
+        for line in captions:
             x0, top, x1, low = section
             section = x0, top, max(x1, x0 + 7.2 * len(line)), low + ROW
             sheet.text(x0, -section[3], line, LETTERS, colour=INK)
     boxes = ((0.0, 0.0, wide, tall), section)
     height = max(y1 - y0 for _, y0, _, y1 in boxes)
     sheet.size = (round(sum(x1 - x0 for x0, _, x1, _ in boxes) + GAP + 2 * MARGIN), round(height + 2 * MARGIN))
-    placed, x = [], MARGIN
+    pictures, x = [], MARGIN
     for group, (x0, y0, x1, y1) in zip(sheet.items, boxes, strict=True):
         assert isinstance(group, Group)
         down = MARGIN + (height - (y1 - y0)) / 2 - y0
-        placed.append(Group(group.name, group.items, (x - x0, sheet.size[1] - down)))
+        pictures.append(Group(group.name, group.items, (x - x0, sheet.size[1] - down)))
         x += x1 - x0 + GAP
-    sheet.items = list(placed)
+    sheet.items = list(pictures)
     return svg(sheet)

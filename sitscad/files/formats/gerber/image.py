@@ -111,11 +111,11 @@ def _copper(layout: Layout, layer: int) -> Iterator[str]:
     ]
     tail = layout.spec.fpc.tail
     contact = "ConnectorPad" if tail is not None and tail.connector.insertion_thickness > 0.0 else "SMDPad,CuDef"
-    drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
-    codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}
+    ordered = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
+    codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in ordered}))}
     for (function, template), code in codes.items():
         yield from (f"%TA.AperFunction,{function}*%", f"%ADD{code}{template}*%", "%TD*%")
-    for (aperture, net), group in groupby(drawn, key=lambda entry: entry[0][:2]):
+    for (aperture, net), group in groupby(ordered, key=lambda entry: entry[0][:2]):
         yield from (f"D{codes[aperture]}*", f"%TO.N,{net or NO_NET}*%")
         for _, item in group:
             yield from _drawn(item)
@@ -190,10 +190,10 @@ def stroke(path: Path) -> Iterator[str]:
         there = first if path.is_closed and i == len(segments) - 1 else grid(segment.end)
         if there == here:
             continue
-        wanted, offset = _plotted(segment, here, there)
-        if wanted != mode:
-            yield f"{wanted}*"
-            mode = wanted
+        target, offset = _plotted(segment, here, there)
+        if target != mode:
+            yield f"{target}*"
+            mode = target
         yield f"{xy(there)}{offset}D01*"
         here = there
 
@@ -229,8 +229,8 @@ def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
     difference is a fraction of a nanometre, far below the tolerances of Gerber readers.
     """
     x, y, ux, uy = centre.x / UNIT, centre.y / UNIT, end[0] - start[0], end[1] - start[1]
-    along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
-    x, y = x - along * ux, y - along * uy
+    fraction = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
+    x, y = x - fraction * ux, y - fraction * uy
     near = [(round(x) + i, round(y) + j) for i in range(-2, 3) for j in range(-2, 3)]
     return min(near, key=lambda c: (abs(math.dist(c, start) - math.dist(c, end)) + 0.05 * math.dist(c, (x, y)), c))
 
@@ -270,7 +270,7 @@ class Image:
     @property
     def codes(self) -> int:
         """Number of aperture codes in use, counted from 10."""
-        numbers = [int(found[2]) for line in self.apertures if (found := _CODE.match(line))]
+        numbers = [int(match[2]) for line in self.apertures if (match := _CODE.match(line))]
         return max(numbers, default=_FIRST_CODE - 1) + 1 - _FIRST_CODE
 
 
@@ -288,22 +288,22 @@ def image_of(text: bytes) -> Image:
 
 def repeated(images: Iterable[tuple[Image, Iterable[Point]]]) -> Iterator[str]:
     """Yield the apertures of some images, then each image at each of its places (shifts in metres)."""
-    placed, first = [], 0
+    lines, first = [], 0
     for image, places in images:
         yield from (_renumbered(line, first) for line in image.apertures)
-        placed.append(([_renumbered(line, first) for line in image.commands], [grid(at) for at in places]))
+        lines.append(([_renumbered(line, first) for line in image.commands], [grid(at) for at in places]))
         first += image.codes
-    for commands, moves in placed:
+    for commands, moves in lines:
         for dx, dy in moves:
             yield from (_moved(line, dx, dy) for line in commands)
 
 
 def _renumbered(line: str, first: int) -> str:
-    return _CODE.sub(lambda found: f"{found[1]}D{int(found[2]) + first}", line)
+    return _CODE.sub(lambda match: f"{match[1]}D{int(match[2]) + first}", line)
 
 
 def _moved(line: str, dx: int, dy: int) -> str:
-    return _COORDINATES.sub(lambda found: f"X{int(found[1]) + dx}Y{int(found[2]) + dy}", line)
+    return _COORDINATES.sub(lambda match: f"X{int(match[1]) + dx}Y{int(match[2]) + dy}", line)
 
 
 def drill_text(
@@ -342,8 +342,8 @@ def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
     yield "D11*"
     for order, tool in enumerate(tools):
         at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
-        words = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
-        text = strokes(words, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
+        label = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
+        text = strokes(label, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
         for path in (*symbol(order, at, TEXT_HEIGHT / 2), *text):
             yield from stroke(path)
 
@@ -389,14 +389,14 @@ def _rules(
     Without such copper, the values of the design rules are returned.
     """
     count = copper_layers
-    found = []
+    rules_rows = []
     for group, layers in {"Outer": {1, count}, "Inner": set(range(2, count))}.items():
         gap = min((near.gap for number, near in gaps.items() if number in layers), default=rules.trace_spacing)
         width = min((trace.width for trace in traces if trace.layer in layers), default=rules.trace_width)
         if layers:
-            found.append({"Layers": group, **dict.fromkeys(("PadToPad", "PadToTrack", "TrackToTrack"), _mm(gap)),
+            rules_rows.append({"Layers": group, **dict.fromkeys(("PadToPad", "PadToTrack", "TrackToTrack"), _mm(gap)),
                           "MinLineWidth": _mm(width)})
-    return found
+    return rules_rows
 
 
 def _stackup(count: int, stackup: Stackup) -> Iterator[dict[str, Any]]:

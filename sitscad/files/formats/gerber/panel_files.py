@@ -62,7 +62,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         return {}
     layout = panel.layout
     name, issue = layout.spec.name, layout.spec.issue
-    made: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
     for file in gerber_files(layout.spec.name, layout.spec.fpc, layout.stiffener):
         if file == profile_file(name):
@@ -72,12 +72,12 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
             images.append((image_of(coupon[file.path]), panel.coupons))
         images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
-        made |= _file(name, issue, file, repeated(images))
-    made |= _file(name, issue, profile_file(name), profile(rectangle(0.0, 0.0, *panel.size)))
-    made |= _file(name, issue, cut_file(name), profile(*panel.cuts, function="CutOut"))
+        contents |= _file(name, issue, file, repeated(images))
+    contents |= _file(name, issue, profile_file(name), profile(rectangle(0.0, 0.0, *panel.size)))
+    contents |= _file(name, issue, cut_file(name), profile(*panel.cuts, function="CutOut"))
     job = job_document(layout, panel_files(layout.spec.name, layout.spec.fpc, layout.stiffener, layout.spans),
                        panel.size)
-    return made | _drills(panel) | {
+    return contents | _drills(panel) | {
         panel_path(name, ".json"): _places(panel), panel_path(name, "-job.gbrjob"): job,
     }
 
@@ -149,7 +149,7 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     layout = panel.layout
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
     attributes = panel_attributes(layout.spec.issue.revision, layout.spec.name)
-    made: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout.copper_layers, layout.spans, layout.spec.name):
         # Plated holes of all copies, for one span of layers
@@ -158,21 +158,21 @@ def _drills(panel: Panel) -> dict[str, bytes]:
             plated += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, file.layer, *grid(at))]
         path = panel_path(layout.spec.name, file.path.removeprefix(f"fpc/{layout.spec.name}"))
         title = drill_title(layout.spec.issue.words, layout.spec.name, f"panel: {file.title}")
-        made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
+        contents[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
         shown += tools(plated, plated_words(layout.spans, file.layer or layout.copper_layers))
     holes = tooling_file(layout.copper_layers, layout.spec.name)
     title = drill_title(layout.spec.issue.words, layout.spec.name, f"panel: {holes.title}")
-    made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
-    chart = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
+    contents[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
+    drill_map = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
-    return made | {chart.path: document(layout.spec.issue, layout.spec.name, chart, drawing, attributes)}
+    return contents | {drill_map.path: document(layout.spec.issue, layout.spec.name, drill_map, drawing, attributes)}
 
 
 def _places(panel: Panel) -> bytes:
     """Return the list of places (mm), from the panel's lower left corner. Bridges count from their copy's origin."""
 
-    def points(found: tuple[Point, ...]) -> list[list[float]]:
-        return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]
+    def points(places: tuple[Point, ...]) -> list[list[float]]:
+        return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in places]
 
     document = {
         "unit": "mm",

@@ -32,10 +32,10 @@ def render(layout: Layout) -> dict[str, bytes]:
     library = library_footprints(layout) | coil_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
     if library:
-        words = f"The contacts and coils of {name}", f"The sensor {name} and its coils"
-        files["kicad/fp-lib-table"] = library_table("fp", name, f"{name}.pretty", words[0])
+        descriptions = f"The contacts and coils of {name}", f"The sensor {name} and its coils"
+        files["kicad/fp-lib-table"] = library_table("fp", name, f"{name}.pretty", descriptions[0])
         files[f"kicad/{name}.kicad_sym"] = symbol_library(layout)
-        files["kicad/sym-lib-table"] = library_table("sym", name, f"{name}.kicad_sym", words[1])
+        files["kicad/sym-lib-table"] = library_table("sym", name, f"{name}.kicad_sym", descriptions[1])
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 

@@ -118,7 +118,7 @@ class _CoilFootprint:
             return first, _End(via.centre, last.layer, via.pad, ViaToPlace(via.centre, via.pad, via.drill))
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
-    def _end(self, at: Point, layer: int, taken: Sequence[ViaToPlace]) -> _End:
+    def _end(self, at: Point, layer: int, holes: Sequence[ViaToPlace]) -> _End:
         """Return the terminal of an end of the winding, with a new hole if the end is on an inner layer.
 
         Raises ValueError if no hole fits.
@@ -127,7 +127,7 @@ class _CoilFootprint:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):
             hole = ViaToPlace(way, self.layout.spec.fpc.rules.via_pad, self.layout.spec.fpc.rules.via_drill)
-            if self._is_free(hole, taken):
+            if self._is_free(hole, holes):
                 width, net = self.layout.spec.coil.trace_width, self.coil.net
                 return _End(way, layer, hole.pad, hole, Trace(polyline([at, way]), width, layer, net, Role.STUB))
         raise ValueError(f"no room for a hole beside coil {self.coil.name}, which ends on {self.names[layer - 1]}")
@@ -140,14 +140,14 @@ class _CoilFootprint:
                 angle = outward + math.radians(degrees)
                 yield at.shifted(reach * 50e-6 * math.cos(angle), reach * 50e-6 * math.sin(angle))
 
-    def _is_free(self, hole: ViaToPlace, taken: Sequence[ViaToPlace]) -> bool:
+    def _is_free(self, hole: ViaToPlace, occupied: Sequence[ViaToPlace]) -> bool:
         """Return whether a hole keeps the design rules' distances from turns, joints and the other end's hole."""
         spec = self.layout.spec
         rules, spacing = spec.fpc.rules, max(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
-        away = hole_keep_out(hole, rules, spacing) + spec.coil.trace_width / 2
+        distance = hole_keep_out(hole, rules, spacing) + spec.coil.trace_width / 2
         apart = max(hole.pad + 2 * spacing + spec.coil.trace_width, hole.drill + rules.hole_to_hole)
-        holes = [*taken, *(ViaToPlace(via.centre, via.pad, via.drill) for via in self.joints)]
-        return all(trace.path.distance(hole.centre) >= away for trace in self.traces) and all(
+        holes = [*occupied, *(ViaToPlace(via.centre, via.pad, via.drill) for via in self.joints)]
+        return all(trace.path.distance(hole.centre) >= distance for trace in self.traces) and all(
             other.centre.distance(hole.centre) >= apart for other in holes
         )
 
@@ -270,11 +270,11 @@ def _with_long_start(path: Path, reach: float) -> Path:
 
 
 def _halfway(path: Path) -> Point:
-    left = path.length / 2
+    remaining = path.length / 2
     for segment in path:
-        if left <= segment.length:
-            return segment.at(left / segment.length)
-        left -= segment.length
+        if remaining <= segment.length:
+            return segment.at(remaining / segment.length)
+        remaining -= segment.length
     return path.end
 
 

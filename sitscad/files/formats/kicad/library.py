@@ -84,14 +84,14 @@ def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> lis
         pads = [pad for pad in layout.pads if pad.layer == number]
         for i, region in enumerate(contact_openings(openings, pads)):
             rows.append(filled("fp", region, layer, place, (*owner, layer, i)))
-    words = f"{len(layout.pads)} contacts of {layout.spec.name}, {value}"
+    description = f"{len(layout.pads)} contacts of {layout.spec.name}, {value}"
     texts = [pad_text(pad, layout.copper_layers, place, nets, owner) for pad in layout.pads]
     above = _COURTYARD_MARGIN + 1_000_000
-    return _around(layout.pads, place, owner, (reference, value, words), [_ATTRIBUTES, *rows], texts, above)
+    return _around(layout.pads, place, owner, (reference, value, description), [_ATTRIBUTES, *rows], texts, above)
 
 
 def _around(
-    pads: Sequence[Pad], place: Grid, owner: tuple[str, ...], words: tuple[str, str, str], before: Sequence[str],
+    pads: Sequence[Pad], place: Grid, owner: tuple[str, ...], descriptions: tuple[str, str, str], before: Sequence[str],
     texts: Sequence[str], above: int = 1_000_000, margin: int = _COURTYARD_MARGIN,
 ) -> list[str]:
     """Return the content of a footprint.
@@ -102,9 +102,9 @@ def _around(
     low, high = extent(pads)
     low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
     return [
-        property_text("Reference", words[0], (0, low[1] - above), owner),
-        property_text("Value", words[1], (0, high[1] + above), owner), f"(descr {quoted(words[2])})", *before,
-        courtyard(low, high, owner, margin), *texts, "(embedded_fonts no)",
+        property_text("Reference", descriptions[0], (0, low[1] - above), owner),
+        property_text("Value", descriptions[1], (0, high[1] + above), owner), f"(descr {quoted(descriptions[2])})",
+        *before, courtyard(low, high, owner, margin), *texts, "(embedded_fonts no)",
     ]
 
 
@@ -195,14 +195,14 @@ def _chip_body(
     ]
     openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
     reference = capacitor.reference if nets is not None else "REF**"
-    words = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
+    texts = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
     pads = [pad_text(pad, copper_layers, place, nets, owner, "smd") for pad in capacitor.pads]
-    body = _around(capacitor.pads, place, owner, words, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
+    body = _around(capacitor.pads, place, owner, texts, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
     if chip is None or not chip.model:
         return body
     # KiCad's own solid of the chip lies along x; it is rotated to the line of the pads
-    one, other = (pad.centre for pad in capacitor.pads)
-    turned = 90 if abs(one.y - other.y) > abs(one.x - other.x) else 0
+    first, other = (pad.centre for pad in capacitor.pads)
+    turned = 90 if abs(first.y - other.y) > abs(first.x - other.x) else 0
     moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
     return [*body, node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
 
@@ -227,10 +227,10 @@ def symbol_library(layout: Layout) -> str:
     return node("kicad_symbol_lib", *head, *symbols) + "\n"
 
 
-def library_table(kind: str, name: str, file: str, words: str) -> str:
+def library_table(kind: str, name: str, file: str, description: str) -> str:
     """Return a project's library table of symbols (``sym``) or footprints (``fp``) with one library."""
     uri = quoted(f"${{KIPRJMOD}}/{file}")
-    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "{words}"))'
+    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "{description}"))'
     return f"({kind}_lib_table\n  (version 7)\n  {row}\n)\n"
 
 
@@ -239,18 +239,18 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
     rows = _rows(coils, pads)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
     box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
-    drawn = [f"{box} {_pen(0.254)} (fill (type background)))"]
+    graphics = [f"{box} {_pen(0.254)} (fill (type background)))"]
     for coil in coils:
         ends = [y for pad, y in rows if pad.net == coil.net]
         if len(ends) == 2:
-            drawn += _winding(AXIS, ends[0], ends[1], LEFT + 6.35)
+            graphics += _winding(AXIS, ends[0], ends[1], LEFT + 6.35)
     pins = [
         _pin("no_connect" if not pad.net else "passive", LEFT - GRID, y, 0, pad.pin or "unused", pad.number)
         for pad, y in rows
     ]
-    words = f"inductive sensor of {counted(len(coils), 'coil')}: both pins of a coil are one net"
-    words += f", {issue.words}" if issue.rows else ""
-    return _symbol(name, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn,
+    description = f"inductive sensor of {counted(len(coils), 'coil')}: both pins of a coil are one net"
+    description += f", {issue.words}" if issue.rows else ""
+    return _symbol(name, name, "J", FOOTPRINT_NAME, description, (LEFT, top + GRID / 2, low - GRID / 2), graphics,
                    pins)
 
 
@@ -281,13 +281,13 @@ def _coil(spec: CoilSpec, stackup_name: str, spec_name: str, coil: Coil) -> str:
         for number, sign in ((1, 1.0), (2, -1.0))
     ]
     sides = " x ".join(show(side, "m") for side in dict.fromkeys(spec.size))
-    words = (
+    description = (
         f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
         f"{counted(len(spec.layers), 'layer')}, {sides}; for stack-up "
         f"{stackup_name}"
     )
-    drawn = _winding(0.0, reach, -reach, 0.0)
-    return _symbol(spec_name, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
+    graphics = _winding(0.0, reach, -reach, 0.0)
+    return _symbol(spec_name, name, "L", name, description, (BOW, GRID, -GRID), graphics, pins)
 
 
 def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
@@ -320,8 +320,8 @@ def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> s
 
 
 def _symbol(
-    library: str, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
-    drawn: list[str], pins: list[str],
+    library: str, name: str, reference: str, footprint: str, description: str, places: tuple[float, float, float],
+    graphics: list[str], pins: list[str],
 ) -> str:
     """Return a symbol with its properties.
 
@@ -329,8 +329,9 @@ def _symbol(
     """
     (x, above, below) = places
     shown = ((("Reference", reference), above), (("Value", name), below))
-    left = "(effects (font (size 1.27 1.27)) (justify left))"
-    hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}
+    justification = "(effects (font (size 1.27 1.27)) (justify left))"
+    hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": description,
+              "ki_keywords": _KEYWORDS}
     return node(
         f"symbol {quoted(name)}",
         # Pin names are inside the box. A coil shows neither names nor numbers, as usual for inductors
@@ -340,11 +341,11 @@ def _symbol(
         "(in_bom no)",
         "(on_board yes)",
         *(
-            node(f"property {quoted(key)} {quoted(text)}", f"(at {decimal(x)} {decimal(y)} 0)", left)
+            node(f"property {quoted(key)} {quoted(text)}", f"(at {decimal(x)} {decimal(y)} 0)", justification)
             for (key, text), y in shown
         ),
         *(node(f"property {quoted(key)} {quoted(text)}", "(at 0 0 0)", _HIDDEN) for key, text in hidden.items()),
-        node(f"symbol {quoted(f'{name}_0_1')}", *drawn),
+        node(f"symbol {quoted(f'{name}_0_1')}", *graphics),
         node(f"symbol {quoted(f'{name}_1_1')}", *pins),
         "(embedded_fonts no)",
     )

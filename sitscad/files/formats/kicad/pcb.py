@@ -145,8 +145,8 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
     ):
-        taken = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
-        for i, region in enumerate(o for o in openings if o not in taken):
+        visible = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
+        for i, region in enumerate(o for o in openings if o not in visible):
             yield filled("gr", region, layer, sheet, (name, layer, "free", i))
     if layout.stiffener is not None:
         outline = layout.stiffener.outline
@@ -170,14 +170,14 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
 def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     """Yield notes below the board on F.Fab, as on the fabricator's drawing, and the meanings of User layers."""
     spec = layout.spec
-    bare = "" if is_rigid(spec.fpc.stackup) else " without stiffener"
+    condition = "" if is_rigid(spec.fpc.stackup) else " without stiffener"
     x, y, _, _ = bounding_box([layout.outline])
     lines = [
         ("F.Fab", spec.name),
         (
             "F.Fab",
             f"{layout.copper_layers} copper layers, {spec.fpc.stackup.name}, "
-            f"{length(spec.fpc.stackup.thickness)} mm{bare}",
+            f"{length(spec.fpc.stackup.thickness)} mm{condition}",
         ),
         ("F.Fab", f"design rules {spec.fpc.rules.name}"),
     ]

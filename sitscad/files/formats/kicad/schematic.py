@@ -89,26 +89,26 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     Empty if the sensor needs more converters than its buses can address, if it has no contacts, or if the converter has
     other pins than the circuit.
     """
-    asked, count = layout.spec.readout, len(estimates.coils)
-    if count > asked.device.most_coils * asked.buses or not layout.pads or not asked.device.has_circuit:
+    readout, count = layout.spec.readout, len(estimates.coils)
+    if count > readout.device.most_coils * readout.buses or not layout.pads or not readout.device.has_circuit:
         return {}
-    found = parts(layout, estimates)
+    circuit = parts(layout, estimates)
     # The circuit does not depend on KiCad's footprint libraries; the board editor reports missing ones
     project = {
         "meta": {"filename": f"{LIBRARY}.kicad_pro", "version": 3}, "sheets": [], "text_variables": {},
         "erc": {"rule_severities": {"footprint_link_issues": "ignore"}},
     }
     texts = {
-        f"{LIBRARY}.kicad_sch": _schematic(layout.spec.name, found),
+        f"{LIBRARY}.kicad_sch": _schematic(layout.spec.name, circuit),
         f"{LIBRARY}.kicad_sym": node(
             "kicad_symbol_lib", "(version 20241209)", '(generator "sitscad")', '(generator_version "9.0")',
-            *_symbols(found),
+            *_symbols(circuit),
         ) + "\n",
         f"{LIBRARY}.kicad_pro": json.dumps(project, indent=2) + "\n",
         "sym-lib-table": library_table(
             "sym", LIBRARY, f"{LIBRARY}.kicad_sym", f"The sensor {LIBRARY} and its coils"
         ),
-        f"{LIBRARY}.svg": svg(_picture(layout.spec.name, found)),
+        f"{LIBRARY}.svg": svg(_picture(layout.spec.name, circuit)),
     }
     return {f"firmware/wiring/{name}": text.encode("utf-8") for name, text in texts.items()}
 
@@ -118,7 +118,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
     number = device.needed(len(coils))
-    found = [_converter(layout.coils, layout.spec.readout.device, k) for k in range(number)]
+    circuit = [_converter(layout.coils, layout.spec.readout.device, k) for k in range(number)]
     row = 4 + 24 * number
     capacitors = [("100nF", "VDD", "GND"), ("1uF", "VDD", "GND")] * number + [("100nF", "VDD", "GND")]
     if spec.readout.chip is None and spec.readout.capacitor_at != "coil":
@@ -127,13 +127,13 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     serial = [line + ending for ending in ("", "2")[: 1 + device.places(len(coils))[-1].bus] for line in BUS]
     resistors = [*(("4.7k", line, "VDD") for line in serial), ("10k", "SD", "VDD")]
     for symbol, two_ended, column in (("C", capacitors, 40), ("R", resistors, 62)):
-        for k, (value, one, other) in enumerate(two_ended):
-            ends = (Pin(1, "~", "passive", one),), (Pin(2, "~", "passive", other),)
+        for k, (value, connection, other) in enumerate(two_ended):
+            ends = (Pin(1, "~", "passive", connection),), (Pin(2, "~", "passive", other),)
             # Numbers from 101, because coils are also called C1
-            found.append(SchematicPart(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
+            circuit.append(SchematicPart(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
     row_below = 10 + 4 * len(resistors)
     clock = f"{spec.readout.clock / 1e6:g}MHz"
-    found.append(
+    circuit.append(
         SchematicPart("Y1", clock, "oscillator", (Pin(1, "OE", "input", "VDD"), Pin(2, "GND", "power_in", "GND")),
                       (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, row_below)),
     )
@@ -141,34 +141,34 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     host = [("VDD", "power_out"), ("GND", "power_out")]
     host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
-    found.append(SchematicPart("J2", "controller", "controller", pins, (), (62, row_below + 8)))
+    circuit.append(SchematicPart("J2", "controller", "controller", pins, (), (62, row_below + 8)))
     tail = tuple(
-        Pin(socket_pad(layout.pads, layout.spec.fpc.tail, one.number), one.pin, "passive",
-            one.pin if one.net != "-" else "")
-        for one in contacts(layout)
+        Pin(socket_pad(layout.pads, layout.spec.fpc.tail, connection.number), connection.pin, "passive",
+            connection.pin if connection.net != "-" else "")
+        for connection in contacts(layout)
     )
     symbol = spec.fpc.tail.connector.name if spec.fpc.tail is not None else "tail"
-    found.append(SchematicPart("J1", spec.name, symbol, (), tail, (14, row)))
-    return tuple(found)
+    circuit.append(SchematicPart("J1", spec.name, symbol, (), tail, (14, row)))
+    return tuple(circuit)
 
 
 def _converter(coils: tuple[Coil, ...], device: Converter, number: int) -> SchematicPart:
     """Return a converter: the pins of its family, then the pins of its channels, and the die pad."""
-    own = [(at, coil.name) for at, coil in zip(device.places(len(coils)), coils, strict=True)
+    inputs = [(at, coil.name) for at, coil in zip(device.places(len(coils)), coils, strict=True)
            if at.converter == number]
-    names, place = {at.number: name for at, name in own}, own[0][0]
+    names, place = {at.number: name for at, name in inputs}, inputs[0][0]
     bus = {line: line + "2" for line in BUS if place.bus}
     tied = device.address_net(place.address)
     nets = {"CLKIN": "CLK", "ADDR": bus.get(tied, tied), "INTB": f"INTB{number + 1}", **bus}
-    left = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(device.pins, 1))
+    left_pins = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(device.pins, 1))
     right = []
     for channel in range(device.channels):
         coil = names.get(channel)
         right += [(pin, f"{coil}.{end}" if coil else "")
                   for end, pin in zip("AB", device.coil_pins(channel), strict=True)]
     right.append(("DAP", "GND"))
-    pins = tuple(Pin(len(left) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
-    return SchematicPart(f"U{number + 1}", device.part, device.part, left, pins, (14, 4 + 24 * number))
+    pins = tuple(Pin(len(left_pins) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
+    return SchematicPart(f"U{number + 1}", device.part, device.part, left_pins, pins, (14, 4 + 24 * number))
 
 
 # -------------------------------------------------------------------------------------------------------- the files
@@ -178,9 +178,9 @@ def _mm(steps: float) -> str:
     return decimal(STEP * steps)
 
 
-def _symbols(found: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:
+def _symbols(circuit: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:
     """Yield every symbol once: a box with its pins, with y upwards."""
-    for part in {part.symbol: part for part in found}.values():
+    for part in {part.symbol: part for part in circuit}.values():
         box = f"(rectangle (start {_mm(-part.half)} {_mm(1)}) (end {_mm(part.half)} {_mm(-part.height)})"
         pins = [
             node(
@@ -203,15 +203,15 @@ def _symbols(found: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:
         )
 
 
-def _schematic(name: str, found: tuple[SchematicPart, ...]) -> str:
+def _schematic(name: str, circuit: tuple[SchematicPart, ...]) -> str:
     root = uuid_of(name, "wiring")
     return node(
         "kicad_sch", "(version 20250114)", '(generator "sitscad")', '(generator_version "9.0")', f'(uuid "{root}")',
-        f'(paper "{"A4" if _height(found) < 72 else "A3"}")',
+        f'(paper "{"A4" if _height(circuit) < 72 else "A3"}")',
         f"(title_block (title {quoted(f'Readout of the sensor {name}')}))",
-        node("lib_symbols", *_symbols(found, f"{LIBRARY}:")),
-        *(text for part in found for text in _connected(name, part)),
-        *(_instance(name, root, part) for part in found),
+        node("lib_symbols", *_symbols(circuit, f"{LIBRARY}:")),
+        *(text for part in circuit for text in _connected(name, part)),
+        *(_instance(name, root, part) for part in circuit),
         '(sheet_instances (path "/" (page "1")))', "(embedded_fonts no)",
     ) + "\n"
 
@@ -248,16 +248,16 @@ def _instance(name: str, root: str, part: SchematicPart) -> str:
     )
 
 
-def _height(found: tuple[SchematicPart, ...]) -> int:
-    return max(part.place[1] + part.height for part in found)
+def _height(circuit: tuple[SchematicPart, ...]) -> int:
+    return max(part.place[1] + part.height for part in circuit)
 
 
-def _picture(name: str, found: tuple[SchematicPart, ...]) -> Sheet:
+def _picture(name: str, circuit: tuple[SchematicPart, ...]) -> Sheet:
     """Return the schematic as a drawing, with its labels as text."""
-    wide, high, step = 200.0, 7.0 + STEP * _height(found), STEP
+    wide, high, step = 200.0, 7.0 + STEP * _height(circuit), STEP
     sheet = Sheet(f"Readout of the sensor {name}: nets by name", (wide, high))
     pen = Pen(0.2)
-    for part in found:
+    for part in circuit:
         x, y = part.place[0] * step, high - part.place[1] * step
         half, below = part.half * step, y - part.height * step
         sheet.draw(rectangle(x - half, below, x + half, y + step), pen, "#fffbe8")
