@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,45 +45,44 @@ REPEATED = 8
 
 
 @record(eq=False)
+class Neighbourhood:
+    """Tracks with the same neighbours at the same relative positions.
+
+    `tracks` (n,) are their numbers, and `neighbours` (n, m) the numbers of the neighbours of each track. A missing
+    neighbour has the number of all tracks. `blocks` (m modes, modes) are the blocks of the positions below each other.
+    """
+
+    tracks: Index
+    neighbours: Index
+    blocks: Array
+
+
+@record(eq=False)
 class NearAndFar:
     """Symmetric matrix of the modes of many tracks, for products with vectors (n modes,) or (n modes, k).
 
-    Near pairs are sorted by relative position. `blocks` (positions, modes, modes) belong to tracks `first` and `second`
-    from the indices `begins` on. `order` sorts the pairs by their first track, and every track occurs. `far` (n low, n
-    low; single precision) holds the modes `low` of all other pairs. Both are multiplied by `scale` (n, modes) on either
-    side.
+    `near` holds the blocks of near pairs, with every track in one neighbourhood. `far` (n low, n low; single precision)
+    holds the modes `low` of all other pairs. Both are multiplied by `scale` (n, modes) on either side.
     """
 
-    blocks: Array
-    begins: Index
-    first: Index
-    second: Index
-    order: Index
+    near: tuple[Neighbourhood, ...]
     low: Index
     far: NDArray[np.float32]
     scale: Array
 
     def __matmul__(self, vector: Array) -> Array:
         count, modes = self.scale.shape
-        table = vector.reshape(count, modes, -1) * self.scale[:, :, None]
-        rows = np.searchsorted(self.first[self.order], np.arange(count))
-        found = np.swapaxes(np.add.reduceat(self._near(table)[self.order], rows, axis=0), 1, 2)
-        lowest = table[:, self.low].reshape(count * self.low.size, -1)
-        found[:, self.low] += (self.far @ lowest.astype(np.float32)).reshape(count, self.low.size, -1)
-        return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
-
-    def _near(self, table: Array) -> Array:
-        """Return product of each near pair's block with the vector of its second track, (pairs, k, modes)."""
-        given = np.ascontiguousarray(np.swapaxes(table, 1, 2))[self.second]
-        turned = np.swapaxes(self.blocks, 1, 2)
-        if len(turned) == len(given):
-            return np.matmul(given, turned)
-        rows, times = given.reshape(-1, given.shape[2]), given.shape[1]
-        found = np.empty_like(rows)
-        ends = (times * np.append(self.begins, len(given))).tolist()
-        for block, (low, high) in zip(turned, pairwise(ends), strict=True):
-            np.matmul(rows[low:high], block, out=found[low:high])
-        return found.reshape(given.shape)
+        columns = vector.reshape(count, modes, -1)
+        table = np.zeros((columns.shape[2], count + 1, modes))  # the last row stands for missing neighbours
+        np.multiply(np.moveaxis(columns, 2, 0), self.scale, out=table[:, :-1])
+        product = np.empty((len(table), count, modes))
+        for group in self.near:
+            near = np.take(table, group.neighbours, axis=1).reshape(len(table), group.tracks.size, -1)
+            product[:, group.tracks] = near @ group.blocks
+        lowest = table[:, :-1, self.low].astype(np.float32).reshape(len(table), -1)
+        product[:, :, self.low] += (self.far @ lowest.T).T.reshape(len(table), count, -1)
+        product *= self.scale
+        return np.asarray(np.moveaxis(product, 0, 2).reshape(vector.shape))
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
@@ -130,33 +128,34 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
     for part, block in _each(_mutual_logs(cut, few, i[examples], j[examples], low), way):
         far[i[part], :, j[part], :] = block
         far[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
-    first, second, blocks, begins = _neighbours(cut, modes, near)
     root = math.sqrt(MU0 / (2.0 * math.pi))
-    return NearAndFar(-blocks, begins, first, second, np.argsort(first, kind="stable"), low,
-                      -far.reshape(count * low.size, -1), root * scale)
+    return NearAndFar(_neighbourhoods(cut, modes, near), low, -far.reshape(count * low.size, -1), root * scale)
 
 
-def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
-    """Return near pairs sorted by relative position, in both orders, and each track with itself.
+def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhood, ...]:
+    """Return the negative blocks of near pairs, and of each track with itself.
 
-    The results are the first and second tracks, the block of each position, and the index where its pairs begin. If few
-    positions repeat, every pair has its own block.
+    Tracks of one height share the blocks of all relative positions. If few positions repeat, every track has its own.
     """
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _ways(cut, i, j)
     own = np.arange(len(near))
     alone, section = _ways(cut, own, own)
+    groups = np.unique(np.round(cut.height / cut.width.min(), SAME), return_inverse=True)[1]
     if REPEATED * len(examples) > len(i):
-        examples, way, alone, section = (np.arange(size) for size in (len(i), len(i), len(near), len(near)))
-    order, by_section = np.argsort(way, kind="stable"), np.argsort(section, kind="stable")
-    i, j, own = i[order], j[order], own[by_section]
-    begins = np.searchsorted(way[order], np.arange(len(examples)))
-    blocks = _mutual_logs(cut, modes, i[begins], j[begins])
-    own_begins = np.searchsorted(section[by_section], np.arange(len(alone)))
-    own_blocks = _own_logs(cut, modes)[own[own_begins]]
-    return (np.concatenate([i, j, own]), np.concatenate([j, i, own]),
-            np.concatenate([blocks, np.swapaxes(blocks, 1, 2), own_blocks]),
-            np.concatenate([begins, len(i) + begins, 2 * len(i) + own_begins]))
+        examples, way, alone, section, groups = np.arange(len(i)), np.arange(len(i)), own, own, own
+    blocks = _mutual_logs(cut, modes, i[examples], j[examples])
+    blocks = np.concatenate([np.swapaxes(blocks, 1, 2), blocks, _own_logs(cut, modes)[alone]])
+    first, second = np.concatenate([i, j, own]), np.concatenate([j, i, own])
+    position = np.concatenate([way, len(examples) + way, 2 * len(examples) + section])
+    neighbourhoods = []
+    for group in range(groups.max() + 1):
+        tracks, pairs = np.flatnonzero(groups == group), np.flatnonzero(groups[first] == group)
+        positions, column = np.unique(position[pairs], return_inverse=True)
+        neighbours = np.full((tracks.size, positions.size), len(near))
+        neighbours[np.searchsorted(tracks, first[pairs]), column] = second[pairs]
+        neighbourhoods.append(Neighbourhood(tracks, neighbours, -blocks[positions].reshape(-1, blocks.shape[2])))
+    return tuple(neighbourhoods)
 
 
 def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
