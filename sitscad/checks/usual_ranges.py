@@ -10,7 +10,7 @@ from typing import Any
 
 from sitscad.basics.record import record
 from sitscad.basics.units import parse_quantity, show
-from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Verdict, rule_of, violated
 from sitscad.data import cited, rows
 from sitscad.estimates.design import Design
 from sitscad.spec.circuit import LayerKind
@@ -135,17 +135,16 @@ def unusual(design: Design) -> Iterator[Verdict]:
     for section, found in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
             beyond = list(found)
-            told = [f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})"
-                    for usual, value in beyond]
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
-            yield Violation(f"nobody is known who makes what these rules say: {', '.join(told)}",
-                            f"look at numbers and units; {IGNORE}", section, float(len(beyond)), 0.0, source=sources)
+            yield violated(
+                "unusual-rules", section, float(len(beyond)), 0.0, source=sources,
+                values=[f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond],
+            )
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
-            yield Violation(f"{usual.called} is {_shown(value, usual.dimension)}; {usual.words} are usual",
-                            f"look at number and unit ({usual.source}); {IGNORE}", usual.key, value, bound,
-                            SI.get(usual.dimension), source=usual.source)
+            yield violated("unusual", usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
+                           name=usual.called, value=_shown(value, usual.dimension), range=usual.words)
 
 
 def _by(usual: UsualRange, value: float) -> float:
@@ -176,9 +175,6 @@ def _shown(value: float, dimension: str) -> str:
     others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
               "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
     return others.get(dimension, f"{value:.4g}")
-
-
-IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT134 they make it"
 
 
 RULES: tuple[Rule, ...] = (

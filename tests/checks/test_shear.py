@@ -44,7 +44,7 @@ def test_a_target_over_the_whole_array_feels_no_shear():
     for finding, axis in zip(found, "xy", strict=True):
         assert f"shear along {axis}" in finding.message and finding.key == "target.size"
         assert finding.measured < 3 < FEWEST_STEPS <= finding.limit and finding.unit == "steps"
-        assert "coils, which stand 7 mm apart" in finding.hint and "8.5 mm beyond" in finding.hint
+        assert "7 mm apart" in finding.hint and "8.5 mm beyond" in finding.detail
 
 
 def test_a_target_that_ends_over_the_coils_feels_it():

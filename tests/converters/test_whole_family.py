@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.hardware.source import source_of
-from sitscad.checks.reading.drive import _other_code, _too_strong
+from sitscad.checks.reading.drive import _too_strong
 from sitscad.checks.reading.readings import readings_of
 from sitscad.cli import crash
 from sitscad.data import DataError
@@ -79,13 +79,10 @@ def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
     assert weak.estimates.readout.drive_code == 15
     found = next(one for one in sitscad.check(weak.spec).findings if one.rule == "SIT204")
     assert "too low even for the strongest drive" in found.hint
-    reading = readings_of(weak, "amplitude", True)[0]
-    assert _other_code(weak, reading, 1) == "there is no stronger drive"
-    assert _other_code(weak, reading, -1) == "drive code 14 is the next weaker"
     loud = replace(readings_of(weak, "amplitude", True)[0], value=2.0)
     weakest = replace(weak.estimates, readout=replace(weak.estimates.readout, drive_code=0))
     (said,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)
-    assert said.hint.endswith("put 50 kohm in parallel with the sensor (data sheet XAC0001 8.2)")
+    assert "50 kohm" in said.text("hint") and "XAC0001 8.2" in said.text("hint")
 
 
 def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):

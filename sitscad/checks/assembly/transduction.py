@@ -78,7 +78,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         "compression-error" if is_error else "compression", "elastomer.material", strain, limit, hint=hint,
         severity=Severity.ERROR if is_error else Severity.WARNING, details=details,
         fixes=(lambda: stiffer().fixes,), force=force, thickness=pad.thickness, rubber=rubber.name,
-        nominal=nominal.strain, least=least.strain, most=most.strain, modulus=rubber.shear_modulus, sigma=sigma,
+        nominal=nominal.strain, least=least.strain, most=most.strain, modulus=rubber.shear_modulus, uncertainty=sigma,
         gap=nominal.gap, shape=nominal.shape_factor, valid=valid, loaded=nominal.loaded_share,
         whole=nominal.least_strain, larger=larger, stiffer=lambda: stiffer().modulus,
         preset=lambda: stiffer().preset, preset_modulus=lambda: stiffer().preset_modulus,
@@ -187,7 +187,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     if math.inf > travel > pitch / 2.0:
         yield violated(
             "shear-travel", "elastomer.material", travel, pitch / 2.0, "m", force=force,
-            sigma=pad.material.shear_modulus_sigma, ratio=travel / pad.thickness,
+            uncertainty=pad.material.shear_modulus_sigma, ratio=travel / pad.thickness,
             fixes=(lambda: _taking(spec, _softest_for_shear(spec, force, over_coils)), lambda: other_thicknesses(spec)),
         )
 

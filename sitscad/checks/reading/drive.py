@@ -6,21 +6,19 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import show
 from sitscad.checks.reading.readings import (
     NEAR,
     Reading,
-    in_sigmas,
+    beyond_limit,
     is_short_alone,
     more_distance,
     near_limit,
     readings_of,
-    sigmas_between,
     undecided,
     where,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of, violated
 from sitscad.estimates.design import Design, at_room_temperature
 
 CODE_KEY = "readout.drive_code"
@@ -28,8 +26,6 @@ CODE_KEY = "readout.drive_code"
 
 If the chosen code is too weak, the finding is at the turns, which determine R_P.
 """
-
-CODE_IS_SET = "the spec sets this drive code (readout.drive_code)"
 
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
@@ -49,10 +45,14 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     near = [*(each for each in said if each.keeps_limit), *_copper_ends(design)]
     if near:
         gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-        yield replace(gravest, message=joined(*dict.fromkeys(aside.message for aside in near)),
-                      detail=joined(*(aside.detail for aside in near)),
-                      hint=joined("measure the amplitude of the first boards", *(str(aside.hint) for aside in near),
-                                  code_advice(design, (NEAR,))))
+        others = [text for each in near if each is not gravest for text in (each.text("message"), each.text("detail"))]
+        code, _ = serving_code(design, (NEAR,))
+        yield replace(
+            gravest, hint_case="code-near-none" if code is None else "code-near",
+            details=(*gravest.details, *["amplitude-others"] * bool(others)),
+            values={**gravest.values, "others": joined(*dict.fromkeys(others)), "serving": code, "margin": NEAR,
+                    **_window(design)},
+        )
 
 
 def serving_codes(design: Design, sigmas: float) -> list[int]:
@@ -77,18 +77,21 @@ def serving_codes(design: Design, sigmas: float) -> list[int]:
     return sorted(codes, key=lambda code: abs(code - now))
 
 
-def code_advice(design: Design, sigmas: tuple[float, ...] = (NEAR, 0.0)) -> str:
-    """Return advice on the drive code: a code that keeps both limits, or the statement that no code does.
+def serving_code(design: Design, margins: tuple[float, ...] = (NEAR, 0.0)) -> tuple[int | None, float]:
+    """Return a drive code that keeps both limits, and its margin in standard deviations. None if no code does.
 
-    `sigmas` are the margins to try, in standard deviations of manufacture.
+    The code with the first of the margins for which there is a code is returned.
     """
-    limit = design.spec.readout.device.limit
-    window = f"{show(limit('amplitude_optimum_min'), 'V')} to {show(limit('amplitude_max'), 'V')}"
-    for margin in sigmas:
-        by = f" by {margin:g} sigma" if margin else ""
+    for margin in margins:
         if codes := serving_codes(design, margin):
-            return f"drive code {codes[0]} keeps {window} in every state{by}"
-    return f"no drive code keeps {window} in every state" + (f" by {min(sigmas):g} sigma" if min(sigmas) else "")
+            return codes[0], margin
+    return None, 0.0
+
+
+def _window(design: Design) -> dict[str, float]:
+    """Return the limits (V) of the low-noise window by name."""
+    limit = design.spec.readout.device.limit
+    return {"low": limit("amplitude_optimum_min"), "high": limit("amplitude_max")}
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
@@ -107,19 +110,14 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
     thick = max(states, key=lambda each: each[0] + each[1], default=None)
     thin = min(states, key=lambda each: each[0] - each[1], default=None)
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
-        yield Violation(
-            "with the thickest copper that is delivered (foil and plating both at their ends) the tank of "
-            f"{where(thick[2])} would swing {show(thick[0] + thick[1], 'V', 3)} peak with drive code "
-            f"{_code(design, thick[2])}, beyond {show(high, 'V')}",
-            "", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING,
+        yield violated(
+            "copper-thick", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING, where=where(thick[2]),
+            code=_code(design, thick[2]),
         )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
-        yield Violation(
-            f"with the thinnest copper that is delivered the tank of {where(thin[2])} would swing "
-            f"{show(thin[0] - thin[1], 'V', 3)} peak with drive code {_code(design, thin[2])}, below the low-noise "
-            f"window from {show(low, 'V')} on: no code serves both ends of the copper",
-            "choose the code by the amplitude that the boards of a batch show: they have one foil and one plating",
-            CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE,
+        yield violated(
+            "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE, where=where(thin[2]),
+            code=_code(design, thin[2]),
         )
 
 
@@ -130,24 +128,19 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     """
     converter, readout = design.spec.readout.device, design.spec.readout
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
-    clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         code = _code(design, largest)
-        hint = f"{code_advice(design)}; or use a coil whose R_P changes less between its states"
-        if readout.drive_code is not None:
-            hint = f"{CODE_IS_SET}: {code_advice(design)}"
-        if code == 0:
-            largest_load = show(converter.limit("parallel_resistance_max"), "ohm")
-            hint = (f"even the weakest drive is too strong: put {largest_load} in parallel with the sensor (data sheet "
-                    f"{converter.source_of('cite_drive')})")
-        yield Violation(
-            f"with drive code {code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} peak; {clamps}",
-            hint, CODE_KEY, largest.value, high, "V", source=source,
-            sigma=sigmas_between(largest, high), detail=in_sigmas(largest, high, "V"),
+        serving, margin = serving_code(design)
+        hint = "code-none" if serving is None else "code-serves-margin" if margin else "code-serves"
+        yield beyond_limit(
+            "swing-high", largest, high, "V", CODE_KEY, hint="swing-weakest" if code == 0 else hint, source=source,
+            details=() if readout.drive_code is None else ("code-set",), code=code, serving=serving, margin=margin,
+            low=converter.limit("amplitude_optimum_min"), high=high,
+            load=converter.limit("parallel_resistance_max"), cite=converter.source_of("cite_drive"),
         )
         return
     if largest is not None:
-        yield from near_limit(largest, high, "V", "amplitude", "", CODE_KEY)
+        yield from near_limit("near-amplitude", largest, high, "V", CODE_KEY)
     cold = at_room_temperature(design)
     if cold is design:
         return
@@ -156,11 +149,9 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     if widest is not None and swing > high:
         careful = converter.drive_code(widest.value + (widest.sigma or 0.0))
-        yield Violation(
-            f"switched on at 20 degC, the tank of {where(widest)} swings {show(swing, 'V', 3)} peak with drive code "
-            f"{_code(design, widest)}, which is chosen for {design.estimates.temperature:g} degC; {clamps}",
-            f"begin with drive code {careful}, and change when the sensor is warm", "requirements.temperature", swing,
-            high, "V", severity=Severity.WARNING, source=source,
+        yield violated(
+            "swing-cold", "requirements.temperature", swing, high, "V", severity=Severity.WARNING, source=source,
+            where=where(widest), code=_code(design, widest), temperature=design.estimates.temperature, careful=careful,
         )
 
 
@@ -175,19 +166,34 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
         return
     code = _code(design, smallest)
     if smallest.value >= optimum:
-        yield from near_limit(smallest, optimum, "V", "amplitude", "", CODE_KEY)
+        yield from near_limit("near-amplitude", smallest, optimum, "V", CODE_KEY)
         return
-    name, severity = "amplitude_stable_min", None
-    window = f"below {show(limit(name), 'V')} the oscillation may stop"
+    case, name, severity = "swing-stops", "amplitude_stable_min", None
     if smallest.value >= limit(name):
-        name, severity = "amplitude_optimum_min", Severity.WARNING
-        window = f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
-    yield Violation(
-        f"with drive code {code} the tank of {where(smallest)} swings only {show(smallest.value, 'V', 3)} peak; "
-        f"{window}", _weak_advice(design, smallest),
-        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY, smallest.value, limit(name), "V",
-        severity, design.spec.readout.device.limits[name].source, sigma=sigmas_between(smallest, limit(name)),
-        detail=in_sigmas(smallest, limit(name), "V"),
+        case, name, severity = "swing-noisy", "amplitude_optimum_min", Severity.WARNING
+    is_set = design.spec.readout.drive_code is not None
+    serving, margin = serving_code(design) if is_set else (None, 0.0)
+    values = readings_of(design, "parallel_resistance", True)
+    own = [r.value for r in values if r.coil == smallest.coil]
+    most = max(values, key=lambda r: r.value)
+    distance = more_distance(design.spec)
+    ways = [*[distance] * bool(distance), "more turns"]
+    # its states differ, the coils differ, or R_P is too low even for the strongest drive
+    if is_set:
+        hint = "code-none" if serving is None else "code-serves-margin" if margin else "code-serves"
+    elif code == len(design.spec.readout.device.drive_currents) - 1:
+        hint = "weak-drive"
+        # the amplitude is the drive's current times R_P
+        asked = min(own) * optimum / smallest.value
+        if is_short_alone(design, smallest, "parallel_resistance", asked):
+            ways = ["more turns", "a larger coil"]
+    else:
+        hint = "weak-states" if most.value / max(own) <= max(own) / min(own) else "weak-coils"
+    yield beyond_limit(
+        case, smallest, limit(name), "V", CODE_KEY if is_set else "coil.turns", hint=hint, severity=severity,
+        details=("code-set",) if is_set else (), source=design.spec.readout.device.limits[name].source, code=code,
+        serving=serving, margin=margin, low=optimum, high=high, ways=ways, coil=smallest.coil, least=min(own),
+        most=max(own), strongest=most.value, strongest_coil=most.coil,
     )
 
 
@@ -212,45 +218,12 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     most = converter.amplitude_at(max(values), high_current)
     too_weak = least < converter.limit("amplitude_optimum_min")
     if too_weak or most > converter.limit("amplitude_max"):
-        yield Violation(
-            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as the maker's texts "
-            f"disagree: the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
-            "measure the amplitude at the converter's pins before trusting a reading", "coil.turns",
-            least if too_weak else most, converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V",
-            severity=Severity.WARNING, source=converter.limits["high_current_max"].source,
+        yield violated(
+            "high-current", "coil.turns", least if too_weak else most,
+            converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V", severity=Severity.WARNING,
+            source=converter.limits["high_current_max"].source, least=least, most=most, low_current=low_current,
+            high_current=high_current,
         )
-
-
-def _weak_advice(design: Design, smallest: Reading) -> str:
-    """Return the reason why a coil's amplitude is too small, with advice.
-
-    Its states differ, the coils differ, or R_P is too low even for the strongest drive.
-    """
-    if design.spec.readout.drive_code is not None:
-        return f"{CODE_IS_SET}: {code_advice(design)}"
-    away = more_distance(design.spec)
-    distance = f"{away}, or more turns" if away else "more turns"
-    values = readings_of(design, "parallel_resistance", True)
-    own = [r.value for r in values if r.coil == smallest.coil]
-    most = max(values, key=lambda r: r.value)
-    if _code(design, smallest) == len(design.spec.readout.device.drive_currents) - 1:
-        # the amplitude is the drive's current times R_P
-        asked = min(own) * design.spec.readout.device.limit("amplitude_optimum_min") / smallest.value
-        is_short = is_short_alone(design, smallest, "parallel_resistance", asked)
-        larger = "take more turns or a larger coil, for the coil misses the limit in free air, too"
-        ways = larger if is_short else distance
-        return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {ways}"
-    within, between = max(own) / min(own), most.value / max(own)
-    if between <= within:
-        return (
-            f"R_P of coil {smallest.coil} changes too much between its states ({show(max(own), 'ohm', 3)} to "
-            f"{show(min(own), 'ohm', 3)}): {distance}"
-        )
-    return (
-        f"R_P is {show(most.value, 'ohm', 3)} in coil {most.coil} and at most {show(max(own), 'ohm', 3)} in "
-        f"{smallest.coil}: one drive current does not suit both, and with a current of its own for each coil (which "
-        f"the converter can) some would still swing too little; place the coils alike under the target, or {distance}"
-    )
 
 
 RULES: tuple[Rule, ...] = (

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import show
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
 from sitscad.estimates.design import Design
 
 MUCH, LITTLE = 0.1, 0.01
@@ -45,16 +44,10 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     shares = [abs(change[worst]) / signal[worst] for change in (closed, near)]
     if shares[0] < LITTLE:
         return
-    force = design.spec.requirements.normal_force or 0.0
-    taken = " and ".join(f"{show(abs(change[worst]), 'H', 2)} ({100.0 * share:.0f} % of the signal of "
-                         f"{show(force, 'N')})" for change, share in zip((closed, near), shares, strict=True))
-    yield Violation(
-        f"coil {worst}: the other jaw's metal takes about {taken} with nothing and with {show(THIN, 'm')} in closed "
-        "jaws; after a tare with open jaws it is read as force",
-        "mount.jaw.opposing_pad_thickness: 1 mm or more, or a target.size that covers the coils; or tare with the jaws "
-        "as near as in use",
-        "mount.jaw", shares[1], MUCH, severity=None if shares[1] > MUCH else Severity.NOTE,
-        detail="`sitscad estimate --performance` and the data sheet have it in newtons, solved with the target between",
+    yield violated(
+        "other-jaw", "mount.jaw", shares[1], MUCH, severity=None if shares[1] > MUCH else Severity.NOTE, coil=worst,
+        closed=abs(closed[worst]), near=abs(near[worst]), share=shares[0], thin=THIN,
+        force=design.spec.requirements.normal_force or 0.0,
     )
 
 

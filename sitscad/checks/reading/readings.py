@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Severity
@@ -13,7 +13,7 @@ from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import Undecided, Verdict, Violation
+from sitscad.checks.rules import Undecided, Verdict, Violation, violated
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
 from sitscad.spec.sensor import SensorSpec
@@ -71,14 +71,25 @@ def sigmas_between(reading: Reading, limit: float) -> float | None:
     return abs(reading.value - limit) / reading.sigma if reading.sigma else None
 
 
-def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
-    """Return the distance from a limit in words, in standard deviations. Empty if unknown or more than `COUNTED`."""
+def beyond_limit(
+    case: str, reading: Reading, limit: float, unit: str, key: str, *, hint: str | Callable[[], str] = "",
+    details: tuple[str, ...] = (), severity: Severity | None = None, source: str | None = None,
+    fixes: tuple[Family, ...] = (), keeps_limit: bool = False, states: Sequence[str] = (), **values: Any,
+) -> Violation:
+    """Return the violation for a reading and its limit, with the distance in standard deviations as a detail.
+
+    The distance is left out if it is unknown or more than `COUNTED`. `states` are the values in other states as text.
+    """
     count = sigmas_between(reading, limit)
-    if count is None or reading.sigma is None or count > COUNTED:
-        return ""
-    mostly = f", mostly by the {reading.cause}" if reading.cause else ""
-    side = "below" if reading.value < limit else "above"
-    return f"{count:.1f} sigma {side} {show(limit, unit)}; one sigma is {show(reading.sigma, unit, 2)}{mostly}"
+    is_counted = count is not None and count <= COUNTED
+    side = "sigma-below" if reading.value < limit else "sigma-above"
+    return violated(
+        case, key, reading.value, limit, unit or None, hint=hint, severity=severity, source=source, sigma=count,
+        details=(*details, *["other-states"] * bool(states), *[side] * is_counted,
+                 *["sigma-cause"] * (is_counted and bool(reading.cause))),
+        fixes=fixes, keeps_limit=keeps_limit, where=where(reading), states=states, sigmas=f"{count or 0.0:.1f}",
+        bound=show(limit, unit), scatter=show(reading.sigma or 0.0, unit, 2), cause=reading.cause, **values,
+    )
 
 
 COUNTED = 10.0
@@ -113,23 +124,15 @@ def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float)
     )
 
 
-def near_limit(
-    reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str
-) -> Iterator[Violation]:
+def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key: str) -> Iterator[Violation]:
     """Yield a note if a reading keeps its limit by less than two sigma of manufacture.
 
     Below one sigma it is a warning.
     """
-    if reading is None:
-        return
-    count = sigmas_between(reading, limit)
-    if count is not None and count < NEAR:
-        yield Violation(
-            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}, within "
-            f"{'one' if count < AT_RISK else 'two'} sigma of manufacture of its limit, {show(limit, unit)}", hint, key,
-            reading.value, limit, unit, severity=Severity.WARNING if count < AT_RISK else Severity.NOTE,
-            sigma=count, keeps_limit=True, detail=in_sigmas(reading, limit, unit),
-        )
+    count = None if reading is None else sigmas_between(reading, limit)
+    if reading is not None and count is not None and count < NEAR:
+        yield beyond_limit(case, reading, limit, unit, key, keeps_limit=True, within=1 if count < AT_RISK else 2,
+                           severity=Severity.WARNING if count < AT_RISK else Severity.NOTE)
 
 
 def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
@@ -154,11 +157,7 @@ def nothing_estimated(design: Design) -> Iterator[Verdict]:
     for coil in design.estimates.coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
-            yield Violation(
-                f"coil {coil.name} has no state that could be estimated; {reasons[0]}",
-                "a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away",
-                "coil", severity=Severity.ERROR,
-            )
+            yield violated("nothing-estimated", "coil", severity=Severity.ERROR, coil=coil.name, reason=reasons[0])
             return
 
 
@@ -172,14 +171,10 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     # Q is proportional to sqrt(L/C): capacitors that raise Q to 10 or more, far from overdamped
     device = design.spec.readout.device
     below = [each for each in reversed(preferred_values(device)) if each <= now * (value / 10.0) ** 2]
-    yield Violation(
-        f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
-        f"{show(now, 'F', 3)}", _LESS_DAMPED, "readout.capacitance", value, 1.0, severity=Severity.ERROR,
-        fixes=(partial(capacitor, design.spec, below[:2]),),
+    yield violated(
+        "overdamped", "readout.capacitance", value, 1.0, severity=Severity.ERROR,
+        fixes=(partial(capacitor, design.spec, below[:2]),), where=where(Reading(name, state, value)), capacitance=now,
     )
-
-
-_LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
 
 
 def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
@@ -193,11 +188,10 @@ def where(reading: Reading) -> str:
     return f"coil {reading.coil} {in_words(reading.state)}"
 
 
-def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
-    """Return text with the values of the same coil in other states, with `digits` significant digits."""
+def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> list[str]:
+    """Return texts with the values of the same coil in other states, with `digits` significant digits."""
     others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
-    words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
-    return ", ".join(words)
+    return [f"{in_words(r.state)} {show(r.value, unit, digits)}" for r in others]
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:

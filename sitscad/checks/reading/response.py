@@ -29,10 +29,10 @@ from sitscad.checks.rules import (
     Violation,
     own_limits,
     rule_of,
+    violated,
 )
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
-from sitscad.spec.materials import Target
 from sitscad.spec.places import breadth_from, coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 
@@ -124,25 +124,27 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     if not deaf:
         return
     worst = min(deaf, key=lambda response: response.steps)
-    beside, which = best.steps >= FEWEST_STEPS, worst.coil if len(deaf) > 1 else "it"
-    against = f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else ""
-    names, force = [response.coil for response in deaf], show(required, "N")
-    hardly = f"coils {', '.join(names[:-1])} and {names[-1]} hardly feel"
-    hardly = f"coil {names[0]} hardly feels" if len(names) == 1 else hardly
-    untold = _untold_shear(design.spec, found)
+    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec, found)
+    lost, is_nothing_felt = [response.coil for response in found if response.is_lost], _is_lost(found)
     is_needed = untold and design.spec.requirements.shear_force
-    said = Violation(
-        f"{hardly} {force}: {which} changes by {worst.steps:.2g} steps of the converter{_in_vain(found, untold)}",
-        severity=Severity.ERROR if is_needed else Severity.WARNING,
-        detail=f"from rest to {state} {_changes(deaf)}{against}; asked are {FEWEST_STEPS:.0f} steps and "
-        f"{100.0 * LEAST_SHARE:.0f} % of the best coil's change",
-    )
-    yield replace(
-        _not_felt(deaf, best, force) if _is_lost(found) else said,
-        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design, worst.steps),
-        key="target.size" if beside else "elastomer.thickness", measured=worst.steps,
-        limit=max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), unit="steps",
-        fixes=_over_all_coils(design.spec) if beside else more_signal(design.spec),
+    target = design.spec.target
+    assert target is not None
+    places = coils_from(design.spec, target)
+    outside = max(abs(places[r.coil][k]) - 0.5 * target.size[k] for r in deaf for k in (0, 1))
+    details = (*["weak-best"] * beside, *["lost-coils"] * bool(lost), *["lost-shear"] * bool(lost and untold),
+               *["weak-outside"] * (beside and outside > 0.0))
+    change = _more_change(design, worst.steps)
+    yield violated(
+        "nothing-felt" if is_nothing_felt else "weak-change", "target.size" if beside else "elastomer.thickness",
+        worst.steps, max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
+        hint=("reach-offset" if any(target.offset) else "reach-target") if beside else change.case,
+        details=() if is_nothing_felt else details, fixes=_over_all_coils(design.spec) if beside
+        else more_signal(design.spec),
+        severity=Severity.ERROR if is_needed or is_nothing_felt else Severity.WARNING,
+        coils=[response.coil for response in deaf], force=required, state=state, changes=_changes(deaf),
+        fewest=FEWEST_STEPS, share=LEAST_SHARE, best=best.coil, best_change=best.change, best_steps=best.steps,
+        lost=lost, untold=untold, outside=outside, size=target.size, sigmas=TOLD_FROM_NOISE, noise=best.noise,
+        rate=change.rate, devices=change.devices,
     )
 
 
@@ -151,8 +153,8 @@ def _is_lost(found: Sequence[SignalChange]) -> bool:
     return all(response.is_lost for response in found)
 
 
-def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
-    """Return the axes along which shear cannot be separated from normal force, in words. Empty if there are none.
+def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> list[str]:
+    """Return the axes along which shear cannot be separated from normal force.
 
     The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
     """
@@ -163,26 +165,7 @@ def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
             felt = [one.centre[axis] for one in cell if one.name not in lost]
             if max(places) - min(places) > ROUNDING and felt and max(felt) - min(felt) <= ROUNDING:
                 untold.add(AXES[axis])
-    return " and ".join(sorted(untold))
-
-
-def _in_vain(found: Sequence[SignalChange], untold: str) -> str:
-    """Return the consequence of coils that do not respond, in words after a semicolon. Empty if all coils respond."""
-    lost = [response.coil for response in found if response.is_lost]
-    if not lost:
-        return ""
-    channels = "its channel is" if len(lost) == 1 else "their channels are"
-    shear = f", and shear along {untold} and tilt cannot be told from a normal force" if untold else ""
-    return f"; nothing of {', '.join(lost)} is told from noise: {channels} read in vain{shear}"
-
-
-def _not_felt(deaf: Sequence[SignalChange], best: SignalChange, force: str) -> Violation:
-    """Return the finding that no coil's change under a force can be distinguished from noise."""
-    return Violation(
-        f"the sensor feels nothing: from rest to pressed by {force} no coil changes by the {TOLD_FROM_NOISE:g} sigma "
-        "that tell a change from noise", severity=Severity.ERROR,
-        detail=f"{_changes(deaf)}, and noise alone is {best.noise:.2g} steps (one sigma)",
-    )
+    return sorted(untold)
 
 
 def _unasked(design: Design) -> Iterator[Verdict]:
@@ -202,34 +185,17 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     found = responses(Design(loaded.spec, loaded.layout, numbers))
     if found and _is_lost(found):
         best = max(found, key=lambda response: response.steps)
-        taken = f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),"
-        yield replace(_not_felt(found, best, show(full, "N") + taken), hint=_more_change(design, best.steps),
-                      key="elastomer.thickness", measured=best.steps, limit=FEWEST_STEPS, unit="steps")
+        change = _more_change(design, best.steps)
+        yield violated(
+            "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
+            details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(found),
+            sigmas=TOLD_FROM_NOISE, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
+        )
 
 
-def _changes(deaf: Sequence[SignalChange]) -> str:
+def _changes(deaf: Sequence[SignalChange]) -> list[str]:
     """Return every change in henries and steps, in the order of the coils."""
-    words = [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
-    verb = "its inductance changes by" if len(words) == 1 else "the inductances change by"
-    return f"{verb} {', '.join(words)}"
-
-
-def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
-    """Return the position of the insensitive coils relative to the target, and advice, in words."""
-    target = spec.target
-    assert target is not None
-    places, names = coils_from(spec, target), {response.coil for response in deaf}
-    outside = [max(abs(places[name][k]) - 0.5 * target.size[k] for k in (0, 1)) for name in names]
-    where = (
-        f"the centre of {'it' if len(outside) == 1 else 'the furthest of them'} stands {show(max(outside), 'm', 3)} "
-        f"beyond the target's edge (target {show(target.size[0], 'm')} by {show(target.size[1], 'm')}); "
-        if max(outside) > 0.0
-        else ""
-    )
-    return (
-        f"{where}{_back_over_the_coils(target)}a target that covers every coil, on a pad as large; or move the coils "
-        f"together, or leave those out that the target does not reach"
-    )
+    return [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
 
 
 def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
@@ -242,30 +208,31 @@ def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
     return (partial(larger_target, spec, length, width),)
 
 
-_MORE_CHANGE = (
-    "a softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
-    "gives way less)"
-)
+@record
+class _MoreChange:
+    """The case of a hint for a larger change and a finer step, with the scan rate and the converters that it names."""
+
+    case: str
+    rate: str = ""
+    devices: tuple[str, ...] = ()
 
 
-def _more_change(design: Design, steps: float) -> str:
-    """Return advice for a larger change and for a finer step.
+def _more_change(design: Design, steps: float) -> _MoreChange:
+    """Return the hint for a larger change and for a finer step.
 
     Longer conversions are advised only if the result has enough bits for them.
     """
     conversion, device = design.estimates.readout.conversion, design.spec.readout.device
     states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
-    rate = _slower(design, steps)
-    finer = f"fewer scans a second (readout.scan_rate{f': {rate:g} Hz, in proportion' if rate else ''})"
+    if design.spec.target is not None and any(design.spec.target.offset):
+        return _MoreChange("change-offset")
     if conversion is not None and any(map(conversion.rounding, states)):
-        others = map(presets.converter, presets.names("converter"))
-        names = [o.name for o in others
-                 if o.law is device.law and o.bits > device.bits and o.channels >= device.channels]
-        finer = f"a converter with more bits (readout.device: {' or '.join(names) or 'none is known'})"
-    return (
-        f"no coil feels it enough: {_back_over_the_coils(design.spec.target)}"
-        f"{_MORE_CHANGE} gives more change, {finer} a finer step"
-    )
+        converters = map(presets.converter, presets.names("converter"))
+        return _MoreChange("change-bits", devices=tuple(
+            o.name for o in converters
+            if o.law is device.law and o.bits > device.bits and o.channels >= device.channels))
+    rate = _slower(design, steps)
+    return _MoreChange("change-scans") if rate is None else _MoreChange("change-rate", f"{rate:g} Hz")
 
 
 def _slower(design: Design, steps: float) -> float | None:
@@ -279,14 +246,6 @@ def _slower(design: Design, steps: float) -> float | None:
     readable = 1.0 / design.spec.readout.device.read_back_time(len(design.spec.array.placements))
     rate = math.floor(min(readable, design.spec.readout.scan_rate * steps / FEWEST_STEPS))
     return float(rate) if rate >= 1 else None
-
-
-def _back_over_the_coils(target: Target | None) -> str:
-    """Return the advice to centre an offset target over the coils, which precedes all other advice.
-
-    Empty if it is centred.
-    """
-    return "target.offset: [0, 0] over the middle of the coils; " if target and any(target.offset) else ""
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
@@ -309,41 +268,34 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     least = own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
-    cell = f"cell {number}: " if len(cells) > 1 else ""
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
-    steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
-    scale = f"{100.0 * drift / share:.0f} % of full scale" if share > drift else "all of it and more"
-    follows = ", which follows losses, too," if best.has_loss_in_it else ""
-    hint = (
-        f"{_back_over_the_coils(design.spec.target)}{_more_signal(design.spec)}; else plan for temperature: a "
-        "reference coil without a target, or a tare before each grasp"
-    )
-    yield Violation(
-        f"{cell}the whole signal is small: from rest to {show(best.force, 'N')} the "
-        f"reading of coil {best.coil} changes by {100.0 * share:.2g} % (by the converter's formula; the inductance at "
-        f"the contacts by {100.0 * abs(best.by_inductance):.2g} %){steps}",
-        hint, "elastomer.thickness", share, least.value,
+    yield violated(
+        "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
         source=least.source, fixes=more_signal(design.spec),
-        detail=f"that inductance changes by {show(best.per_newton, 'H', 3)}/N, its frequency{follows} by "
-        f"{100.0 * best.frequency_share:+.2g} %; ten degrees of warming move the reading by {100.0 * drift:.2g} % by "
-        f"the copper alone, {scale}; silicone adds to that (response --performance has all of it)",
+        details=(*["small-signal"] * (len(cells) > 1), *["small-signal-steps"] * bool(best.steps),
+                 *["small-signal-loss"] * best.has_loss_in_it),
+        cell=number, coil=best.coil, force=best.force, inductance=best.by_inductance, per_newton=best.per_newton,
+        frequency=best.frequency_share, drift=drift, scale=drift / share if share else math.inf,
+        steps=best.steps or 0.0, ways=_more_signal(design.spec), hint="small-signal",
     )
 
 
-def _more_signal(spec: SensorSpec) -> str:
-    """Return advice for a larger change over the force, as far as the spec leaves room for it."""
+def _more_signal(spec: SensorSpec) -> list[str]:
+    """Return changes for a larger change over the force, as far as the spec leaves room for them."""
     target, coils = spec.target, [p.centre for p in spec.array.placements]
     narrower = cut_to_target(spec)
-    ways = [_MORE_CHANGE]
+    is_offset = target is not None and any(target.offset)
+    ways = ["target.offset: [0, 0] over the middle of the coils"] * is_offset
+    ways += ["a softer elastomer", "one of another thickness"]
     if narrower is not None:
-        ways.append(f"a pad no wider than the target ({narrower.words}), which gives way more")
+        ways.append(f"a pad no wider than the target ({narrower.words})")
     if target is not None:
         whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
         if min(target.size) < min(whole) or max(target.size) < max(whole):
             ways.append("a larger target")
     if spec.shield is not None or spec.metal is not None:
         ways.append("more distance from the metal behind the coils")
-    return ", or ".join(ways)
+    return ways
 
 
 AXES = ("x", "y")
@@ -423,14 +375,12 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     asked = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
     if apart / step >= asked:
         return
-    beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
-    yield Violation(
-        f"the array hardly feels shear along {AXES[axis]}: {show(force, 'N')} part the coils' inductances by "
-        f"{apart / step:.2g} steps of the converter", _edges_over_coils(spec, axis), "target.size", apart / step, asked,
-        "steps", fixes=_nearer_edges(spec),
-        detail=f"that force moves the target by {show(travel, 'm', 2)}, and the inductances differ by "
-        f"{show(apart, 'H', 2)} more{beside}; asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} "
-        "% of that change",
+    edges = _edges(spec, axis)
+    yield violated(
+        "shear-weak", "target.size", apart / step, asked, "steps", hint=edges.case, fixes=_nearer_edges(spec),
+        details=(*["shear-normal"] * bool(pressed), *edges.details), force=force, axis=AXES[axis], travel=travel,
+        difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed, apart=edges.apart,
+        beyond=edges.beyond,
     )
 
 
@@ -449,11 +399,10 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
     if read <= force:
         return
-    yield Violation(
-        f"the target covers so much of the coils that a tilt of one degree about {AXES[1 - axis]} is read as "
-        f"{show(read, 'N', 2)} of shear along {AXES[axis]}, where {show(force, 'N')} are to be felt: what moves it "
-        "sideways hardly counts beside how it lies", _edges_over_coils(design.spec, axis), "target.size", read, force,
-        "N", fixes=_nearer_edges(design.spec),
+    edges = _edges(design.spec, axis)
+    yield violated(
+        "shear-tilt", "target.size", read, force, "N", hint=edges.case, fixes=_nearer_edges(design.spec),
+        details=edges.details, axis=AXES[axis], other=AXES[1 - axis], apart=edges.apart, beyond=edges.beyond,
     )
 
 
@@ -467,21 +416,28 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
     return lambda: fitting(smaller_targets(spec)), lambda: fitting(wider_arrays(spec))
 
 
-def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
-    """Return text with the place where the target's edges would have to be."""
+@record
+class _Edges:
+    """The case of a hint on the place where the target's edges would have to be, and details.
+
+    ``apart`` is the distance of the outer coils, ``beyond`` the length by which the target exceeds their middles (m).
+    """
+
+    case: str
+    details: tuple[str, ...] = ()
+    apart: float = 0.0
+    beyond: float = 0.0
+
+
+def _edges(spec: SensorSpec, axis: int) -> _Edges:
+    """Return the hint on the place where the target's edges would have to be."""
     target, least = spec.target, min(spec.coil.size)
     assert target is not None
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:
-        return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
+        return _Edges("edges-rotated")
     apart = breadth_from(spec, target)[axis]
     beyond = 0.5 * (target.size[axis] - apart)
-    return (
-        "only a target whose edges move over the coils tells shear, best one that ends over the middles of the outer "
-        f"coils, which stand {show(apart, 'm', 3)} apart along {AXES[axis]}"
-        + (f"; this one ends {show(beyond, 'm', 3)} beyond them" if beyond > 0.25 * least else "")
-        + "; a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
-        "this does not matter"
-    )
+    return _Edges("edges", ("edges", *["edges-beyond"] * (beyond > 0.25 * least)), apart, beyond)
 
 
 DEGREE = math.radians(1.0)

@@ -12,10 +12,9 @@ from dataclasses import replace
 from sitscad.assembly.places.state import REST
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import kept, record
-from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.reading.readings import readings_of, where
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
@@ -62,16 +61,10 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """Yield a note on a target thin for its skin depth `depth` (m), or a warning if its cost exceeds a limit."""
     target, thick, limits = _target(design.spec.target), THICK * depth, own_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
-    found = Violation(
-        f"the target is {show(target.thickness, 'm', 3)} thick, {depths:.2g} skin depths of {target.material.name} at "
-        f"{show(frequency, 'Hz', 3)}: a part of the field goes through it", "nothing has to be changed for that",
-        "target.thickness", severity=Severity.NOTE,
-    )
     if depths >= COMPARED and target.material.relative_permeability < 1.1:
-        share = _resistance_of_sheet(depths) - 1.0
-        yield replace(found, measured=share, limit=limit.value, source=limit.source,
-                      detail=f"an endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: "
-                      "too little to be compared")
+        yield violated("thin-target", "target.thickness", _resistance_of_sheet(depths) - 1.0, limit.value,
+                       hint="thin-keep", details=("thin-sheet",), severity=Severity.NOTE, source=limit.source,
+                       thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency)
         return
     cost = _cost(design, thicker_target(design.spec, thick).spec)
     if cost is None:
@@ -80,11 +73,17 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     too_much, measured = cost.resistance > limit.value, cost.resistance
     if not too_much and cost.resistance < cost.change:
         limit, measured = limits["thin_target_change"], cost.change
-    found = replace(found, measured=measured, limit=limit.value, source=limit.source, detail=cost.words)
-    if too_much or cost.change > limits["thin_target_change"].value:
-        found = replace(found, hint=f"{show(thick, 'm', 3)} or more (3 skin depths stop 95 %){_faster(design, thick)}",
-                        severity=Severity.WARNING, fixes=(lambda: [thicker_target(design.spec, thick)],))
-    yield found
+    is_dear = too_much or cost.change > limits["thin_target_change"].value
+    hint = "thin-thicker-frequency" if _reaches_frequency(design, thick) else "thin-thicker"
+    yield violated(
+        "thin-target", "target.thickness", measured, limit.value, hint=hint if is_dear else "thin-keep",
+        details=cost.details, severity=Severity.WARNING if is_dear else Severity.NOTE, source=limit.source,
+        fixes=(lambda: [thicker_target(design.spec, thick)],) if is_dear else (), thick=thick,
+        thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency, where=cost.where,
+        resistance=cost.readings[0], thick_resistance=cost.readings[1], percent=_percent(*cost.readings),
+        change=cost.changes[0], thick_change=cost.changes[1], change_percent=_percent(*cost.changes),
+        amplitude=cost.amplitude,
+    )
 
 
 def _resistance_of_sheet(depths: float) -> float:
@@ -96,59 +95,61 @@ def _resistance_of_sheet(depths: float) -> float:
 
 @record
 class _Cost:
-    """Relative loss of R_P and of the signal change against a thick target (negative: gain), and the cost in words."""
+    """Relative loss of R_P and of the signal change against a thick target (negative: gain).
+
+    ``details`` are the cases that describe the cost. ``readings`` are R_P (ohm) and ``changes`` the signal changes
+    under both targets. ``where`` is the coil and the state, in which the amplitude is ``amplitude`` (V).
+    """
 
     resistance: float
     change: float
-    words: str
+    details: tuple[str, ...]
+    where: str
+    readings: tuple[float, float]
+    changes: tuple[float, float]
+    amplitude: float
 
 
 def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     """Return the cost in the state in which the target reduces R_P most. None if either design has no values."""
     other = _compared(design, thick)
-    mine, theirs = (readings_of(each, "parallel_resistance", True) for each in (design, other))
-    reference = {(r.coil, r.state): r for r in theirs}
-    pairs = [(r, reference[r.coil, r.state]) for r in mine if (r.coil, r.state) in reference]
+    readings, thick_readings = (readings_of(each, "parallel_resistance", True) for each in (design, other))
+    reference = {(r.coil, r.state): r for r in thick_readings}
+    pairs = [(r, reference[r.coil, r.state]) for r in readings if (r.coil, r.state) in reference]
     if not pairs:
         return None
     worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
-    share, words = _change(design, other)
     # the amplitude there: SIT204 judges it
     swing = [r.value for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
-    words += f"; the amplitude there is {show(swing[0], 'V', 3)}" if swing else ""
-    assert thick.target is not None
-    return _Cost(
-        1.0 - worst.value / against.value, share,
-        f"against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
-        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}",
-    )
+    change = _change(design, other)
+    force = design.spec.requirements.normal_force
+    changes = change or (1.0, 1.0)
+    details = ("thin-cost", *["thin-change-newton" if force else "thin-change-rest"] * (change is not None),
+               *["thin-amplitude"] * bool(swing))
+    return _Cost(1.0 - worst.value / against.value, 1.0 - changes[0] / changes[1], details, where(worst),
+                 (worst.value, against.value), changes, swing[0] if swing else 0.0)
 
 
-def _change(design: Design, other: Design) -> tuple[float, str]:
-    """Return the relative loss of the signal change against the other design, and the loss in words.
+def _change(design: Design, other: Design) -> tuple[float, float] | None:
+    """Return the signal change (H, or H/N) of this and the other design. None if there is none.
 
     The coil with the largest change in the other design counts.
     """
     mine, theirs = _effects(design, design), _effects(design, other)
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
-    if best is None:
-        return 0.0, ""
-    force = design.spec.requirements.normal_force
-    named, per = ("the change per newton", "/N") if force else ("what the target changes of the inductance", "")
-    return 1.0 - mine[best] / theirs[best], f", {named} {_instead(mine[best], theirs[best], 'H', per)}"
+    return None if best is None else (mine[best], theirs[best])
 
 
-def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
-    percent = round(100.0 * (mine / other - 1.0), 1) + 0.0  # no -0.0
-    return f"{show(mine, unit, 3)}{per} instead of {show(other, unit, 3)}{per} ({percent:+.1f} %)"
+def _percent(mine: float, other: float) -> str:
+    return f"{round(100.0 * (mine / other - 1.0), 1) + 0.0:+.1f} %"  # no -0.0
 
 
-def _faster(design: Design, thickness: float) -> str:
-    """Return the advice of a higher frequency. Empty if the converter does not reach it."""
+def _reaches_frequency(design: Design, thickness: float) -> bool:
+    """Whether the converter reaches the frequency at which the target is as thick in skin depths as a thickness (m)."""
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
     # a skin depth falls with the square root of the frequency
     faster = (thickness / _target(design.spec.target).thickness) ** 2
-    return ", or a higher frequency" if faster * top <= design.spec.readout.device.limit("sensor_frequency_max") else ""
+    return faster * top <= design.spec.readout.device.limit("sensor_frequency_max")
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
@@ -163,17 +164,10 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
         yield Undecided("what the target changes is unknown: no state with it was estimated")
         return
     share, least = mine / theirs, own_limits()["least_target_effect"]
-    why = (
-        f"hardly conducts: at {show(frequency, 'Hz', 3)} the field goes {show(depth, 'm', 3)} deep, the target is "
-        f"{show(target.thickness, 'm', 3)} thick"
-        if math.isfinite(depth)
-        else "does not conduct: no eddy currents flow in it"
-    )
-    yield Violation(
-        f"{target.material.name} {why}. It changes the inductance by {100.0 * share:.2g} % of what copper of its size "
-        "changes", "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
-        "target.material", share, least.value, severity=Severity.ERROR if share < least.value else Severity.WARNING,
-        source=least.source,
+    yield violated(
+        "poor-conductor", "target.material", share, least.value, source=least.source, metal=target.material.name,
+        details=("poor-depth" if math.isfinite(depth) else "poor-insulator",), frequency=frequency, depth=depth,
+        thickness=target.thickness, severity=Severity.ERROR if share < least.value else Severity.WARNING,
     )
 
 

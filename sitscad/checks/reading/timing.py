@@ -12,7 +12,7 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read, scans
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
 
@@ -39,11 +39,10 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
         yield Undecided("no sensor frequency was estimated")
     elif worst.value >= conversion.highest_frequency:
         slowest = conversion.slowest_clock(worst.value)
-        yield Violation(
-            f"the sensor frequency {show(worst.value, 'Hz')} is not below {show(conversion.highest_frequency, 'Hz')}, "
-            f"up to which {conversion.device.part} counts as it is set",
-            f"a clock of at least {show(slowest, 'Hz')}" if slowest and slowest > readout.clock else "",
-            "readout.clock" if slowest else "readout.capacitance", worst.value, conversion.highest_frequency, "Hz",
+        yield violated(
+            "clock-count", "readout.clock" if slowest else "readout.capacitance", worst.value,
+            conversion.highest_frequency, "Hz", part=conversion.device.part, clock=slowest,
+            hint="clock-slowest" if slowest and slowest > readout.clock else "",
         )
 
 
@@ -54,14 +53,8 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
-        count = len(design.spec.array.placements)
-        yield Violation(
-            f"the fastest scan of {'one coil' if count == 1 else f'{count} coils'} takes "
-            f"{show(1.0 / readout.scan_rate, 's', 3)} "
-            f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
-            "ask for fewer scans a second, use fewer coils, or a faster clock", "readout.scan_rate", readout.scan_rate,
-            wanted, "Hz",
-        )
+        yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, wanted, "Hz",
+                       coils=len(design.spec.array.placements), time=1.0 / readout.scan_rate)
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
@@ -71,13 +64,10 @@ def read_back(design: Design) -> Iterator[Verdict]:
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
-        how = ", or a host that reads without any pause, as the maker's more hopeful figure takes it"
-        pause, clock = "" if impossible else how, converter.serial_clock_in_words
-        yield Violation(
-            f"reading {'one coil' if channels == 1 else f'{channels} coils'} over I2C at {clock} takes "
-            f"{show(1.0 / sure, 's', 3)}: a scan rate of {show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked",
-            f"a lower readout.scan_rate, or fewer coils{pause}",
-            "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,
+        yield violated(
+            "read-back", "readout.scan_rate", wanted, sure, "Hz", hint="" if impossible else "read-back-pause",
+            severity=Severity.ERROR if impossible else Severity.WARNING, coils=channels,
+            clock=converter.serial_clock_in_words, time=1.0 / sure,
             fixes=(lambda: [scans(design.spec, math.floor(sure))],),
         )
 
@@ -87,14 +77,9 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
-        yield Violation(
-            f"a scan rate of {show(rate, 'Hz')} follows a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
-            f"{show(wanted, 'Hz')} are required",
-            "a readout.scan_rate of twice the bandwidth at least, fewer coils, or less bandwidth",
-            "readout.scan_rate", rate, 2.0 * wanted, "Hz",
-            # no faster than required: shorter conversions have more noise
-            fixes=(lambda: [scans(design.spec, 2.0 * wanted)],),
-        )
+        # no faster than required: shorter conversions have more noise
+        yield violated("scan-bandwidth", "readout.scan_rate", rate, 2.0 * wanted, "Hz", bandwidth=wanted,
+                       fixes=(lambda: [scans(design.spec, 2.0 * wanted)],))
 
 
 def channels(design: Design) -> Iterator[Verdict]:
@@ -109,24 +94,20 @@ def channels(design: Design) -> Iterator[Verdict]:
     if len(names) > most:
         parts = (presets.converter(name) for name in presets.names("converter"))
         others = [part.part.lower() for part in parts if part.most_coils * buses >= len(names)]
-        enough = f" (readout.device: {' or '.join(others)} has enough)" if others else ""
         is_two_enough = buses == 1 and len(names) <= 2 * most
-        second = "readout.buses: 2, where the controller has a second I2C bus for the further converters; or "
-        yield Violation(
-            f"{len(names)} coils, but {'one I2C bus takes' if buses == 1 else 'two I2C buses take'} "
-            f"{buses * len(device.addresses)} {device.part} of {each} channels, and every coil needs a channel of its "
-            f"own{enough}",
-            f"{second if is_two_enough else ''}leave {len(names) - most} of them out, or make two sensors, each with a "
-            "bus of its own; three axes take no more than three coils under one target (pattern triangle) or four "
-            "(pattern grid, 2 x 2)", key,
-            float(len(names)), float(most), source=_channel_sources(device.family),
+        yield violated(
+            "channels-one-bus" if buses == 1 else "channels-two-buses", key, float(len(names)), float(most),
+            hint="channels-second-bus" if is_two_enough else "channels-fewer",
+            details=("channels-others",) if others else (), source=_channel_sources(device.family),
+            parts=buses * len(device.addresses), part=device.part, channels=each, others=others,
+            excess=len(names) - most,
             fixes=(partial(each_read, design.spec, "readout.device", others),
                    partial(each_read, design.spec, "readout.buses", [2] * is_two_enough)),
         )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
         matrix, places = design.estimates.inductance_matrix, device.places(len(names))
-        coupling, one, other = max(
+        coupling, *pair = max(
             (math.sqrt(_coupling_squared(matrix, i, j)), names[i], names[j])
             for i, j in combinations(range(len(names)), 2)
             if places[i].converter != places[j].converter
@@ -137,16 +118,11 @@ def channels(design: Design) -> Iterator[Verdict]:
         by_converter: dict[str, list[str]] = {}
         for at, name in zip(places, names, strict=True):
             by_converter.setdefault(at.converter_in_words, []).append(name)
-        told = "; ".join(f"{', '.join(own)} on converter {converter}" for converter, own in by_converter.items())
-        yield Violation(
-            f"{len(names)} coils take {len(by_converter)} {device.part}: {told}. They oscillate "
-            f"at the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
-            "takes all other coils as grounded",
-            "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
-            "coils apart (array.pitch), or put one converter to sleep while the other measures, by firmware of your "
-            "own",
-            key, coupling, MOST_COUPLING, severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
-            source=_channel_sources(device.family),
+        yield violated(
+            "converters-coupled", key, coupling, MOST_COUPLING, coils=len(names), converters=len(by_converter),
+            part=device.part, pair=pair, source=_channel_sources(device.family),
+            places="; ".join(f"{', '.join(own)} on converter {name}" for name, own in by_converter.items()),
+            severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
         )
 
 
@@ -166,14 +142,11 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
     if any(not math.isfinite(share) for share, *_ in pairs):
         yield Undecided("the mutual inductance of the coils was not estimated")
         return
-    share, one, other = max(pairs, default=(0.0, "", ""))
+    share, *coupled = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
-        yield Violation(
-            f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
-            "off its inductance",
-            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
-            "this, the free state is the coil alone", design.spec.array.distance_key, share,
-            0.05 if share >= 0.05 else 1e-3, severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
+        yield violated(
+            "idle-neighbour", design.spec.array.distance_key, share, 0.05 if share >= 0.05 else 1e-3, coils=coupled,
+            severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
         )
 
 
@@ -194,22 +167,15 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return
     if design.spec.encapsulation is not None:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
-    names = ("total", "targets", "target", "coils", "webs")
-    total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
-    each = "; ".join(
-        f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
-        for one in design.cells.skin.groups)
-    yield Violation(
-        f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
-        f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",
-        design.spec.array.distance_key, found.total, limit.value,
-        severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
-        source=limit.source, keeps_limit=found.total <= limit.value,
-        detail=f"through the targets of all neighbours at most {targets} (of one {target}), as if the cell had no "
-        f"target of its own to hold that off; through coils that wait grounded at most {coils}; "
-        + (f"through webs at most {webs}. Webs make pads stiffer, to a fifth of it: of {each} under full force. "
-           "Forces, maps and the signal of each cell count its own webs, states those of a mean pad"
-           if found.webs else "pads stand apart"),
+    groups = [f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
+              for one in design.cells.skin.groups]
+    yield violated(
+        "cell-crosstalk", design.spec.array.distance_key, found.total, limit.value,
+        hint="cell-crosstalk-webs" if found.webs else "",
+        details=("cell-crosstalk-webs" if found.webs else "cell-crosstalk-apart",),
+        severity=Severity.WARNING if found.total > limit.value else Severity.NOTE, source=limit.source,
+        keeps_limit=found.total <= limit.value, targets=found.targets, target=found.target, waiting=found.coils,
+        webs=found.webs, groups=groups,
     )
 
 
@@ -219,11 +185,9 @@ def clock(design: Design) -> Iterator[Verdict]:
     low, high = design.spec.readout.device.limit("clock_min"), design.spec.readout.device.limit("clock_max")
     if not low <= value <= high:
         fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
-        yield Violation(
-            f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
-            f"{show(high, 'Hz')}: the fastest reference gives the finest reading", "readout.clock", value,
-            low if value < low else high, "Hz",
-            fixes=(lambda: [fastest],),
+        yield violated(
+            "clock-range", "readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
+            clock=show(high, "Hz", 6), fixes=(lambda: [fastest],),
         )
 
 
