@@ -21,6 +21,7 @@ def checked(text, tmp_path):
     return sitscad.check(sitscad.load(spec))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
 def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):

@@ -60,6 +60,7 @@ def test_a_spec_from_a_closed_stream_is_an_empty_one(spec):
     assert (found.returncode, b"SIT001" in found.stdout) == (2, True)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("flags", ["-O", "-OO", "-X utf8=0"])
 def test_check_output_does_not_depend_on_python_options(spec, flags):
