@@ -36,8 +36,8 @@ def test_every_folder_of_a_wing_is_named():
 
 
 AT_THE_TOP = {
-    ".ci", ".github", ".gitignore", ".pre-commit-hooks.yaml", "CHANGELOG.md", "LICENSE", "README.md", "action.yml",
-    "constraints.txt", "docs", "outputs", "pyproject.toml", "sitscad", "templates", "tests",
+    ".ci", ".github", ".gitignore", ".pre-commit-hooks.yaml", "CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md",
+    "action.yml", "constraints.txt", "docs", "outputs", "pyproject.toml", "sitscad", "templates", "tests",
 }
 
 

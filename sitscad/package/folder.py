@@ -24,8 +24,11 @@ from sitscad.spec.profiles import installed_rules
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec, json_schema
 
-PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
-_PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"
+_NO_DEVICE = r"(?!(?i:con|prn|aux|nul|com\d|lpt\d)(?:[./]|$))"
+"""Windows takes these names, with any ending, for devices."""
+
+PACKAGE_NAME = re.compile(_NO_DEVICE + r"[a-z0-9][a-z0-9._-]{0,63}")
+_PART = _NO_DEVICE + r"[\w+-](?:[\w .+-]*[\w+-])?"
 FILE_NAME = re.compile(rf"{_PART}(/{_PART})*")
 
 

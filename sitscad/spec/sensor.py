@@ -552,4 +552,4 @@ def json_schema() -> dict[str, Any]:
     >>> sitscad.json_schema()["required"]
     ['sitscad', 'name', 'coil']
     """
-    return schema_of(SpecDocument, "sitscad spec")
+    return schema_of(SpecDocument, "sitscad spec", "urn:sitscad:spec:1", "*.sensor.yaml")

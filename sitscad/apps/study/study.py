@@ -270,4 +270,4 @@ def _read(text: str, path: str) -> Study:
 
 def study_schema() -> dict[str, Any]:
     """Return the JSON Schema of a study's file."""
-    return schema_of(StudyDocument, "sitscad study")
+    return schema_of(StudyDocument, "sitscad study", "urn:sitscad:study:1", "*.study.yaml")

@@ -270,8 +270,11 @@ def section_of(kind: Kind) -> type[Section] | None:
     return section_of(kind.written) if isinstance(kind, NameOr) else None
 
 
-def schema_of(section: type[Section], title: str) -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a document, with descriptions and names of the installed presets."""
+def schema_of(section: type[Section], title: str, name: str, files: str) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a document, with descriptions and names of the installed presets.
+
+    `name` is the schema's own URN. `files` is the pattern of the file names that editors may take the schema for.
+    """
     sections: dict[str, type[Section]] = {}
 
     def collect(inner: type[Section]) -> None:
@@ -284,7 +287,8 @@ def schema_of(section: type[Section], title: str) -> dict[str, Any]:
     collect(section)
     definitions = {name: _object(sections[name]) for name in sorted(sections)}
     dialect = "https://json-schema.org/draft/2020-12/schema"
-    return {"$schema": dialect, "title": title, **_object(section), "$defs": definitions}
+    head = {"$schema": dialect, "$id": name, "title": title, "fileMatch": [files]}
+    return {**head, **_object(section), "$defs": definitions}
 
 
 def _object(section: type[Section]) -> dict[str, Any]:

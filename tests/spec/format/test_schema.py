@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from sitscad.cli import run
 from sitscad.spec import presets, templates
 from sitscad.spec.sensor import SpecDocument, json_schema
 from sitscad.spec.yaml.source import read_yaml
@@ -28,12 +29,21 @@ def options(node):
 def test_the_dialect_and_the_required_keys():
     schema = json_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert schema["fileMatch"] == ["*.sensor.yaml"]
     assert schema["required"] == ["sitscad", "name", "coil"]
     assert section("coil")["required"] == ["shape", "outer_diameter"]
     ways = [set(way["required"]) for way in section("coil")["oneOf"]]
     four = {"turns", "inner_diameter", "trace_width", "trace_spacing"}
     assert sorted(map(sorted, ways)) == sorted(sorted(four - {one}) for one in four)
     assert schema["additionalProperties"] is False
+
+
+def test_every_schema_has_a_name_of_its_own(capsys):
+    names = []
+    for document in ("spec", "check", "calibration", "study"):
+        assert run(["schema", "--of", document]) == 0
+        names.append(json.loads(capsys.readouterr().out)["$id"])
+    assert names == [f"urn:sitscad:{name}:1" for name in ("spec", "check", "calibration", "study")]
 
 
 def test_it_is_json_and_the_same_every_time():
