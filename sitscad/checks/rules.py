@@ -61,7 +61,8 @@ class Violation:
         """
         cases: tuple[str, ...] = (self.case, *self.details) if part == "detail" else (self.case,)
         if part == "hint" and self.hint_case:
-            cases = (self.hint_case if isinstance(self.hint_case, str) else self.hint_case(),)
+            chosen = self.hint_case if isinstance(self.hint_case, str) else self.hint_case()
+            cases = (chosen or self.case,)
         named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
         return joined(*(text_of(case, part, named) for case in cases))
 
