@@ -37,7 +37,7 @@ import attribute_tables
 import spec_reference
 
 from sitscad import load, measure
-from sitscad.apps.study.sweeping import shown
+from sitscad.apps.study.sweeping import value_text
 
 ROOT = Path(__file__).parents[1]
 PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
@@ -132,7 +132,7 @@ class Making:
         measures = ("resolution.normal", "inductance", "rp", "amplitude", "fit.spare")
         spec = load(path)
         found = measure(spec, level="full", measures=measures).values
-        told = (shown(name, found[name][0], 3) if name in found else "-" for name in measures)
+        told = (value_text(name, found[name][0], 3) if name in found else "-" for name in measures)
         studies = (f"[{study.stem}](studies.md)" for study in sorted((ROOT / "templates/studies").glob("*.yaml"))
                    if re.search(rf"base: (\.\./)?{path.name}", study.read_text(encoding="utf-8")))
         return f"| [{path.stem}](#{path.stem}) | {' | '.join(told)} | {', '.join(studies) or '-'} |\n"

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sitscad.basics.record import kept, record, replace
+from sitscad.basics.record import memo, record, replace
 
 
 @record
@@ -191,7 +191,7 @@ def test_fields_may_have_any_name():
 
 def test_what_is_replaced_has_nothing_that_was_kept():
     one = Track(1.0)
-    assert kept(one, "_twice", lambda: 2) == kept(one, "_twice", lambda: 3) == 2 and hash(one) == hash(one)
+    assert memo(one, "_twice", lambda: 2) == memo(one, "_twice", lambda: 3) == 2 and hash(one) == hash(one)
     other = replace(one, layer=3)
     assert other == dataclasses.replace(one, layer=3) and hash(other) != hash(one)
     assert "_twice" not in other.__dict__ and "_hash" not in pickle.loads(pickle.dumps(one)).__dict__

@@ -242,7 +242,7 @@ def with_frozen_mappings(value: Made) -> Made:
     return replace(value, **changes) if changes else value
 
 
-def kept(by: Any, name: str, make: Callable[[], Made]) -> Made:
+def memo(by: Any, name: str, make: Callable[[], Made]) -> Made:
     """Return `make()`, computed once and cached with the record under a name. A replaced record computes it again."""
     inside = by.__dict__
     if name not in inside:

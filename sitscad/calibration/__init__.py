@@ -56,10 +56,10 @@ def calibrate(
 
     from sitscad.assembly.places.motions import MOMENT, is_held
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
-    from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
-    from sitscad.calibration.misfit import disagreement, noisy, turned_fit
+    from sitscad.calibration.calibration import calibrate_by, plan_calibration, sensors_of, turned_otherwise
+    from sitscad.calibration.misfit import disagreement, noise_note, turned_fit
     from sitscad.calibration.model_fit import SUSPECT, NoFit
-    from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
+    from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
     from sitscad.estimates.loads.working_range import axes_felt
 
     has_moments = any(name in axes_felt(design.spec) for name in MOMENT)
@@ -68,7 +68,7 @@ def calibrate(
     if is_level and has_moments:
         raise BenchError(no_moments)
     if data is None or design.spec.cells is not None:  # the response raises an error that requires a cell
-        return foretell(design.response, is_level, points)
+        return plan_calibration(design.response, is_level, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
@@ -89,9 +89,9 @@ def calibrate(
         other = turned_fit(sensors, lambda: sensors_of(design.response, not level), measured, calibration.fit)
         if other is not None:
             note, wrong = other.note, other.error(calibration.map)
-    require_told(table, measured, sensors, calibration.fit, note)
+    require_agreement(table, measured, sensors, calibration.fit, note)
     turned, remarks = turned_otherwise(calibration, calibration.fit.errors), second_readings(table, measured, sensors)
     fit = calibration.fit
-    notes = (note, disagreement(table, measured, sensors, fit), noisy(table, measured, sensors, fit))
+    notes = (note, disagreement(table, measured, sensors, fit), noise_note(table, measured, sensors, fit))
     stated_map = replace(calibration.map, error=np.hypot(calibration.map.error, wrong))
     return replace(calibration, map=stated_map, remarks=(*filter(None, notes), *remarks), turned=turned)

@@ -14,7 +14,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, own_map
-from sitscad.calibration.misfit import far_off
+from sitscad.calibration.misfit import unusual_unknowns
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
@@ -151,7 +151,7 @@ class Calibration:
         if not set(FORCES) <= set(self.map.axes):
             notes.append(f"measured: {load_words(self.map.axes)} alone; forces along other axes appear as these")
         if self.fit is not None:
-            notes += far_off(self.sensors, self.fit)
+            notes += unusual_unknowns(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:
             notes.append("fewer than three rows without load: noise of the readings is not told from drift, nor a slip "
                          "in the tare; take it again in the middle of the rows and at their end")
@@ -200,7 +200,7 @@ class Calibration:
 
 @lru_cache(maxsize=4)
 @one_thread
-def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
+def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
     """Return the plan of a calibration, and the map of the sensor as drawn with its error on manufactured sensors.
 
     Raises NoResponse if the design has no oscillating tank or no pad, and ValueError for too few or too many points.
@@ -272,14 +272,14 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 @one_thread
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
     """Return the calibration of the measured sensor, from the fitted unknowns of the model."""
-    sensors, fit = charted_fit(sensors, points)
+    sensors, fit = fit_by_surrogate(sensors, points)
     fitted = own_map(sensors, fit.errors)
     sigma, error = stated_error(sensors, fitted, fit)
     stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
     return Calibration(sensors, stated_map, None, points, fit, sigma=sigma)
 
 
-def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
+def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     """Return the fit of a sensor, and the sensors with the surrogate of the fit.
 
     The first surrogate covers all sensors. The next one is made about the fitted sensor, no wider than its uncertainty.

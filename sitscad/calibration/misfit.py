@@ -69,7 +69,7 @@ def cause(name: str) -> str:
     return CAUSES.get(first) or CAUSES[first.rpartition("_")[0]]
 
 
-def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
+def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
     """Yield a note on each unknown that is `UNUSUAL`, the largest first."""
     for k in np.argsort(-np.abs(fit.moved), kind="stable"):
         unknown, deviation = sensors.known[k], float(fit.moved[k])
@@ -119,7 +119,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
             "drift that goes up and down?")
 
 
-def noisy(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if rows without load scatter by more than the converter's noise. Empty otherwise."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):

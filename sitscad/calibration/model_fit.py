@@ -18,9 +18,9 @@ from sitscad.calibration.points import (
     Points,
     chi_square_chance,
     covariances,
-    foretold,
     load_errors,
     load_slopes,
+    predicted_frequencies,
     tared,
     whiteners,
 )
@@ -210,9 +210,10 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
             break
         if rounds > 1:
             errors = problem.errors(values)
-            off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
+            off = np.log(predicted_frequencies(sensors, errors, points))
+            off -= np.log(predicted_frequencies(sensors, errors, points, exact=True))
             aim = measured + np.where(np.isfinite(off), off, 0.0)
-    return _told(problem, fit, likely)
+    return _model_fit(problem, fit, likely)
 
 
 @record(eq=False)
@@ -242,7 +243,7 @@ class _Problem:
 
     def off(self, errors: Array) -> Array:
         """Return errors (n, coils) of `tared` ln f of a sensor with these errors."""
-        return tared(self.aim - np.log(foretold(self.sensors, errors, self.points)), self.points.at_rest)
+        return tared(self.aim - np.log(predicted_frequencies(self.sensors, errors, self.points)), self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
         """Return independent errors of unit size, flat. Infinite far beyond all manufactured sensors."""
@@ -352,7 +353,7 @@ def _beside_others(white: Array, slope: Array, inverse: Array, remainder: Array)
     return square - np.linalg.slogdet(precision)[1], chi_square_chance(square, white.shape[1])
 
 
-def _told(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
+def _model_fit(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
     """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = problem.errors(fitted.values)

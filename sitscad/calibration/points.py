@@ -75,7 +75,7 @@ class Points:
         return np.asarray(read - line @ np.linalg.lstsq(line, read, rcond=None)[0])
 
 
-def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
+def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
     """Return the frequencies (n, coils; Hz) of one sensor at the points."""
     if points.loads is not None:
         return sensors.under(errors, points.loads, exact)
@@ -124,7 +124,7 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
     The first include noise of the converter, errors of the surrogate and the expected errors of loads. The scatter is
     one sigma of further load errors on every axis, in full scales. For poses, it is relative to the change from rest.
     """
-    here = np.log(foretold(sensors, errors, points))
+    here = np.log(predicted_frequencies(sensors, errors, points))
     rest = np.log(
         sensors.frequencies(errors, sensors.placed(errors, np.zeros((1, 6))))
         if points.loads is None else sensors.under(errors, np.zeros((1, 3)))
@@ -264,7 +264,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ tared(place_changes(sensors, none, put_on), rest))
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])
-    return Plan(loads[np.array(order[1:], dtype=int) - 1], *_foretold(sensors, facts, pulls, order))
+    return Plan(loads[np.array(order[1:], dtype=int) - 1], *_predicted_errors(sensors, facts, pulls, order))
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
@@ -292,7 +292,7 @@ def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
     return chosen
 
 
-def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
+def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
     """Return three errors of force by axis (N), rms over the working range.
 
     The first is one sigma after the tare and none, one, ... of the other points. The second is one sigma without a

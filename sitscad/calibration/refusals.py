@@ -17,7 +17,7 @@ from sitscad.basics.arrays import Array
 from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounded
 from sitscad.calibration.misfit import cause, noise_share, noise_text, worst_row
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
-from sitscad.calibration.points import Points, foretold
+from sitscad.calibration.points import Points, predicted_frequencies
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY
 from sitscad.estimates.performance_values import amount_text
@@ -89,7 +89,7 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
 
-def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, note: str = "") -> None:
+def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, note: str = "") -> None:
     """Raise BenchError if no sensor of the design reads as the table states.
 
     Reasons are: loads and readings disagree, a row contradicts all others, or an unknown is far beyond manufacture. Too
@@ -179,7 +179,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
                 f"sensor's full scale is {amount_text(full[axis], name, 4)}: is the header's unit right?"
             )
     # Frequencies must be within the scatter of coils and capacitors
-    expected = foretold(sensors, np.zeros(len(sensors.known)), points)
+    expected = predicted_frequencies(sensors, np.zeros(len(sensors.known)), points)
     sigmas = {each.name: each.sigma for each in sensors.known}
     for k, coil in enumerate(sensors.coils):
         most = SURELY * 0.5 * np.hypot(sigmas[f"capacitor.{coil}"], sigmas["inductance"])
@@ -203,9 +203,8 @@ def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> Non
     soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.known])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
-    largest = np.abs(
-        np.log(foretold(sensors, soft, points) / foretold(sensors, soft, points)[points.at_rest][:1])
-    ).max()
+    frequency = predicted_frequencies(sensors, soft, points)
+    largest = np.abs(np.log(frequency / frequency[points.at_rest][:1])).max()
     if np.abs(change).max() > LARGEST_CHANGE * largest:
         row, coil = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
         column = table.column(sensors.coils[int(coil)])
@@ -230,7 +229,7 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
             others_of = Points(loads, poses, points.frequency, points.at_rest)
             is_modulus = np.array([unknown.name == "modulus" for unknown in sensors.known])
             errors = np.array([modulus * is_modulus for modulus in MODULI])
-            expected_changes = [np.log(foretold(sensors, each, others_of)) for each in errors]
+            expected_changes = [np.log(predicted_frequencies(sensors, each, others_of)) for each in errors]
             expected[signs.tobytes()] = [change - change[points.at_rest][:1] for change in expected_changes]
         misfit = min(np.linalg.norm(change - measured[:, order]) for change in expected[signs.tobytes()]) / size
         if not order_text:

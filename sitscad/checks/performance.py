@@ -14,7 +14,7 @@ import numpy as np
 from sitscad.assembly.places.state import WORKING_POINTS
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import kept, record, replace
+from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
@@ -607,7 +607,7 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
 
 def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:
     """Return a rule's function cached by design, because findings and results are requested separately."""
-    return lambda design: kept(design, f"verdicts of {number}", lambda: tuple(apply(design)))
+    return lambda design: memo(design, f"verdicts of {number}", lambda: tuple(apply(design)))
 
 
 def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:

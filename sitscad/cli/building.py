@@ -76,25 +76,25 @@ def build(
     # Several specs have a process each. The solids of a single spec have one on request, at a third more CPU time
     options["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
-        options |= {"force": force, "strict": strict, "progress": _progress if alone else _stage_told}
+        options |= {"force": force, "strict": strict, "progress": _progress if alone else _print_stage}
     named = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
     again = "".join(f" {name} {shlex.quote(value)}" for name, value in named.items() if value)
     fails = Severity.WARNING if strict else Severity.ERROR
-    for result in each_of(functools.partial(_made, check, **options), loaded, jobs):
+    for result in each_of(functools.partial(_build_one, check, **options), loaded, jobs):
         warn_of_unknown_specs(options["baseline"], [result.checked])
-        code = max(code, _told(result, only or (), again, len(loaded) > 1, fails))
+        code = max(code, _print_build(result, only or (), again, len(loaded) > 1, fails))
     return code
 
 
-def _made(compares: bool, request: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+def _build_one(compares: bool, request: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     """Build one package, or compare it with the result of a build."""
     from sitscad.package.building import stale
 
     spec, policy = request
     if compares:
         return stale(spec, **how, policy=policy)
-    if how["progress"] is _stage_told:
-        how["progress"] = functools.partial(_stage_told, spec.name)
+    if how["progress"] is _print_stage:
+        how["progress"] = functools.partial(_print_stage, spec.name)
     return sitscad.build(spec, **how, policy=policy)
 
 
@@ -102,7 +102,7 @@ LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration",
 """Stages that take seconds."""
 
 
-def _stage_told(name: str, stage: str, outcome: str, _: float) -> None:
+def _print_stage(name: str, stage: str, outcome: str, _: float) -> None:
     """Print the start of a long stage, one line per stage, for pipes and for several packages."""
     if outcome == "start" and stage in LONG_STAGES:
         say(f"{name}: {stage} ...")
@@ -118,7 +118,7 @@ def _progress(stage: str, outcome: str, seconds: float) -> None:
         click.echo(f"\r  {stage:<9} {text if colour else f'{outcome:<8}'} {seconds:6.2f} s", err=True, color=colour)
 
 
-def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, fails: Severity) -> int:
+def _print_build(result: BuildResult, only: tuple[str, ...], again: str, named: bool, fails: Severity) -> int:
     """Print the result of a build of some stages (all if none is named). Return its exit code.
 
     `again` are the options that repeat the build. With `named`, every line names the spec, for builds of several specs.

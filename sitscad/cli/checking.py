@@ -20,13 +20,13 @@ from sitscad.cli.terminal import (
     baseline_of,
     layout_of,
     print_result,
+    report_work,
     row_of,
     rules_for,
     say,
     show_findings,
     specs_of,
     warn_of_unknown_specs,
-    work_told,
     write_output,
 )
 
@@ -111,13 +111,13 @@ def check(
     mended = []
     if fix or diff:
         for path in paths:
-            with work_told(path, hints == "full") as step:
+            with report_work(path, hints == "full") as step:
                 mended.append(mend(path, lambda _, fix: unsafe_fixes or fix.is_safe, hints, options, progress=step))
     is_brief = format_name == "text" and not verbose and weight is not Severity.NOTE  # notes have no hints then
     shown = Severity.WARNING if is_brief else Severity.NOTE
     work = functools.partial(
         inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings), least=shown)
-    with work_told("looking for hints", hints == "full" and not mended):
+    with report_work("looking for hints", hints == "full" and not mended):
         inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
@@ -137,7 +137,7 @@ def check(
     for path, inspection in zip(drawings, inspected, strict=False):
         _draw(path, inspection)
     code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
-    return code or _told_milder(checked, weight, "--strict" if strict else f"--fail-on {fail_on}")
+    return code or _print_milder(checked, weight, "--strict" if strict else f"--fail-on {fail_on}")
 
 
 def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
@@ -172,7 +172,7 @@ def _draw(path: str, inspected: Inspection) -> None:
     say(f"{inspected.checked.path}: drawn in {path}")
 
 
-def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
+def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
     """Print the findings that fail because of an option alone. Return 1 if there are any, else 0."""
     if not any(spec.fails(weight) for spec in checked):
         return 0

@@ -29,8 +29,8 @@ from sitscad.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from sitscad.apps.study.running import Found, StudyState
     from sitscad.apps.study.running import Progress as StudyProgress
+    from sitscad.apps.study.running import StudyResults, StudyState
     from sitscad.apps.study.study import StudyAnswer
 
 
@@ -137,7 +137,7 @@ def design(
 
     Exit code: 0 a design meets everything, 1 none was found, 2 the study cannot be read.
     """
-    from sitscad.apps.study.answer_text import answer_json, answer_text, found_text, yields_text
+    from sitscad.apps.study.answer_text import answer_json, answer_text, search_text, yields_text
     from sitscad.apps.study.spreads import DRAWS
     from sitscad.package.inspection import unreadable
 
@@ -164,7 +164,7 @@ def design(
         _write(answer, folder)
         reported.append(answer)
         if format_name == "text":
-            print_result(found_text(answer))
+            print_result(search_text(answer))
         say(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each (--no-yield "
             "leaves it out)")
 
@@ -206,7 +206,7 @@ def _write(answer: StudyAnswer, folder: str) -> None:
             os.unlink(os.path.join(folder, "designs", name))  # kept by an earlier answer only
 
 
-def _write_so_far(loaded: sitscad.Study, unfinished: Found, folder: str) -> None:
+def _write_so_far(loaded: sitscad.Study, unfinished: StudyResults, folder: str) -> None:
     """Write the page of an interrupted search."""
     from sitscad.apps.study.page import page_so_far
     path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
@@ -226,7 +226,7 @@ def _study_progress() -> StudyProgress:
 
     It prints the rate, the number of designs that keep all limits, the best values, and the time left.
     """
-    from sitscad.apps.study.sweeping import shown
+    from sitscad.apps.study.sweeping import value_text
 
     on_terminal, spent, finished = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
     last = last_report = time.monotonic()
@@ -241,7 +241,7 @@ def _study_progress() -> StudyProgress:
         if not on_terminal and now - last_report < TOLD_EVERY:
             return
         last_report, rate = now, state.made / max(spent[state.stage], 1e-3)
-        best = "".join(f", best {name} {shown(name, value)}" for name, value in state.best.items())
+        best = "".join(f", best {name} {value_text(name, value)}" for name, value in state.best.items())
         remaining = (state.of - state.done) / rate
         left_in_words = f"{remaining:.0f} s" if remaining < 100.0 else f"{remaining / 60.0:.0f} min"
         of = f" of {state.of}, {left_in_words} left" if state.of > state.done else ""

@@ -33,7 +33,7 @@ from sitscad.cli.terminal import (
 )
 
 
-def taken_points(
+def take_points(
     design: sitscad.Design, calibration: sitscad.Calibration, source: str, table: str, creep: float | None
 ) -> bool:
     """Take the points of a plan and write each into a table. Return whether the table is complete.
@@ -53,7 +53,7 @@ def taken_points(
             raise NotTaken(f"{', '.join(wrong)} did not read back: the bus, or another part")
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         path.parent.mkdir(parents=True, exist_ok=True)
-        for text in Leading(board, origin, calibration, _asked, say).table(before):
+        for text in Leading(board, origin, calibration, _prompt, say).table(before):
             write_output(path, text.encode("utf-8"))
     except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
         say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
@@ -63,7 +63,7 @@ def taken_points(
     return True
 
 
-def _asked(prompt: str) -> str:
+def _prompt(prompt: str) -> str:
     """Prompt the user and return the typed line."""
     click.echo(f"{prompt}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
     # A blocking read loses a Ctrl-C just before it. On a terminal, wait with select first, then read
@@ -369,7 +369,7 @@ def calibrate(
         if source is not None:
             data = f"{folder}/measured.csv"
             planned = replace(sitscad.calibrate(design, rotation=rotation, points=points), cell=cell)
-            if not taken_points(whole, planned, source, data, creep):
+            if not take_points(whole, planned, source, data, creep):
                 return 2
         calibration = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
     except sitscad.BenchError as error:

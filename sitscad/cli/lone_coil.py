@@ -18,7 +18,7 @@ class Size(click.ParamType):
 
     def convert(self, value: object, param: object, ctx: object) -> object:
         """Return the text of one length, or a list of two. A bare number is millimetres."""
-        return _plain(str(value))
+        return _numbers(str(value))
 
 
 class Counts(click.ParamType):
@@ -28,10 +28,10 @@ class Counts(click.ParamType):
 
     def convert(self, value: object, param: object, ctx: object) -> object:
         """Return a number or a list of numbers. Other text is returned unchanged, and the spec's check refuses it."""
-        return _plain(str(value))
+        return _numbers(str(value))
 
 
-def _plain(text: str) -> object:
+def _numbers(text: str) -> object:
     parts: list[object] = []
     for part in text.split(","):
         try:

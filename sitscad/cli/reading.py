@@ -22,7 +22,7 @@ from sitscad.cli.terminal import DAY, Example, InRange, print_result, say, write
 if TYPE_CHECKING:
     from sitscad.apps.hardware.bench_board import Board
     from sitscad.apps.hardware.diagnosis import Forces, Scan
-    from sitscad.apps.watch.server import PageServer, Showing
+    from sitscad.apps.watch.server import PageServer, PageState
 
 
 @click.command(
@@ -109,7 +109,7 @@ def read(
     if tare and calibration and forces.mean is None:
         say(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} came")
     if log:
-        _logged(Path(log), board, rows, source)
+        _write_log(Path(log), board, rows, source)
     if diagnose or not serve:
         print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
     return int(diagnose and any(each.verdict == NOT_MET for each in verdicts))
@@ -128,7 +128,7 @@ def _maps(place: Path | None) -> list[Path]:
     return paths
 
 
-def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
+def _write_log(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings to readings.csv, and the data that explain them to readings.json."""
     from sitscad.apps.hardware.diagnosis import document, table
     folder.mkdir(parents=True, exist_ok=True)
@@ -152,13 +152,13 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
     The page computes newtons from the calibrations (paths of calibration.json). Raises ClickException if the server
     cannot listen.
     """
-    from sitscad.apps.watch.server import Showing
+    from sitscad.apps.watch.server import PageState
     from sitscad.estimates.circuits.bands import STATUS
     from sitscad.files.report.moving import live_page
 
     maps = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
-    showing = Showing(live_page(board.design.spec, board.design.estimates, maps, served=True))
-    server, _ = served(showing, "127.0.0.1", port)
+    showing = PageState(live_page(board.design.spec, board.design.estimates, maps, served=True))
+    server, _ = start_server(showing, "127.0.0.1", port)
     last, newest = -math.inf, dict[int, tuple[int, int]]()
 
     def show(scan: Scan) -> None:
@@ -195,14 +195,14 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 
     SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated and reported.
     """
-    from sitscad.apps.watch.server import Showing
+    from sitscad.apps.watch.server import PageState
     from sitscad.apps.watch.watching import OVERTAKEN, Watch, words
     from sitscad.apps.watch.work import Event
 
-    showing, page_server = Showing(), None
+    showing, page_server = PageState(), None
     serve = serve or opens
     if serve:
-        page_server, address = served(showing, host, port)
+        page_server, address = start_server(showing, host, port)
 
     def told(revision: int, event: Event, before: Event | None) -> None:
         if format_name == "json":
@@ -227,7 +227,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     return 0
 
 
-def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
+def start_server(showing: PageState, host: str, port: int) -> tuple[PageServer, str]:
     """Start a server of the page, print its address and return both. Raises ClickException if it cannot listen."""
     from sitscad.apps.watch.server import LOOPBACK, server
 

@@ -126,7 +126,7 @@ def rules_for(pattern: str) -> list[Any]:
     rules = all_rules()
     matching = [rule for rule in rules if stands_for(pattern, rule.id, rule.name)]
     if not matching:
-        suggestion = _meant(pattern, (r.name for r in rules))
+        suggestion = _suggestion(pattern, (r.name for r in rules))
         raise click.UsageError(f"There is no rule {pattern!r}.{suggestion} `sitscad rules` lists them all.")
     return matching
 
@@ -134,11 +134,12 @@ def rules_for(pattern: str) -> list[Any]:
 def row_of(table: Any, name: str, option: str) -> Any:
     """Return a row of a table of formats or methods. Raises a usage error that lists the names for any other name."""
     if name not in table:
-        raise click.BadParameter(f"{name!r} is not one of {', '.join(table)}.{_meant(name, table)}", param_hint=option)
+        message = f"{name!r} is not one of {', '.join(table)}.{_suggestion(name, table)}"
+        raise click.BadParameter(message, param_hint=option)
     return table[name]
 
 
-def _meant(name: str, names: Iterable[str]) -> str:
+def _suggestion(name: str, names: Iterable[str]) -> str:
     """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
     import difflib  # loaded for misspelled words only
 
@@ -163,7 +164,7 @@ TOLD_EVERY = 10.0
 
 
 @contextlib.contextmanager
-def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
+def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
     """Report the work and its duration on stderr while the context is active, if `is_long`.
 
     On a terminal, one line is updated each second. Otherwise a line is printed every `TOLD_EVERY` seconds. Yields the

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.assembly.places.fit import closing, measures
 from sitscad.basics.arguments import checked_arguments
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.estimates import estimated
 from sitscad.estimates.loads.gluing import hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse
@@ -230,7 +230,7 @@ def at_room_temperature(design: Design) -> Design:
     """Return the design at 20 degrees Celsius. It is the same design if `requirements.temperature` is 20."""
     if design.estimates.temperature == ROOM_TEMPERATURE:
         return design
-    return kept(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(
+    return memo(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(
         design.layout, temperature=ROOM_TEMPERATURE, is_solved=design.estimates.is_solved)))
 
 

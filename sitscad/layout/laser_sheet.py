@@ -15,7 +15,7 @@ from sitscad.kernels.geometry.path import Path, Point, box_around, circle, enclo
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Cutting
-from sitscad.spec.places import cell_specs, footprint, place_in_words, webs
+from sitscad.spec.places import cell_specs, footprint, place_text, webs
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import Issue
 
@@ -205,7 +205,7 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     return tuple(
         CutPart(
             name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
-            place_in_words(plate), len(spec.cell_placements),
+            place_text(plate), len(spec.cell_placements),
         )
         for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
         if plate is not None

@@ -362,12 +362,12 @@ def _build(request: BuildRequest, spec: SensorSpec | Design, report: Progress, j
         return BuildResult(directory, same.checked, written=False) if request.stops(same.checked) else same
     from sitscad.package import stages  # loaded only if files have to be made
 
-    with known_solutions(directory.name):
+    with cached_solutions(directory.name):
         contents = stages.contents_of(spec, request.policy, request.baseline, request.wanted)
-        return _made_anew(request, contents, report, jobs, key)
+        return _rebuild(request, contents, report, jobs, key)
 
 
-def _made_anew(request: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
+def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
     from sitscad.package import stages
 
     directory = request.directory
@@ -418,7 +418,7 @@ def stale(
     from sitscad.package import stages
 
     contents = stages.contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
-    with known_solutions(request.directory.name, writes=False):
+    with cached_solutions(request.directory.name, writes=False):
         built = stages.make_all(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
                                figure_files(request.directory, old))
     # Stages left out of the package, with their numbers of files. Empty if there is no package
@@ -440,7 +440,7 @@ MOST_CACHED = 64_000_000
 
 
 @contextmanager
-def known_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
+def cached_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
     """Reuse cached solutions, from `store` or from earlier builds of packages with this name.
 
     They are in ``NAME.solved``, in the absolute folder that ``SITSCAD_CACHE`` names. The default is ``sitscad`` in the

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.basics.units import counted
 from sitscad.basics.version import __version__
-from sitscad.calibration.calibration import Calibration, foretell
+from sitscad.calibration.calibration import Calibration, plan_calibration
 from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
@@ -86,7 +86,7 @@ class Contents:
         # Cached in the design: dimensions measured on the solids later do not affect these rules
         source = self.design.spec.source
         is_ignored = ignored_anyway(source, all_rules(), self.policy)
-        result = kept(
+        result = memo(
             self.design, f"reviewed with {self.hints} hints by {self.policy}",
             lambda: reviewed(self.design, self.hints, is_ignored=is_ignored),
         )
@@ -221,7 +221,7 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
     return files
 
 
-def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
+def nominal_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     """Return the folder ``calibration`` of a package: a calibration plan, and the map of the sensor as drawn.
 
     The target is kept level, as in the data sheet. Each cell has its own folder. If the package is ``forced``, all
@@ -232,7 +232,7 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     files, has_cells = dict[str, bytes](), design.spec.cells is not None
     for number, cell in enumerate(design.cells, 1):
         with suppress(NoResponse):
-            result = foretell(cell.response)
+            result = plan_calibration(cell.response)
             result = replace(result, cell=number if has_cells else None, remarks=(FORCED,) * forced + result.remarks)
             folder = f"calibration/cell-{number}" if has_cells else "calibration"
             files |= {f"{folder}/{name}": content for name, content in calibration_files(result).items()}

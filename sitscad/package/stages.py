@@ -37,7 +37,7 @@ from sitscad.files.report.moving import live_page, pushed_document, solids_docum
 from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
 from sitscad.layout.tail_tracks import contact_rows
-from sitscad.package.contents import BESIDE_TAIL, Contents, drawn_calibration, read_by, read_of_board
+from sitscad.package.contents import BESIDE_TAIL, Contents, nominal_calibration, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -74,7 +74,7 @@ FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 
 
 @record
-class Made:
+class BuiltFiles:
     """Results of the stages, with the bytes and the manifest entry of each file.
 
     ``by_value`` names the files that were kept from the old package because their figures agree with the new ones.
@@ -99,7 +99,9 @@ def contents_of(
     return Contents(design, policy, baseline, measured)
 
 
-def manifest_of(contents: Contents, product: Made, old: Manifest, built_from: str, chosen: frozenset[str]) -> Manifest:
+def manifest_of(
+    contents: Contents, product: BuiltFiles, old: Manifest, built_from: str, chosen: frozenset[str]
+) -> Manifest:
     """Return the manifest of a package.
 
     Stages of the old manifest are included if that package was built from the same inputs.
@@ -123,7 +125,7 @@ def manifest_of(contents: Contents, product: Made, old: Manifest, built_from: st
 def make_all(
     contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1, figures: Mapping[str, bytes] | None = None,
-) -> Made:
+) -> BuiltFiles:
     """Make the wanted stages, or keep their files from the old package. Keep valid files of other stages.
 
     With `force`, and if the solids show further errors, the files before the solids are made a second time. Their mark
@@ -132,11 +134,11 @@ def make_all(
     and later files are made from it (`sitscad.package.manifest`).
     """
     rendered: dict[str, Rendered] = {}
-    built = _made(contents, directory, old, chosen, progress, jobs, figures or {}, rendered)
+    built = _make_parts(contents, directory, old, chosen, progress, jobs, figures or {}, rendered)
     if not force or built.contents.forced == contents.forced:
         return built
     measured_contents = dataclasses.replace(contents, measured=built.contents.measured)
-    return _made(measured_contents, directory, old, chosen, lambda *_: None, 1, figures or {}, rendered)
+    return _make_parts(measured_contents, directory, old, chosen, lambda *_: None, 1, figures or {}, rendered)
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
@@ -156,24 +158,24 @@ leaves its solids as they are.
 """
 
 
-def _made(
+def _make_parts(
     contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, jobs: int,
     figures: Mapping[str, bytes], rendered: dict[str, Rendered],
-) -> Made:
+) -> BuiltFiles:
     # `rendered` holds the parts of the first pass by the hash of their inputs
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
     by_value, begun = list[str](), {CHECK_STAGE}
-    second = _begun_aside(contents, directory, old, chosen) if jobs > 1 else None
+    second = _start_solids(contents, directory, old, chosen) if jobs > 1 else None
     try:
         for stage, numbers in PARTS:
             began = time.perf_counter()
             previous = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [message for each in ORDER for message in failures[each]]
             there = _stages_there(chosen, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
-            made_of = _made_of(contents, stage, numbers, entries, failed)
-            part_files = _kept(directory, old, stage, made_of)
+            made_of = _inputs_hash(contents, stage, numbers, entries, failed)
+            part_files = _unchanged_files(directory, old, stage, made_of)
             if part_files is not None and stage in chosen and NOTES in part_files:
                 # None if the steps name other files as missing than those that are missing
                 part_files = part_files if is_current(part_files[NOTES].decode(), there) else None
@@ -210,7 +212,7 @@ def _made(
     results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, chosen), len(new[stage]), spent[stage])
                for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
-    return Made(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
+    return BuiltFiles(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
 
 
 def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
@@ -224,7 +226,7 @@ def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Man
     return chosen | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
 
 
-def _made_of(
+def _inputs_hash(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
     """Return the hash of everything that the files of a part depend on.
@@ -236,7 +238,7 @@ def _made_of(
     return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *printed, *read)
 
 
-def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
+def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
     """Return the files of a part from the old package. None if they were made from other inputs or are damaged."""
     before = {name: entry for name, entry in old.of_stage(stage).items() if entry.made_from == made_of}
     return intact(directory, before) if before else None
@@ -287,26 +289,27 @@ class Aside:
         return part
 
 
-def _begun_aside(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> Aside | None:
+def _start_solids(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> Aside | None:
     """Start a process that makes the wanted solids. None if there are none, or if no other stage takes long.
 
     The process is a fresh one. A copy of this process would have the locks of threads that it does not have, and could
     wait for them forever. Plugins are not loaded in the new process, so with plugins this process makes the solids.
     """
     solids = [(stage, False) for stage in SOLID_STAGES if stage in chosen]
-    parts = tuple(part for part in solids if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
+    hashes = {part: _inputs_hash(contents, *part, {}, []) for part in solids}
+    parts = tuple(part for part in solids if _unchanged_files(directory, old, part[0], hashes[part]) is None)
     if not parts or "datasheet" not in chosen or marks():
         return None
     context = multiprocessing.get_context("spawn")
     received, sent = context.Pipe(duplex=False)
     arguments = contents.design.spec, contents.policy, contents.baseline, contents.measured, contents.forced, parts
-    process = context.Process(target=_render_aside, args=(sent, *arguments), daemon=True)
+    process = context.Process(target=_render_solids, args=(sent, *arguments), daemon=True)
     process.start()
     sent.close()
     return Aside(parts, process, received)
 
 
-def _render_aside(
+def _render_solids(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
 ) -> None:
@@ -370,12 +373,12 @@ def _rendered(
                if writer.stage == stage and (not parted or writer.reads_numbers == numbers)]
     failures, theirs = list[str](), dict[str, str]()
     try:
-        new = _written(contents, writers, beside, Package(before, there), failures, theirs)
+        new = _written_files(contents, writers, beside, Package(before, there), failures, theirs)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "calibration":
-        new |= _distinct(stage, new, drawn_calibration(contents.design.bare, contents.is_forced), theirs)
+        new |= _distinct(stage, new, nominal_calibration(contents.design.bare, contents.is_forced), theirs)
     if stage == "report":
         files = before | new
         failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
@@ -384,7 +387,7 @@ def _rendered(
     return Rendered(new, failures, theirs)
 
 
-def _written(
+def _written_files(
     contents: Contents, writers: list[Writer], beside: dict[str, bytes], package: Package, failures: list[str],
     theirs: dict[str, str],
 ) -> dict[str, bytes]:
@@ -434,7 +437,7 @@ def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str
     If the package has Gerber files, the note also lies beside them.
     """
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
-    sensing = {name: value for name, value in _felt(earlier).items() if name in ("performance", "cells")}
+    sensing = {name: value for name, value in _sensing_data(earlier).items() if name in ("performance", "cells")}
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
         "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | sensing).encode("ascii"),
@@ -447,7 +450,7 @@ def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str
     return files
 
 
-def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:
+def _sensing_data(files: Mapping[str, bytes]) -> dict[str, Any]:
     """Return the sensing performance from the package's data sheet. Empty if there is no data sheet."""
     performance: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
     return performance
@@ -485,7 +488,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
     The pictures are passed in, because a report must not depend on writers. `is_built` is False for a watched design.
     """
-    design, sensing = contents.design, _felt(files)
+    design, sensing = contents.design, _sensing_data(files)
     pictures = _pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
     page = render(

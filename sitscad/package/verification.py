@@ -48,7 +48,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, read_yaml
 
 if TYPE_CHECKING:
-    from sitscad.package.stages import Made
+    from sitscad.package.stages import BuiltFiles
 
 
 @record
@@ -356,7 +356,7 @@ def _names(pins: set[str]) -> str:
     return ", ".join(sorted(pins)) or "nothing"
 
 
-def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
+def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:
     """Build the files of a package again in memory from its spec. Return the files and their manifest.
 
     A file of computed figures is taken from the package if its figures agree with the new ones.
@@ -368,7 +368,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     MissingExtra
         if a stage needs a package that is not installed
     """
-    request = _asked(folder, manifest)
+    request = _request_of(folder, manifest)
     contents = stages.contents_of(request.spec, request.policy, request.baseline, request.wanted)
     built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
@@ -379,7 +379,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     return built, replace(document, built_for=manifest.built_for)
 
 
-def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: Made, document: Manifest) -> Iterator[str]:
+def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: BuiltFiles, document: Manifest) -> Iterator[str]:
     """Yield a description of each difference between a package and a new build of its spec."""
     stale = {entry.stage for name, entry in manifest.files.items() if rebuilt.entries.get(name, entry) != entry}
     recorded = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
@@ -399,7 +399,7 @@ def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: Made, documen
         )
 
 
-def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
+def _request_of(folder: Path, manifest: Manifest) -> BuildRequest:
     """Return the build request of a package, from its manifest. Raises PackageError if it cannot be built again."""
     if manifest.version != __version__:
         raise PackageError(
@@ -415,7 +415,7 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
     stages = {*manifest.built_for, *(entry.stage for entry in manifest.files.values())}
     if unknown := sorted(stages - {*STAGES, CHECK_STAGE}):
         raise PackageError(f"{folder} was built for {', '.join(unknown)}: no stage of sitscad's")
-    spec = _kept_spec(folder, manifest)
+    spec = _packaged_spec(folder, manifest)
     try:
         policy = kept_policy(configuration) if "select" in configuration else Policy()
         baseline_json = configuration.get("baseline")
@@ -425,7 +425,7 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
     return BuildRequest(spec, folder, frozenset(stages), True, policy, baseline)
 
 
-def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:
+def _packaged_spec(folder: Path, manifest: Manifest) -> SensorSpec:
     """Return the spec in a package under its original file name, which reports show."""
     path, file_name = spec_path(folder, manifest), manifest.spec["file"]
     try:

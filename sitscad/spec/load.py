@@ -129,7 +129,7 @@ def _read(
 ) -> SensorSpec:
     """Return the sensor of a text, as `load_text` does. Files that it names are read from `folder` if that is set."""
     document, source = read_section(text.removeprefix("\ufeff"), path, SpecDocument, "sitscad: 1")
-    return _resolved(document, replace(source, folder=folder), profiles)
+    return _resolve_document(document, replace(source, folder=folder), profiles)
 
 
 def load_values(
@@ -139,10 +139,12 @@ def load_values(
 
     `source` is the text from which the values differ. It gives positions for findings, and its comments count.
     """
-    return _resolved(section_of_data(data, source, SpecDocument), source, profiles)
+    return _resolve_document(section_of_data(data, source, SpecDocument), source, profiles)
 
 
-def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.PathLike[str] | None) -> SensorSpec:
+def _resolve_document(
+    document: SpecDocument, source: SpecSource, profiles: str | os.PathLike[str] | None
+) -> SensorSpec:
     rules = document.fpc.values()["rules"]
     folder = None if source.path == NO_FILE else Path(source.folder or Path(source.path).parent)
     if profiles is not None and is_profile_file(rules):
@@ -168,7 +170,7 @@ _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
 _MOST_BITS = 200
 
 
-def plain(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any:
+def plain_data(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any:
     """Return a value as YAML would give it: dict with text keys, list, str, int, float, bool or None.
 
     Numbers and arrays of numpy and similar libraries become numbers and lists of Python. `key` is the value's dotted
@@ -193,14 +195,14 @@ def plain(value: Any, key: str = "", budget: Iterator[int] | None = None) -> Any
     if key.count(".") >= DEEPEST:
         raise TextError("SIT004", f"{undotted(key)}: sections and lists are nested too deep", key=key)
     if isinstance(value, Mapping):
-        return {_name(name, key): plain(inner, dotted(key, name), budget) for name, inner in value.items()}
+        return {_name(name, key): plain_data(inner, dotted(key, name), budget) for name, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(inner, dotted(key, index), budget) for index, inner in enumerate(value)]
+        return [plain_data(inner, dotted(key, index), budget) for index, inner in enumerate(value)]
     to_list, size = getattr(value, "tolist", None), getattr(value, "size", 0)
     if callable(to_list) and isinstance(size, int) and size <= MOST_VALUES and not isinstance(value, type):
         converted = to_list()
         if isinstance(converted, (bool, int, float, str, list)):
-            return plain(converted, key, budget)
+            return plain_data(converted, key, budget)
     message = f"{undotted(key)}: a spec cannot hold an object of type {type(value).__name__}"
     raise TextError("SIT004", message, "write a number, a text with its unit, a list or a dictionary", key=key)
 
@@ -263,7 +265,7 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
     try:
         if not isinstance(sections, Mapping):
             raise TextError("SIT004", "a spec is a mapping of sections, like {'name': ..., 'coil': {...}}")
-        data = plain({**sections, **named})
+        data = plain_data({**sections, **named})
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     return load_text(yaml_text({"sitscad": VERSION, **data}))
@@ -300,8 +302,8 @@ def written_value(key: str, value: Any) -> Any:
     """
     kind = kind_at(SpecDocument, key)
     if callable(getattr(value, "tolist", None)) and not isinstance(value, type):
-        value = plain(value, key)  # numbers and arrays of numpy
-    return None if value is None else plain(as_written(value, kind, key), key)
+        value = plain_data(value, key)  # numbers and arrays of numpy
+    return None if value is None else plain_data(as_written(value, kind, key), key)
 
 
 def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
@@ -311,7 +313,7 @@ def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> Sens
         text = spec.source.text
         for key, value in changes:
             _require_key(key)
-            text = _changed(text, key, plain(value, key))
+            text = _change_text(text, key, plain_data(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     changed = _read(text, spec.source.path, folder=spec.source.folder)
@@ -368,7 +370,7 @@ def _require_as_written(spec: SensorSpec) -> None:
         raise TextError("SIT009", message, 'change it by key: spec.replace("coil.turns", 7.5)', key=other[0])
 
 
-def _changed(text: str, key: str, value: Any) -> str:
+def _change_text(text: str, key: str, value: Any) -> str:
     """Return the text with another value at a key.
 
     Only this value is replaced if possible, else the whole text is rewritten.

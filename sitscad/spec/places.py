@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from sitscad.basics.record import kept
+from sitscad.basics.record import memo
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.spec.materials import CellsSpec, ElastomerPad, Target
@@ -17,7 +17,7 @@ from sitscad.spec.sensor import SensorSpec
 def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
     """Return each cell as a sensor of its own, with its coils in place. The sensor itself if it has no cells."""
     cells = spec.cells
-    return (spec,) if cells is None else kept(spec, "_cells", lambda: _cell_specs(spec, cells))
+    return (spec,) if cells is None else memo(spec, "_cells", lambda: _cell_specs(spec, cells))
 
 
 def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
@@ -31,7 +31,7 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
         return tuple(parts)
     places = [footprint(cell, pad) for cell in parts]
     strips = _strips(places, cells.web)
-    return tuple(replace(cell, elastomer=_joined(pad, place.centre, strips))
+    return tuple(replace(cell, elastomer=_with_webs(pad, place.centre, strips))
                  for cell, place in zip(parts, places, strict=True))
 
 
@@ -50,7 +50,7 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
     return [names.index(name) for name in coils], f"{'+'.join(coils)}."
 
 
-def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
+def _with_webs(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
     """Return the pad of a cell with the widths and lengths of all webs at its sides."""
     lengths, width = [0.0] * 4, 0.0
     for strip in strips:
@@ -147,7 +147,7 @@ def _shared(centre: float, half: float, start: float, end: float) -> float:
     return 0.5 * (low + high)
 
 
-def place_in_words(plate: Target | ElastomerPad) -> str:
+def place_text(plate: Target | ElastomerPad) -> str:
     """Return a plate's offset and rotation as text for assembly. Empty if the plate is straight over the mean."""
     parts = []
     if any(plate.offset):

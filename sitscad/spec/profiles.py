@@ -200,10 +200,10 @@ def resolve_rules(written: str | RulesDocument, foil: float, place: Origin, rema
     """Return the rules for a coil in foil of a thickness (m). Errors in profile files become findings."""
     if isinstance(written, RulesDocument):
         return _Profile(written, place, remarks).rules(foil)
-    return _named(written, foil, place, place.prefix.rstrip("."), remarks)
+    return _load_rules(written, foil, place, place.prefix.rstrip("."), remarks)
 
 
-def _named(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
+def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
     """Return the rules with the name at a key of a text, for a foil (m; None: the thinnest listed)."""
     inner = None
     if is_profile_file(name):
@@ -295,7 +295,7 @@ class _Profile:
         """Return the base of a profile. For a complete profile (based on none), rules with only its own figures."""
         document, figures = self.document, self.figures
         if document.based_on != "none":
-            return _named(document.based_on, foil, self.place, f"{self.place.prefix}based_on", self.remarks)
+            return _load_rules(document.based_on, foil, self.place, f"{self.place.prefix}based_on", self.remarks)
         lacking = [name for name in _NEEDED if name not in figures]
         has_lines = document.tracks or {"trace_width", "trace_spacing"} <= figures.keys() or document.by_foil
         lacking += [] if has_lines else ["tracks"]

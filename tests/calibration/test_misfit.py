@@ -12,7 +12,7 @@ from tolerance import approx
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.misfit import CAUSES, ODD, cause, far_off, turned_fit
+from sitscad.calibration.misfit import CAUSES, ODD, cause, turned_fit, unusual_unknowns
 from sitscad.calibration.model_fit import fit_model
 from sitscad.calibration.points import Points, chi_square_chance
 from sitscad.calibration.unknowns import WIDEST, units
@@ -137,7 +137,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
 
 @pytest.mark.slow
 def test_usual_sensors_get_no_word(sensors, calibrated):
-    assert not list(far_off(sensors, calibrated.fit))
+    assert not list(unusual_unknowns(sensors, calibrated.fit))
     assert calibrated.fit.odd[1:].max() < ODD
 
 
@@ -249,6 +249,6 @@ def test_unknowns_far_off_are_told_by_their_distance_with_amount_and_cause():
     units_of = {"gap": "m", "modulus": "1", "capacitor.C1": "1"}
     known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]
     fit = SimpleNamespace(moved=np.array([-3.2, 4.0, 3.0]), errors=np.array([-72e-6, 0.25, 0.01]))
-    first, second = far_off(SimpleNamespace(known=known), fit)
+    first, second = unusual_unknowns(SimpleNamespace(known=known), fit)
     assert first.startswith(f"unusual: modulus is +4.0 sigma of manufacture off (0.25 relative): {cause('modulus')}?")
     assert second.startswith(f"unusual: gap is -3.2 sigma of manufacture off (-7.2e-05 m): {cause('gap')}?")

@@ -11,7 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration import points
-from sitscad.calibration.calibration import calibrate_by, foretell
+from sitscad.calibration.calibration import calibrate_by, plan_calibration
 from sitscad.calibration.points import Points, place_changes
 from sitscad.calibration.unknowns import units, usual
 from sitscad.files.report.calibration import plan_card, plan_words
@@ -63,7 +63,7 @@ def test_a_card_has_every_place_on_the_target_true_to_size(foretold):
 def test_loads_that_all_stand_a_tenth_of_a_millimetre_aside_keep_the_stated_error():
     """Loads 0.1 mm aside made a normal force of 8 N read 8.17, seven stated sigmas off, without a warning."""
     design = sitscad.Design(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
-    found = foretell(design.response)
+    found = plan_calibration(design.response)
     sensors, loads = found.sensors, found.plan.rows
     errors = units(sensors.known, 1, 5)[0]
     put = loads.copy()

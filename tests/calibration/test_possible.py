@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad.calibration
 from sitscad.calibration.bench_data import BenchError, points_of, read_table
 from sitscad.calibration.model_fit import NoFit, fit_model
-from sitscad.calibration.refusals import require_possible, require_told, second_readings
+from sitscad.calibration.refusals import require_agreement, require_possible, second_readings
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def _read(table, sensors, change=lambda head, rows: (head, rows)):
 def test_an_honest_fit_is_taken(table, sensors, fit):
     read, points = _read(table, sensors)
     require_possible(read, points, sensors)
-    require_told(read, points, sensors, fit)
+    require_agreement(read, points, sensors, fit)
 
 
 def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
@@ -78,8 +78,8 @@ def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
     worst = 1 + int(np.argmax(fit.odd[1:]))
     words = rf"bench.csv:{worst + 2}:1 no sensor of this design reads so: .* by 2.8 times what .* without a best fit"
     with pytest.raises(BenchError, match=words):
-        require_told(read, points, sensors, replace(fit, settled=False, excess=2.8))
-    require_told(read, points, sensors, replace(fit, settled=False))  # what is left is as expected
+        require_agreement(read, points, sensors, replace(fit, settled=False, excess=2.8))
+    require_agreement(read, points, sensors, replace(fit, settled=False))  # what is left is as expected
 
 
 def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors, fit):
@@ -88,7 +88,7 @@ def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors
     moved = fit.moved.copy()
     moved[k] = -6.5
     with pytest.raises(BenchError, match=r"offset_x would be -6.5 sigma of manufacture off \(.* m\)"):
-        require_told(read, points, sensors, replace(fit, moved=moved))
+        require_agreement(read, points, sensors, replace(fit, moved=moved))
 
 
 @pytest.mark.slow
@@ -103,15 +103,15 @@ def test_a_row_that_all_others_contradict_is_refused(table, sensors):
     lines = []
     read, points = _read(table, sensors, turned)
     with pytest.raises(BenchError, match=rf"bench.csv:{lines[0]}:1 no sensor .* others foretell shear_x .* N off"):
-        require_told(read, points, sensors, fit_model(sensors, points))
+        require_agreement(read, points, sensors, fit_model(sensors, points))
 
 
 def test_loads_that_say_nothing_of_the_readings_are_refused(table, sensors, fit):
     read, points = _read(table, sensors)
     for excess in (30.0, 60.0):
         with pytest.raises(BenchError, match=rf"loads and readings disagree by {excess:.1f} times"):
-            require_told(read, points, sensors, replace(fit, excess=excess))
-    require_told(read, points, sensors, replace(fit, excess=14.0))  # hysteresis of a tenth of full scale
+            require_agreement(read, points, sensors, replace(fit, excess=excess))
+    require_agreement(read, points, sensors, replace(fit, excess=14.0))  # hysteresis of a tenth of full scale
 
 
 FAR_ASIDE = """\
@@ -137,7 +137,7 @@ def test_readings_of_a_target_far_aside_are_refused_with_a_reason(table, sensors
         found = fit_model(sensors, points)
         assert np.all(np.isfinite(found.likely)) and np.all(np.isfinite(found.odd))
         with pytest.raises(BenchError, match="this row most"):
-            require_told(read, points, sensors, found)
+            require_agreement(read, points, sensors, found)
 
 
 def _twice(sensors, bench, scale):

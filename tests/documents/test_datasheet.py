@@ -17,7 +17,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.basics.units import show
-from sitscad.calibration.calibration import foretell
+from sitscad.calibration.calibration import plan_calibration
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.tables import (
@@ -43,7 +43,7 @@ from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.page import _performance_section
-from sitscad.package.contents import drawn_calibration
+from sitscad.package.contents import nominal_calibration
 from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -88,7 +88,7 @@ def test_report_and_data_sheet_have_the_same_rows(bench, files):
 @pytest.mark.slow
 def test_shear_beyond_the_law_is_said_once():
     design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
-    found = list(notes(design.performance, foretell(design.response, is_held=True)))
+    found = list(notes(design.performance, plan_calibration(design.response, is_held=True)))
     assert sum("is extrapolated" in note for note in found) == 1
 
 
@@ -107,7 +107,7 @@ def test_it_says_what_the_performance_says(bench, files):
 @pytest.mark.slow
 def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, files):
     """Three papers had three errors of manufacture, of different definitions."""
-    made = drawn_calibration(bench)
+    made = nominal_calibration(bench)
     stated = json.loads(made["calibration/calibration.json"])
     sheet = json.loads(files["datasheet.json"])["unit_to_unit"]
     assert sheet["rotation"] == stated["rotation"] == "held", "the target is kept level in both"
@@ -119,7 +119,7 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
     assert np.all(np.diff(errors, axis=0) <= 0.0), "a tare and every point take something away"
     assert stated["unit_errors"][1]["error_N"] == stated["error_N"], "one figure for a unit that is tared alone"
     page, other = files["datasheet.html"].decode(), made["calibration/calibration.html"].decode()
-    for row in foretell(bench.response, is_held=True).error_rows:
+    for row in plan_calibration(bench.response, is_held=True).error_rows:
         for cell in row:
             assert cell in page and cell in other
     assert "before calibration" not in page
@@ -128,7 +128,7 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
 def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
     """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
     told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
-    found = foretell(bench.response, is_held=True)
+    found = plan_calibration(bench.response, is_held=True)
     full, shear = found.map.full_scale
     loads = [[0.0, 0.0, 0.0], *([0.5 * full, share * shear, 0.0] for share in (0.0, -1.0, -0.5, 0.5, 1.0))]
     tare, *frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
@@ -150,7 +150,7 @@ def test_plots_have_letters_of_one_size_on_the_page(files):
 
 def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):
     """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
-    found = foretell(bench.response, is_held=True)
+    found = plan_calibration(bench.response, is_held=True)
     rows = {row[0]: row[1:] for row in _axes(bench, found)}
     named = [name for name in rows if name.startswith(("crosstalk", "nonlinearity"))]
     assert len(named) == 4 and all("load" in name for name in named)
@@ -381,14 +381,14 @@ def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
 def test_two_shears_share_one_limit_in_table_and_notes(bench):
     """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
     design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
-    found = foretell(design.response, is_held=True)
+    found = plan_calibration(design.response, is_held=True)
     sensors, limit = found.sensors, found.sensors.range.shear
     said = f"{limit:.3g} N in any direction"
     rows = dict((row[0], row[1:]) for row in _axes(design))
     words = f"{show(limit, 'N', 3)} ({show(limit / 2**0.5, 'N', 3)} each)"
     assert rows["calibrated for a resultant shear up to"] == ("-", words, words)
     assert sum(said in note for note in notes(design.performance, found)) == 1
-    made = drawn_calibration(design)
+    made = nominal_calibration(design)
     assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
     # it is so: on the circle all is read, at the square's corner the normal force is lost
     loads = np.array([[0.0, 0.0, 0.0], *([0.2, share * limit, -share * limit] for share in (0.7, 1.0))])
@@ -397,12 +397,13 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
     rows = dict((row[0], row[1:]) for row in _axes(bench))
     assert "calibrated for a resultant shear up to" not in rows
-    assert not any("any direction" in note for note in notes(bench.performance, foretell(bench.response, is_held=True)))
+    calibration = plan_calibration(bench.response, is_held=True)
+    assert not any("any direction" in note for note in notes(bench.performance, calibration))
 
 
 def test_every_table_of_errors_says_of_which_loads(bench):
     """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
-    found = foretell(bench.response, is_held=True)
+    found = plan_calibration(bench.response, is_held=True)
     assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
     assert "at full load" in error_table(bench.performance).head[0]
 
@@ -422,7 +423,7 @@ def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
 
 def test_it_says_where_the_map_ends(bench):
     """121 N stood as range beside a map that reads no more than 9."""
-    found = foretell(bench.response, is_held=True)
+    found = plan_calibration(bench.response, is_held=True)
     loads = np.array([[share * found.map.full_scale[0], 0.0, 0.0] for share in (0.0, 1.0, 1.5)])
     frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
     read = found.map(frequency[1:], frequency[0])[:, 0]

@@ -29,7 +29,7 @@ from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
-from sitscad.package.contents import drawn_calibration
+from sitscad.package.contents import nominal_calibration
 from sitscad.spec import templates
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
@@ -96,7 +96,7 @@ def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
     package = Package({}, frozenset())
     (steps,) = assembly_notes.render(layout, design.estimates, incoming(design).board, "", package).values()
     assert cut.decode().splitlines()[1] == steps.decode().splitlines()[1] == title
-    files = drawn_calibration(Design(spec, layout, design.estimates))
+    files = nominal_calibration(Design(spec, layout, design.estimates))
     assert files["calibration/plan.txt"].decode().splitlines()[1] == title
     assert f"<p class='soft'>{ISSUE.words}</p>" in files["calibration/calibration.html"].decode()
 

@@ -273,9 +273,9 @@ def test_cells_in_a_jaw_close_as_one_plate_does():
 
 @pytest.mark.slow
 def test_every_cell_has_a_map_of_its_own_coils(two):
-    from sitscad.package.contents import drawn_calibration
+    from sitscad.package.contents import nominal_calibration
 
-    files = drawn_calibration(two)
+    files = nominal_calibration(two)
     assert {name.split("/")[1] for name in files} == {"cell-1", "cell-2", "readme.txt"}
     headers = [files[f"calibration/cell-{k}/calibration.h"].decode("ascii") for k in (1, 2)]
     assert all(f"#define SITSCAD_CELL{k}_COILS 1\n" in header for k, header in enumerate(headers, 1))

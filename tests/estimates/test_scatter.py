@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.assembly.places import bodies
-from sitscad.calibration.calibration import foretell, sensors_of
+from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
@@ -156,7 +156,7 @@ def test_three_levels_of_simulated_units_read_alike(name):
 def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    found = foretell(design.response, is_held=True)
+    found = plan_calibration(design.response, is_held=True)
     scope, bench = found.sensors.range, design.sensing.felt.bench
     loads, square = scope.inside(40), 0.0
     for cause in manufacturing_scatter(design.spec, design.estimates):

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.calibration.calibration import foretell
+from sitscad.calibration.calibration import plan_calibration
 from sitscad.cli import cli
 from sitscad.files.formats.calibration_header import header
 from tests.hardware.conftest import SANE, STRICT, TEMPLATES, Bench, compiled
@@ -26,7 +26,7 @@ CELLS, PRESSED = 6, 3
 def maps():
     """The headers of all cells by their paths: the maps of two cells, because each takes seconds."""
     design = sitscad.Design(sitscad.load(TEMPLATES / "skin_strip_6.yaml"))
-    own, other = (foretell(design.cells.by_number(k).response) for k in (PRESSED, 1))
+    own, other = (plan_calibration(design.cells.by_number(k).response) for k in (PRESSED, 1))
     found = {k: own if k == PRESSED else other for k in range(1, CELLS + 1)}
     return {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k, one in found.items()}
 
@@ -108,7 +108,7 @@ def test_cells_of_several_coils_have_their_axes_in_the_line(tmp_path):
     spec = sitscad.load(TEMPLATES / "skin_strip_6.yaml").replace(
         {"cells.coils": 2, "target.size": "20 mm", "elastomer.size": "20 mm"})
     design = sitscad.Design(spec)
-    one = foretell(design.cells.by_number(1).response)
+    one = plan_calibration(design.cells.by_number(1).response)
     own = {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k in (1, 2, 3)}
     folder = compiled(design, tmp_path, SANE, own).folder
     subprocess.run(built(tmp_path), cwd=folder, check=True)

@@ -20,7 +20,7 @@ import sitscad
 from sitscad.apps.hardware.bench_board import GOOD, Board, CoilReading
 from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnosis, scans
-from sitscad.apps.hardware.source import Simulation, Wired, _ramps, source_of
+from sitscad.apps.hardware.source import Simulation, WiredConverter, _ramps, source_of
 from sitscad.cli import cli
 from sitscad.cli.reading import live
 from tests.hardware.conftest import TEMPLATES, sound_boards
@@ -308,7 +308,8 @@ def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=Bus))
     source, known = source_of("/dev/i2c-7", design)
     board = Board(known, source.chips)
-    assert isinstance(source.chips[0], Wired) and board.set_up() == [] and board.identities() == [(0x5449, 0x3055)]
+    assert isinstance(source.chips[0], WiredConverter)
+    assert board.set_up() == [] and board.identities() == [(0x5449, 0x3055)]
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(ValueError, match=r"sitscad\[bench\]"):
         source_of("/dev/i2c-7", design)

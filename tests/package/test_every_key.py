@@ -13,7 +13,7 @@ from spec_reference import SpecDocument, places_of
 import sitscad
 from sitscad.apps.watch.work import Before, worked_out
 from sitscad.cli import run
-from sitscad.package.building import known_solutions
+from sitscad.package.building import cached_solutions
 from sitscad.package.manifest import made_from
 from sitscad.spec.format.kinds import Choice, Either, Preset, ProfileName, Several, Sourced, Truth, names
 from sitscad.spec.format.section import NameOr
@@ -105,7 +105,7 @@ def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_part
     monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "cache"))
     path, out = folder_with_parts / f"{name}.yaml", tmp_path / "out"
     spec = sitscad.load(path)
-    with known_solutions(spec.name):  # every command solves the same pads and coils
+    with cached_solutions(spec.name):  # every command solves the same pads and coils
         through(capfd, path, "check", "-v")
         through(capfd, path, "estimate")
         if spec.target is not None:
@@ -114,7 +114,7 @@ def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_part
     assert through(capfd, path, "build", "--force", "-o", str(out))[0] == 0
     package = out / spec.name
     assert {file.parent.name for file in package.rglob("*.stl")} >= {"mount"}
-    with known_solutions(spec.name):
+    with cached_solutions(spec.name):
         assert through(capfd, package, "verify", "--rebuild")[0] == 0
     assert through(capfd, path, "build", "--force", "--check", "-o", str(out))[0] == 0
 

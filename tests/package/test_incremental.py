@@ -149,7 +149,7 @@ def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatc
     spec = design_of(TEXT)
     before = sitscad.build(spec, tmp_path, ("report",))
     stamps = {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")}
-    monkeypatch.setattr(stages, "_render_aside", os.abort)  # ends in the other process, whatever it is given
+    monkeypatch.setattr(stages, "_render_solids", os.abort)  # ends in the other process, whatever it is given
     with pytest.raises(BrokenProcessPool, match="solids"):
         sitscad.build(spec, tmp_path, ("mesh", "firmware", "report"), jobs=2)
     assert {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")} == stamps

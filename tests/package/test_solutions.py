@@ -130,12 +130,12 @@ def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_pa
         (tmp_path / "file").touch()
         monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "file") if harm.startswith("no") else "cache")
         monkeypatch.chdir(cache.parent)
-    with building.known_solutions("bench-7mm"):
+    with building.cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0
     assert cache.is_file() == (harm in ("damaged", "a pipe"))
     assert (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
     if harm == "damaged":
-        with building.known_solutions("bench-7mm"):
+        with building.cached_solutions("bench-7mm"):
             assert solved(lambda: ("one",), lambda: ())[0] == 1.0
 
 
@@ -145,16 +145,16 @@ def asked_for_one() -> float:
 
 
 def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch):
-    with building.known_solutions("bench-7mm"):
+    with building.cached_solutions("bench-7mm"):
         asked_for_one()
-        with building.known_solutions("bench-7mm"):
+        with building.cached_solutions("bench-7mm"):
             solved(lambda: ("two",), lambda: (np.ones(1),))
-    with building.known_solutions("bench-7mm", writes=False):
+    with building.cached_solutions("bench-7mm", writes=False):
         assert asked_for_one() == 1.0 and solved(lambda: ("two",), lambda: ()) == (), "the last one's file is whole"
     monkeypatch.setattr(building, "MOST_CACHED", cache.stat().st_size + 10)
     (cache.parent / "mine.solved.txt").write_bytes(bytes(100))
     (cache.parent / "nowhere.solved").symlink_to(cache.parent / "gone")
-    with building.known_solutions("other"):
+    with building.cached_solutions("other"):
         asked_for_one()
     assert {path.name for path in cache.parent.iterdir()} == {"other.solved", "mine.solved.txt", "nowhere.solved"}
 
@@ -164,5 +164,5 @@ def test_a_file_of_somebody_else_s_with_the_right_hash_is_as_if_there_were_none(
     cache.parent.mkdir()
     head = f'{{"by": {json.dumps(solutions._setting(building.code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
     cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)
-    with building.known_solutions("bench-7mm"):
+    with building.cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0

@@ -7,7 +7,7 @@ import threading
 import pytest
 from browser import Browser
 
-from sitscad.apps.watch.server import Showing, server
+from sitscad.apps.watch.server import PageState, server
 from sitscad.files.drawing.web_page import page, part, table
 
 pytestmark = [pytest.mark.clients("chromium")]
@@ -34,7 +34,7 @@ def test_tables_of_forces_and_axes_are_whole_at_390_pixels(tmp_path):
 
 
 def test_box_of_a_watched_page_can_be_closed_and_opens_for_the_next_save():
-    showing = Showing()
+    showing = PageState()
     made = server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
     event = {"stage": "findings", "seconds": 0.1, "changes": {"new": [{"rule": "SIT101", "message": "x"}]}}

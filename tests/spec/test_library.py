@@ -15,7 +15,7 @@ import sitscad
 from sitscad import SensorSpec, SpecError
 from sitscad.basics.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.load import plain, yaml_text
+from sitscad.spec.load import plain_data, yaml_text
 from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.spec.yaml.source import read_yaml
@@ -214,7 +214,7 @@ PLAIN = st.recursive(
 @given(data=st.dictionaries(WORDS, PLAIN, min_size=1, max_size=5))
 @settings(deadline=None)
 def test_what_is_written_is_read_back(data):
-    assert read_yaml(yaml_text(plain(data))).data == data
+    assert read_yaml(yaml_text(plain_data(data))).data == data
 
 
 PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", "requirements", "name", "source")

@@ -23,7 +23,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
+from sitscad.apps.study.answer import agreement, bindings, changed_keys, count_unjudged, hypervolume, relaxation
 from sitscad.apps.study.answer_text import (
     answer_json,
     answer_text,
@@ -49,7 +49,7 @@ from sitscad.apps.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.apps.study.evaluation import UnitJudged as Unit
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.page import answer_files, page_so_far, study_page
-from sitscad.apps.study.running import Costs, Found, StudyState, costs, ranked, search, sobol_set, violations
+from sitscad.apps.study.running import Costs, StudyResults, StudyState, costs, ranked, search, sobol_set, violations
 from sitscad.apps.study.space import Space, Variable, at_key, code_version
 from sitscad.apps.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.apps.study.study import StudyAnswer, study_schema
@@ -188,7 +188,7 @@ def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
     both = "target.size.0: {from: 7, to: 11, step: 1}\n  target.size.1: [8, 9]\n  coil.turns: "
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))
     asked = sitscad.Study.load(folder / "study.yaml").asked
-    assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed(asked, (3, 1, 0, 0)))
+    assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(asked, (3, 1, 0, 0)))
     assert base_value(asked.base.values(()), "target.size.1") == "9 mm"
     assert at_key({"size": [6, 3]}, "size.2") is at_key({"size": [6, 3]}, "size.x") is None
 
@@ -642,7 +642,7 @@ def test_an_undrawable_design_is_no_relaxation(folder):
     asked = sitscad.Study.load(folder / "study.yaml").asked
     unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
-    found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak})
+    found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak})
     assert relaxation(asked, found).names == ("inductance",)
 
 
@@ -652,7 +652,7 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     unmade, both = (Evaluation({}, {}, {rule: Breach(8.5, 8.24) for rule in rules})
                     for rules in (["SIT016"], ["SIT014", "SIT016"]))
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
-    found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
+    found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
     told = {one.name: (one.share, one.alone) for one in bindings(asked, found)}
     assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
     assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
@@ -666,7 +666,7 @@ def test_the_best_that_was_reached_is_told_where_nothing_refuses_alone(folder):
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
     one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
                   for size, rp in ((1e-6, 500.0), (2e-6, 400.0)))
-    found = bindings(asked, Found(asked, "grid", {(0, 0): one, (1, 0): other}))
+    found = bindings(asked, StudyResults(asked, "grid", {(0, 0): one, (1, 0): other}))
     assert {(each.name, each.alone, each.nearest.measured, each.nearest_at) for each in found} == {
         ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
 
@@ -678,8 +678,8 @@ def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     good = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (3e-6, 0.0)}
     hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
-    found = Found(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
-    assert relaxation(asked, found).names == ("SIT112",) and unjudged(asked, found) == 1
+    found = StudyResults(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
+    assert relaxation(asked, found).names == ("SIT112",) and count_unjudged(asked, found) == 1
     both = replace(found, full={(0, 0): fallen, (1, 0): weak})
     assert relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
     assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None

@@ -12,7 +12,7 @@ import pytest
 from browser import Browser
 
 import sitscad
-from sitscad.apps.study.answer import Binding, Kept, changed
+from sitscad.apps.study.answer import Binding, KeptDesign, changed_keys
 from sitscad.apps.study.answer_text import (
     WITH,
     answer_json,
@@ -24,7 +24,7 @@ from sitscad.apps.study.answer_text import (
 )
 from sitscad.apps.study.evaluation import Breach, Evaluation
 from sitscad.apps.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, board_sketch, study_page
-from sitscad.apps.study.running import Found, sobol_set
+from sitscad.apps.study.running import StudyResults, sobol_set
 from sitscad.assembly.places import bodies
 from sitscad.layout import sketch
 from sitscad.spec import templates
@@ -138,8 +138,8 @@ def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_p
     looked = {point: Evaluation({name: (1.0 + chance.random(), 0.0) for name in asked.measures}, {})
               for point in points}
     looked[asked.base_point] = looked[points[0]]
-    found = Found(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
-    kept = (Kept(asked.base_point, changed(asked, asked.base_point), looked[points[0]], None),) * 8
+    found = StudyResults(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
+    kept = (KeptDesign(asked.base_point, changed_keys(asked, asked.base_point), looked[points[0]], None),) * 8
     said = replace(answer, asked=asked, base=looked[points[0]], found=found, bindings=(), front=tuple(points[:256]),
                    kept=kept, texts=())
     html = study_page(said)

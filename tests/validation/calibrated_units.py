@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.calibration import foretell, sensors_of
+from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.spec import templates
@@ -48,7 +48,7 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
     table that is refused.
     """
     sensors = sensors_of(design.response, True)
-    plan, scope = foretell(design.response, True, count).plan, sensors.range
+    plan, scope = plan_calibration(design.response, True, count).plan, sensors.range
     assert plan is not None
     errors = units(sensors.known, number + 1, SEED)[number]
     generator = np.random.default_rng((SEED, number, count, round(1e4 * hysteresis)))

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sitscad
-from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of
+from sitscad.calibration.calibration import calibrate_by, plan_calibration, sensors_of
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
@@ -84,7 +84,7 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     """The rows of one template."""
     began = time.monotonic()
     design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
-    drawn = foretell(design.response, count=max(FEW))
+    drawn = plan_calibration(design.response, count=max(FEW))
     sensors, loads = drawn.sensors, drawn.plan.loads
     print(f"# {name}: {drawn.map.form}", flush=True)
     others = tuple(of_another_law(design, more) for more in OTHER_EXPONENTS)

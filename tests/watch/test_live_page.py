@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from browser import Browser
 
-from sitscad.apps.watch.server import Showing, server
+from sitscad.apps.watch.server import PageState, server
 from sitscad.apps.watch.work import Before, worked_out
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow, pytest.mark.more]
@@ -17,7 +17,7 @@ SPEC = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(en
 
 
 def test_the_page_follows_saves_and_keeps_the_camera(tmp_path):
-    path, showing, before, last = tmp_path / "bench.yaml", Showing(), Before(), {}
+    path, showing, before, last = tmp_path / "bench.yaml", PageState(), Before(), {}
     made = server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
 

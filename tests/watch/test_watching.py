@@ -19,7 +19,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
+from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, PageState, server
 from sitscad.apps.watch.watching import changes, stamp, words
 from sitscad.apps.watch.work import Before, Event, worked_out
 from sitscad.basics.finding import Edit
@@ -140,7 +140,7 @@ def test_a_stamp_sees_a_renamed_file_of_the_same_size(tmp_path):
 
 @pytest.fixture
 def served():
-    showing = Showing()
+    showing = PageState()
     made = server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
     yield showing, made.server_address[1]
@@ -180,7 +180,7 @@ def test_who_listens_hears_the_last_of_each_stage_and_what_follows(served):
 
 @contextmanager
 def _serving(host: str, port: int = 0) -> Iterator[PageServer]:
-    made = server(Showing(), host, port)
+    made = server(PageState(), host, port)
     thread = threading.Thread(target=made.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:

@@ -335,7 +335,7 @@ class SimulatedConverter(Registers):
             raise ValueError(f"state={state}: the design has the states {', '.join(names)}")
         states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
         self._ohms = [each.parallel_resistance for each in states]
-        self._times, self._read = _course(design, states, loads, frequencies, first)
+        self._times, self._read = _frequencies_over_time(design, states, loads, frequencies, first)
         self._layers = len(design.spec.coil.layers)
         self._glitches = {fault: 1 for fault in self.faults if fault.name == "glitch"}
         self._resets = {fault for fault in self.faults if fault.name == "reset"}
@@ -406,7 +406,7 @@ def _faults(texts: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[F
     return faults
 
 
-def _course(
+def _frequencies_over_time(
     design: Design, states: Sequence[StateEstimate], loads: ArrayLike | None, frequencies: ArrayLike | None, first: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""

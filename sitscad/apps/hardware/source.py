@@ -99,7 +99,7 @@ class Simulation(Source):
             time.sleep(max(0.0, self.now() - (time.monotonic() - self._begun)))
 
 
-class Wired:
+class WiredConverter:
     """A converter on an I2C bus of Linux."""
 
     def __init__(self, bus: Any, address: int) -> None:
@@ -175,7 +175,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         if len(paths) != places[-1].bus + 1:
             raise ValueError(f"{text}: the converters are on {places[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
         buses = [smbus2.SMBus(path) for path in paths]
-        return Source([Wired(buses[each.bus], each.address) for each in places]), design
+        return Source([WiredConverter(buses[each.bus], each.address) for each in places]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
         baud = serial_settings(design.spec.array.placements, design.spec.cells, estimates.readout.scan_rate).baud

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.study.document import Asked, Goal, Requirement
+from sitscad.apps.study.document import Goal, Requirement, StudyRequest
 from sitscad.apps.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.apps.study.running import IN_VAIN, Found, costs, is_unmade, ranked, violations
+from sitscad.apps.study.running import IN_VAIN, StudyResults, costs, is_unmade, ranked, violations
 from sitscad.apps.study.space import Point, apart, at_key
 from sitscad.apps.study.spreads import Yield
 from sitscad.apps.study.sweeping import rule_titles
@@ -63,7 +63,7 @@ class Agreement:
 
 
 @record(eq=False)
-class Kept:
+class KeptDesign:
     """A kept design.
 
     ``changed`` are the keys that differ from the base, with their values. ``evaluation`` is at the full level, and
@@ -82,7 +82,7 @@ class Kept:
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
 
 
-def bindings(request: Asked, results: Found) -> list[Binding]:
+def bindings(request: StudyRequest, results: StudyResults) -> list[Binding]:
     """Return the rules and requirements that refuse designs, sorted by the fraction that each alone refuses.
 
     A design that cannot be drawn is not checked further. Its rule counts as refusing it alone, although other rules
@@ -103,7 +103,7 @@ def bindings(request: Asked, results: Found) -> list[Binding]:
     return [Binding(name, every[name] / total, alone[name] / total, *nearest[name][1:]) for name in order]
 
 
-def relaxation(request: Asked, results: Found) -> Relaxation | None:
+def relaxation(request: StudyRequest, results: StudyResults) -> Relaxation | None:
     """Return the smallest relaxation that admits a design.
 
     It relaxes the fewest names, and among these it has the smallest breaches. Designs evaluated at the full level go
@@ -124,12 +124,12 @@ def relaxation(request: Asked, results: Found) -> Relaxation | None:
     return chosen
 
 
-def unjudged(request: Asked, results: Found) -> int:
+def count_unjudged(request: StudyRequest, results: StudyResults) -> int:
     """Return the number of designs that pass the screen and were not evaluated at the full level."""
     return sum(not violations(request, each) for point, each in results.screened.items() if point not in results.full)
 
 
-def agreement(goals: Sequence[Goal], results: Found) -> Agreement:
+def agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
     """Return the agreement of screen and full level on designs that both evaluated and whose leads were drawn."""
     from scipy.stats import spearmanr
 
@@ -147,7 +147,7 @@ def agreement(goals: Sequence[Goal], results: Found) -> Agreement:
     return Agreement(len(pairs_of), open_ones, differ, ranks)
 
 
-def front(request: Asked, results: Found, but: Collection[Point] = ()) -> list[Point]:
+def front(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs at the full level that meet everything and that no other design beats.
 
     They are sorted by the first goal, the best first. Designs in `but` are left out.
@@ -155,7 +155,7 @@ def front(request: Asked, results: Found, but: Collection[Point] = ()) -> list[P
     return best_of(request, {point: each for point, each in results.full.items() if point not in but})
 
 
-def best_of(request: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def best_of(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs in `judged` that meet everything and that no other beats, the best by the first goal first."""
     good = passing(request, judged)
     ranks = ranked([costs(request, judged[point]) for point in good])
@@ -163,7 +163,7 @@ def best_of(request: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
     return sorted(first, key=lambda point: (_goals(request.goals, judged[point]), point))
 
 
-def passing(request: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def passing(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs that meet everything."""
     return [point for point, each in judged.items() if not violations(request, each)]
 
@@ -173,12 +173,12 @@ def _goals(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
     return tuple(goal.cost(values[goal.measure][0]) if goal.measure in values else math.inf for goal in goals)
 
 
-def beaten_by_base(request: Asked, base: Evaluation, designs: Sequence[Kept]) -> int:
+def beaten_by_base(request: StudyRequest, base: Evaluation, designs: Sequence[KeptDesign]) -> int:
     """Return the number of kept designs that the base beats.
 
     It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
     """
-    if violations(request, base) or not changed(request, request.base_point):
+    if violations(request, base) or not changed_keys(request, request.base_point):
         return 0
     base_costs = _goals(request.goals, base)
     design_costs = (_goals(request.goals, design.evaluation) for design in designs)
@@ -190,7 +190,7 @@ NEAR = 0.1
 """Smallest difference between kept designs of a single goal: a fraction of the keys' ranges, averaged over the keys."""
 
 
-def kept_points(request: Asked, results: Found, but: Collection[Point] = ()) -> list[Point]:
+def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs to keep, without those in `but`.
 
     For a single goal, they are the best designs that differ from each other. For several goals, they are the designs
@@ -205,7 +205,7 @@ def kept_points(request: Asked, results: Found, but: Collection[Point] = ()) -> 
     return _by_hypervolume(goals, points, request.keep)
 
 
-def _apart(request: Asked, order: Sequence[Point]) -> list[Point]:
+def _apart(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
     """Return the first designs of an order that differ from each other by `NEAR`."""
     spans = np.maximum(np.array(request.space.shape) - 1, 1)
     points: list[Point] = []
@@ -251,7 +251,7 @@ def hypervolume(values: Array) -> float:
     return float(np.sum(np.prod(sizes, axis=0)[covered]))
 
 
-def changed(request: Asked, point: Point) -> dict[str, Any]:
+def changed_keys(request: StudyRequest, point: Point) -> dict[str, Any]:
     """Return the keys that differ from the base, with values as in a spec."""
     before = request.base.values(())
     return {key: value for key, value in request.space.changes(point) if apart(at_key(before, key), value)}

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sitscad.apps.study.answer import beaten_by_base, changed, unjudged
+from sitscad.apps.study.answer import beaten_by_base, changed_keys, count_unjudged
 from sitscad.apps.study.evaluating import NO_SCREEN
 from sitscad.apps.study.evaluation import Breach
 from sitscad.apps.study.measures import MEASURES
@@ -16,7 +16,7 @@ from sitscad.apps.study.running import is_unmade
 from sitscad.apps.study.space import Space, at_key, code_version
 from sitscad.apps.study.spreads import wilson
 from sitscad.apps.study.study import StudyAnswer
-from sitscad.apps.study.sweeping import rule_titles, shown
+from sitscad.apps.study.sweeping import rule_titles, value_text
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import NONE, cell, counted, csv_text, show
@@ -78,7 +78,7 @@ def breach_words(name: str, breach: Breach) -> str:
     measure = name.removeprefix(BY_YIELD)
     if measure in MEASURES:
         at = " (with its scatter)" if measure != name else ""
-        measured, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
+        measured, limit = (value_text(measure, value, 6) for value in (breach.measured, breach.limit))
     else:
         at, measured, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
     if breach.sigma is not None:
@@ -99,7 +99,7 @@ def base_value(before: Mapping[str, Any], key: str) -> str:
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
     """Return a column for each measure except sigmas. It shows the figure under ``values`` of a row."""
     def column(name: str) -> Callable[[Row], str]:
-        return lambda row: shown(name, row["values"][name][0]) if name in row["values"] else NONE
+        return lambda row: value_text(name, row["values"][name][0]) if name in row["values"] else NONE
 
     return {name: column(name) for name in names if not name.startswith("sigma.")}
 
@@ -166,8 +166,8 @@ def sigma_table(designs: AnswerTable) -> AnswerTable:
     return AnswerTable("One sigma from unit to unit", rows, {
         "design": _number,
         "measure": lambda row: row["measure"],
-        "to first order": lambda row: shown(row["measure"], row["first_order"], 2),
-        "of the units drawn": lambda row: shown(row["measure"], row["drawn"], 2),
+        "to first order": lambda row: value_text(row["measure"], row["first_order"], 2),
+        "of the units drawn": lambda row: value_text(row["measure"], row["drawn"], 2),
     })
 
 
@@ -206,15 +206,15 @@ UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was a
 
 def answer_text(answer: StudyAnswer, folder: str = "") -> str:
     """Return the answer for people: the verdict, the limits, the designs, their yields, and the next steps."""
-    return f"{found_text(answer)}\n{yields_text(answer, folder)}"
+    return f"{search_text(answer)}\n{yields_text(answer, folder)}"
 
 
-def found_text(answer: StudyAnswer) -> str:
+def search_text(answer: StudyAnswer) -> str:
     """Return the part of the answer that is known before yields are computed."""
     refusals = refusal_table(answer).shown(most=MOST_BINDING, without=(WITH,))
     fallen = [f"dropped, for their units have too small a yield: {answer.fallen}"] if answer.fallen else []
-    return _joined(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).shown(), fallen,
-                   trust_lines(answer))
+    return _paragraphs(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).shown(), fallen,
+                       trust_lines(answer))
 
 
 def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
@@ -225,11 +225,11 @@ def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = N
     designs = design_table(answer)
     is_other = before is not None and [each.point for each in before.kept] != [each.point for each in answer.kept]
     again = (verdict_lines(answer), designs.shown()) if is_other else ()
-    return _joined(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(answer),
-                   onward(answer, folder))
+    return _paragraphs(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(answer),
+                       onward(answer, folder))
 
 
-def _joined(*parts: Table | Iterable[str]) -> str:
+def _paragraphs(*parts: Table | Iterable[str]) -> str:
     """Return tables and lines as blocks with an empty line between them."""
     blocks = (table_text(part) if isinstance(part, Table) else "\n".join(part) for part in parts)
     return "\n\n".join(block for block in blocks if block) + "\n"
@@ -255,7 +255,7 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
                f"were drawn of the best {answer.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
-        if more := unjudged(request, results):
+        if more := count_unjudged(request, results):
             yield (f"Of {counted(more, 'more design')} the screen refuses nothing, but they were not judged in full: "
                    "vary less, or search longer (search.evaluations).")
     for number, key in enumerate(request.space.variables):
@@ -264,7 +264,7 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
             end, = at
             yield (f"{key.key}: {key.values[end]} in every design that is kept, the {'last' if end else 'first'} value "
                    "of its range: a wider one may hold better designs.")
-    if off := changed(request, request.base_point):
+    if off := changed_keys(request, request.base_point):
         before = request.base.values(())
         values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())
         yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
@@ -338,7 +338,7 @@ def answer_json(answer: StudyAnswer) -> str:
         "sitscad": __version__, "code": code_version(), "study": answer.name,
         "met": None if answer.lacks_yield else answer.is_met,
         "method": results.method, "seed": request.seed, "designs": request.space.size,
-        "screened": len(results.screened), "full": len(results.full), "unjudged": unjudged(request, results),
+        "screened": len(results.screened), "full": len(results.full), "unjudged": count_unjudged(request, results),
         "goals": [goal.words for goal in request.goals],
         "require": {requirement.measure: requirement.written for requirement in request.require},
         "fallen_by_yield": answer.fallen, "alike": [goal.measure for goal in answer.alike],
@@ -348,7 +348,7 @@ def answer_json(answer: StudyAnswer) -> str:
             "at": request.space.chosen(least.point),
         },
         "agreement": asdict(answer.agreement),
-        "base": answer.base.as_json(), "base_differs": changed(request, request.base_point), "kept": designs,
+        "base": answer.base.as_json(), "base_differs": changed_keys(request, request.base_point), "kept": designs,
     })
 
 

@@ -129,7 +129,7 @@ class Requirement:
 
 
 @record(eq=False)
-class Asked:
+class StudyRequest:
     """The request in a study's file: base, space of designs, goals, requirements, and parameters of the search."""
 
     base: Base
@@ -169,11 +169,11 @@ class Asked:
         return next((each.limit for each in self.require if each.measure == "yield"), None)
 
 
-def asked_for(document: StudyDocument, base: Base, remarks: Remarks) -> Asked:
+def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> StudyRequest:
     """Return the request of a document for a base. Faults are added to `remarks`."""
     variables = tuple(_variables(document, base, remarks))
-    space = Space(variables, _same(document, base, remarks), _brought(document, base, variables, remarks))
-    _fights(document, remarks)
+    space = Space(variables, _linked_keys(document, base, remarks), _implied_keys(document, base, variables, remarks))
+    _check_conflicts(document, remarks)
     goals = tuple(_goals(document, remarks))
     require = tuple(_requirements(document, remarks))
     search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, remarks)}
@@ -185,8 +185,8 @@ def asked_for(document: StudyDocument, base: Base, remarks: Remarks) -> Asked:
         if search["method"] == "de" and len(goals) > 1:
             remarks.flaw("SIT009", "search.method", "differential evolution takes one goal",
                          "keep one goal, or write method: nsga2")
-    return Asked(base, space, goals, require, document.accept, dict(_spreads(document, remarks)), keep=document.keep,
-                 **search)
+    return StudyRequest(base, space, goals, require, document.accept, dict(_spreads(document, remarks)),
+                        keep=document.keep, **search)
 
 
 def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterator[Variable]:
@@ -233,7 +233,7 @@ def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, remar
     return True
 
 
-def _same(document: StudyDocument, base: Base, remarks: Remarks) -> dict[str, str]:
+def _linked_keys(document: StudyDocument, base: Base, remarks: Remarks) -> dict[str, str]:
     followers = {}
     for name, other in document.same.items():
         place = dotted("same", name)
@@ -249,7 +249,7 @@ def _same(document: StudyDocument, base: Base, remarks: Remarks) -> dict[str, st
     return followers
 
 
-def _brought(
+def _implied_keys(
     document: StudyDocument, base: Base, variables: Iterable[Variable], remarks: Remarks
 ) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the keys that values of varied keys set in addition."""
@@ -276,7 +276,7 @@ def _brought(
     return implied
 
 
-def _fights(document: StudyDocument, remarks: Remarks) -> None:
+def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
     """Note keys that would have two values, directly or as part of a section.
 
     The values can come from vary, same and with, or from two varied keys.

@@ -198,7 +198,7 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     elif wide:  # leads may need a wider board
         wider, _ = figures(Design(spec, sketch(spec, WIDER), design.estimates), wide)
         values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
-    findings, unknown = _decided(design)
+    findings, unknown = _screened_findings(design)
     grave = tuple(each for each in findings if each.severity is not Severity.NOTE)
     errors = screen_errors(spec.fpc.body is not None)
     judged_findings = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
@@ -221,7 +221,7 @@ def _is_sized(spec: SensorSpec) -> bool:
     return spec.array.is_in_line and len(spec.array.placements) <= 2
 
 
-def _decided(design: Design) -> tuple[list[Finding], set[str]]:
+def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
     """Return the findings of rules that the screen can apply, and the other rules that apply to the design."""
     findings: list[Finding] = []
     unknown: set[str] = set()
@@ -231,13 +231,13 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
             variants = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
-            of_rule = _said(rule, design, variants)
+            of_rule = _rule_findings(rule, design, variants)
             findings += of_rule or ()
             unknown |= {rule.id} if of_rule is None else set()
     return findings, unknown
 
 
-def _said(rule: Rule, design: Design, variants: Sequence[Design]) -> list[Finding] | None:
+def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> list[Finding] | None:
     """Return the findings of a rule. None if they are not known at the screen level.
 
     They are unknown, too, if one of the `variants`, designs within the errors of the screen, has other severities.

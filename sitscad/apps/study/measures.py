@@ -143,7 +143,7 @@ def _signal(design: Design) -> Figure:
     return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
 
 
-def _felt(design: Design) -> Felt:
+def _sensing(design: Design) -> Felt:
     sensing = design.sensing.felt
     if sensing is None:
         raise AbsentError("it needs a target on a pad, and tanks that oscillate at rest")
@@ -162,7 +162,7 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
 
     def along(axis: str) -> Reader:
         def read(design: Design) -> Figure:
-            sensing = _felt(design)
+            sensing = _sensing(design)
             if axis not in sensing.bench.range.axes:
                 raise AbsentError(f"the coils cannot measure {axis}")
             value = of(sensing, axis)
@@ -192,7 +192,7 @@ def _by_warmth(place: int) -> Callable[[Felt, str], float]:
 
 def _range(axis: str) -> Reader:
     def read(design: Design) -> Figure:
-        _felt(design)
+        _sensing(design)
         points = design.performance
         if not points:
             raise AbsentError("no coil responds to a force")
@@ -205,7 +205,7 @@ def _range(axis: str) -> Reader:
 
 
 def _crosstalk(design: Design) -> Figure:
-    sensing = _felt(design)
+    sensing = _sensing(design)
     if len(sensing.bench.range.axes) == 1:
         raise AbsentError("one coil measures one axis")
     if not sensing.is_range_held:
@@ -216,7 +216,7 @@ def _crosstalk(design: Design) -> Figure:
 
 
 def _by_gap(design: Design) -> Figure:
-    sensing = _felt(design)
+    sensing = _sensing(design)
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
@@ -272,7 +272,7 @@ CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
 TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("array", "cells"))
 
 
-def _told_apart(axis: str) -> Need:
+def _measurable(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
         return axis in axes_felt(spec)
 
@@ -302,7 +302,7 @@ def _rows() -> Iterator[DesignMeasure]:
               _by_axis(_by_tilt), (FULL,)))
     for name, meaning, read, levels in quick:
         for axis in AXES:
-            needs = {"normal": PADDED}.get(axis, (*PADDED, _told_apart(axis)))
+            needs = {"normal": PADDED}.get(axis, (*PADDED, _measurable(axis)))
             yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
                                 read(axis), (FULL,) if axis in MOMENTS else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "

@@ -40,10 +40,10 @@ from sitscad.apps.study.answer_text import (
 )
 from sitscad.apps.study.evaluating import Workers, screened
 from sitscad.apps.study.evaluation import SCREEN, Evaluation
-from sitscad.apps.study.running import Found, first_set, violations
+from sitscad.apps.study.running import StudyResults, first_set, violations
 from sitscad.apps.study.space import Point as DesignPoint
 from sitscad.apps.study.study import Study, StudyAnswer
-from sitscad.apps.study.sweeping import scale_of, shown, titled
+from sitscad.apps.study.sweeping import scale_of, titled, value_text
 from sitscad.assembly.places import bodies
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
@@ -313,8 +313,8 @@ class StudyPage:
             values = [values[goal.measure][0] for values in every if goal.measure in values]
             if values:
                 base = answer.base.values.get(goal.measure)
-                beside = f"; the base has {shown(goal.measure, base[0])}" if base else ""
-                best = shown(goal.measure, min(values, key=goal.cost))
+                beside = f"; the base has {value_text(goal.measure, base[0])}" if base else ""
+                best = value_text(goal.measure, min(values, key=goal.cost))
                 words_of = escape(f"best {goal.measure}{beside}")
                 tiles.append(f"<div class='tile'><b>{escape(best)}</b><span>{words_of}</span></div>")
         return (
@@ -472,7 +472,7 @@ def study_page(answer: StudyAnswer) -> str:
     return text
 
 
-def page_so_far(study: Study, results: Found, of: int) -> str:
+def page_so_far(study: Study, results: StudyResults, of: int) -> str:
     """Return the page of a search in progress, with `results` of `of` designs: results of the screen."""
     request, results = study.asked, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
@@ -504,7 +504,7 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
     """
     request = study.asked
     points = first_set(request.space, request.evaluations, request.seed, [request.base_point])
-    results = Found(request, SCREEN)
+    results = StudyResults(request, SCREEN)
     last = 0.0
     with Workers(request.base, 1) as workers:
         for k, point in enumerate(points, 1):
@@ -519,7 +519,7 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
                 last = time.perf_counter()
 
 
-def numbers(results: Found, of: int) -> dict[str, Any]:
+def numbers(results: StudyResults, of: int) -> dict[str, Any]:
     """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
     request, good = results.asked, passing(results.asked, results.screened)
     texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
@@ -528,5 +528,6 @@ def numbers(results: Found, of: int) -> dict[str, Any]:
         values = {point: results.screened[point].values[goal.measure][0] for point in points}
         if values:
             best = min(values, key=lambda point: goal.cost(values[point]))
-            texts[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(request.space.chosen(best))}"
+            keys = keys_words(request.space.chosen(best))
+        texts[goal.words] = f"{value_text(goal.measure, values[best])} with {keys}"
     return texts

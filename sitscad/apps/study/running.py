@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.apps.study.document import ALL, Asked
+from sitscad.apps.study.document import ALL, StudyRequest
 from sitscad.apps.study.evaluating import IN_FULL, Workers
 from sitscad.apps.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation, UnitJudged
 from sitscad.apps.study.measures import MEASURES
@@ -311,14 +311,14 @@ Progress = Callable[[StudyState], None]
 
 
 @dataclass
-class Found:
+class StudyResults:
     """All evaluations of a study.
 
     ``screened`` and ``full`` hold evaluations by point, in the order of evaluation. A design without a screen is in
     both. ``reused`` counts evaluations from the archive, and ``damaged`` its damaged lines.
     """
 
-    asked: Asked
+    asked: StudyRequest
     method: str
     screened: dict[Point, Evaluation] = field(default_factory=dict)
     full: dict[Point, Evaluation] = field(default_factory=dict)
@@ -345,7 +345,7 @@ def unranked() -> frozenset[str]:
     return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
 
-def violations(request: Asked, evaluation: Evaluation) -> dict[str, Breach]:
+def violations(request: StudyRequest, evaluation: Evaluation) -> dict[str, Breach]:
     """Return the breaches of a design: rules with errors, warnings that may not stay, and broken requirements.
 
     A missing measure is a breach, too, unless only the full level computes it. A design that cannot be drawn has only
@@ -377,7 +377,7 @@ def violations(request: Asked, evaluation: Evaluation) -> dict[str, Breach]:
     return broken
 
 
-def costs(request: Asked, evaluation: Evaluation) -> Costs:
+def costs(request: StudyRequest, evaluation: Evaluation) -> Costs:
     """Return the costs of a design for the search."""
     goals = tuple(goal.cost(evaluation.values[goal.measure][0]) if goal.measure in evaluation.values else None
                   for goal in request.goals)
@@ -401,7 +401,7 @@ NOT_MADE = 100.0
 class LevelTally:
     """Counts of the evaluations of a level, with a progress report after each new evaluation."""
 
-    asked: Asked
+    asked: StudyRequest
     level: str
     of: int
     progress: Progress
@@ -427,15 +427,17 @@ class LevelTally:
 class StudyRun:
     """One run of a study, with its workers, its archive and its progress function."""
 
-    def __init__(self, request: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
+    def __init__(
+        self, request: StudyRequest, workers: Workers, archive: Archive, progress: Progress | None = None
+    ) -> None:
         self._asked, self._workers, self._archive = request, workers, archive
         self._progress = progress or (lambda state: None)
         self._costs: dict[Point, Costs] = {}
         total = min(request.evaluations, request.space.size)
         self._tallies = {level: LevelTally(request, level, of, self._progress)
                          for level, of in ((SCREEN, total), (FULL, 0))}
-        self.found = Found(request, method_for(request.method, request.space, request.evaluations, len(request.goals)),
-                           damaged=archive.damaged)
+        method = method_for(request.method, request.space, request.evaluations, len(request.goals))
+        self.found = StudyResults(request, method, damaged=archive.damaged)
 
     def evaluate(self, points: Sequence[Point], level: str) -> None:
         """Evaluate points on a level, each once. Evaluations in the archive are reused."""

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.apps.study import answer
-from sitscad.apps.study.answer import Agreement, Binding, Kept, Relaxation
-from sitscad.apps.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
+from sitscad.apps.study.answer import Agreement, Binding, KeptDesign, Relaxation
+from sitscad.apps.study.document import VERSION, Goal, StudyDocument, StudyRequest, study_request
 from sitscad.apps.study.evaluating import Executor, Workers, judged
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Evaluation
-from sitscad.apps.study.running import IN_VAIN, Found, Progress, StudyRun
+from sitscad.apps.study.running import IN_VAIN, Progress, StudyResults, StudyRun
 from sitscad.apps.study.space import Base, Point
 from sitscad.apps.study.spreads import DRAWS, Yield, yield_of
 from sitscad.basics.arguments import checked_arguments
@@ -30,7 +30,7 @@ from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.package.inspection import as_configured
 from sitscad.spec.format.section import schema_of
-from sitscad.spec.load import plain, read_text, yaml_text
+from sitscad.spec.load import plain_data, read_text, yaml_text
 from sitscad.spec.reading import (
     Flaw,
     Remarks,
@@ -56,15 +56,15 @@ class StudyAnswer:
     """
 
     name: str
-    asked: Asked
+    asked: StudyRequest
     base: Evaluation
-    found: Found
+    found: StudyResults
     bindings: tuple[Binding, ...]
     relaxation: Relaxation | None
     agreement: Agreement
     alike: tuple[Goal, ...]
     front: tuple[Point, ...]
-    kept: tuple[Kept, ...]
+    kept: tuple[KeptDesign, ...]
     texts: tuple[str, ...]
     fallen: int = 0
 
@@ -93,7 +93,7 @@ class Study:
     """A study. `load` reads its file, and `from_mapping` takes its keys from a program."""
 
     name: str
-    asked: Asked
+    asked: StudyRequest
 
     def __repr__(self) -> str:
         """Return a line with the number of the study's designs."""
@@ -112,7 +112,7 @@ class Study:
     def from_mapping(cls, sections: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Study:
         """Return the study with these keys and values, as in a file. The base's path starts at `folder`."""
         try:
-            text = yaml_text({"sitscad_study": VERSION, **plain(dict(sections))})
+            text = yaml_text({"sitscad_study": VERSION, **plain_data(dict(sections))})
         except TextError as error:
             raise SpecError((finding_from_text(error),)) from None
         return _read(text, os.path.join(os.fspath(folder), "study.yaml"))
@@ -128,7 +128,7 @@ class Study:
         progress: Progress | None = None,
         draws: int = DRAWS,
         before_yields: Callable[[StudyAnswer], None] | None = None,
-        interrupted: Callable[[Found], None] | None = None,
+        interrupted: Callable[[StudyResults], None] | None = None,
     ) -> StudyAnswer:
         """Evaluate designs and return the answer. It depends on study, seed and version only.
 
@@ -173,7 +173,7 @@ class Study:
                 before_yields(result)
             return _with_yields(result, run, draws)
 
-    def _found(self, results: Found) -> StudyAnswer:
+    def _found(self, results: StudyResults) -> StudyAnswer:
         """Return the answer without kept designs."""
         request = self.asked
         all_values = [evaluation.values for evaluation in results.screened.values()]
@@ -190,7 +190,8 @@ class Study:
 def _keeping(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
     """Return the answer with kept designs and their spec texts."""
     request, full = result.asked, result.found.full
-    designs = tuple(Kept(point, answer.changed(request, point), full[point], yields.get(point)) for point in points)
+    designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
+                    for point in points)
     return replace(result, kept=designs, texts=tuple(_text(request, design, k) for k, design in enumerate(designs, 1)))
 
 
@@ -221,7 +222,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     return _keeping(replace(result, fallen=len(fallen), front=rest), passing, yields)
 
 
-def _text(request: Asked, design: Kept, number: int) -> str:
+def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:
     """Return the whole spec of a kept design under its own name.
 
     It keeps the base's comments, except waivers that silence no finding. A first line names the changed keys.
@@ -251,7 +252,7 @@ def _read(text: str, path: str) -> Study:
     remarks = Remarks()
     base = os.path.join(os.path.dirname(path), document.base)
     try:
-        request = asked_for(document, Base.opened(base), remarks)
+        request = study_request(document, Base.opened(base), remarks)
     except SpecError as error:
         first = error.findings[0]
         where = f" (line {first.line})" if first.line else ""

@@ -27,7 +27,7 @@ from sitscad.checks.findings import to_json
 from sitscad.checks.judging import all_rules
 from sitscad.files.drawing.sheet import Sheet, plot
 from sitscad.files.drawing.svg import svg
-from sitscad.spec.load import plain, written_value
+from sitscad.spec.load import plain_data, written_value
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, plain_value
@@ -152,7 +152,7 @@ def sweep(
     >>> bool(table.values["inductance"][1] > table.values["inductance"][0])
     True
     """
-    plain_values = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    plain_values = {str(key): tuple(plain_data(list(values))) for key, values in ranges.items()}
     try:
         written = {key: [written_value(key, value) for value in values] for key, values in plain_values.items()}
     except TextError as error:
@@ -169,7 +169,7 @@ def sweep_as_written(
 ) -> SweepTable:
     """Return figures as `sweep` does, for values as in a YAML file: bare lengths are millimetres."""
     names = _measures_of(level, measures)
-    axes = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    axes = {str(key): tuple(plain_data(list(values))) for key, values in ranges.items()}
     if not axes or not all(axes.values()):
         raise ValueError("a sweep takes at least one key, and at least one value of each")
     shape = tuple(map(len, axes.values()))
@@ -230,7 +230,7 @@ def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
     return key.strip(), counted(parts[0].strip(), parts[1].strip(), int(parts[2]))
 
 
-def shown(name: str, value: float, digits: int = 4) -> str:
+def value_text(name: str, value: float, digits: int = 4) -> str:
     """Return a figure of a measure for people. A dash if it is not finite."""
     return quantity(value, MEASURES[name].unit, digits)
 
@@ -250,7 +250,7 @@ def sweep_text(table: SweepTable) -> str:
 def _within(name: str, value: float, error: float) -> str:
     """Return a figure with its relative error bound: ``1.263 kohm +-11%``."""
     share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
-    return f"{shown(name, value)} +-{float(f'{share:.2g}'):g}%" if share else shown(name, value)
+    return f"{value_text(name, value)} +-{float(f'{share:.2g}'):g}%" if share else value_text(name, value)
 
 
 def sweep_csv(table: SweepTable) -> str:
@@ -318,8 +318,8 @@ def scale_of(name: str, values: Array) -> tuple[float, str]:
     """Return the factor and the unit of a measure in drawings."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(finite.max()) if finite.size else 0.0
-    unit = shown(name, most).partition(" ")[2] if most else MEASURES[name].unit
-    number = float(shown(name, most).partition(" ")[0]) if most else 1.0
+    unit = value_text(name, most).partition(" ")[2] if most else MEASURES[name].unit
+    number = float(value_text(name, most).partition(" ")[0]) if most else 1.0
     return (10.0 ** round(math.log10(number / most)) if most else 1.0), unit
 
 

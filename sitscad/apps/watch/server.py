@@ -41,7 +41,7 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 EMPTY = "<header><h1>sitscad watch</h1><p>The first findings come as soon as the spec can be read.</p></header>"
 
 
-class Showing:
+class PageState:
     """The present page, the last event of every stage, and the listeners.
 
     `shown` is the first page. If it is left out, the page waits for a watched spec.
@@ -94,7 +94,7 @@ def _line(data: dict[str, Any]) -> bytes:
     return f"data: {json.dumps(data)}\n\n".encode()
 
 
-def server(showing: Showing, host: str, port: int) -> PageServer:
+def server(showing: PageState, host: str, port: int) -> PageServer:
     """Return a server of the page. Its `serve_forever` starts it. Raises OSError if it cannot listen at the address."""
 
     class Handler(_Handler):
@@ -239,7 +239,7 @@ class _Handler(BaseHTTPRequestHandler):
                             ("X-Content-Type-Options", "nosniff")):
             self.send_header(name, value)
 
-    def _events(self, showing: Showing) -> None:
+    def _events(self, showing: PageState) -> None:
         self.send_response(200)
         self.send_header("Content-Type", "text/event-stream")
         self.send_header("Connection", "close")

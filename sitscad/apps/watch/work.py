@@ -33,8 +33,8 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.files.documents.datasheet import figures_for_programs
 from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
-from sitscad.package.building import known_solutions
-from sitscad.package.contents import Contents, drawn_calibration, read_by
+from sitscad.package.building import cached_solutions
+from sitscad.package.contents import Contents, nominal_calibration, read_by
 from sitscad.package.inspection import unreadable
 from sitscad.package.stages import page_of
 from sitscad.spec.reading import SpecError
@@ -93,7 +93,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         page = page_of(contents, files, is_built=False) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
-    with known_solutions(spec.name, store=before.solutions):
+    with cached_solutions(spec.name, store=before.solutions):
         verdict = _verdict(contents.checked, read)
     yield Event("findings", verdict, seconds=time.perf_counter() - began)
     before.designs[:] = [design]
@@ -115,7 +115,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         yield event("solids", {"bytes": sum(map(len, files.values()))})
     if serves and feeling:
         files |= _kept(before, "calibration", made_of, spec.name, lambda: {
-            name: content for name, content in drawn_calibration(contents.design.bare, contents.is_forced).items()
+            name: content for name, content in nominal_calibration(contents.design.bare, contents.is_forced).items()
             if name == CALIBRATION})
     contents = Contents(design, policy)  # with hints, which take as long as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
@@ -145,7 +145,7 @@ def _refused(path: str, error: SpecError, seconds: float) -> Event:
 def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
     """Return the files of a stage, from an earlier save if its inputs are equal."""
     if name not in before.files or before.files[name][0] != made_of:
-        with known_solutions(package, store=before.solutions):
+        with cached_solutions(package, store=before.solutions):
             before.files[name] = made_of, make()
     return before.files[name][1]
 

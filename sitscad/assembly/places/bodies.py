@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.basics.units import in_mm
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Path, Region
@@ -108,7 +108,7 @@ def elastomer(spec: SensorSpec) -> Body | None:
     pad = spec.elastomer
     if pad is None:
         return None
-    return kept(spec, "_elastomer", lambda: Body(
+    return memo(spec, "_elastomer", lambda: Body(
         BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name))
 
 
@@ -119,7 +119,7 @@ def target(spec: SensorSpec) -> Body | None:
         return None
     under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
     upper, metal = under + plate.thickness, plate.material
-    return kept(spec, "_target", lambda: Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
+    return memo(spec, "_target", lambda: Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:

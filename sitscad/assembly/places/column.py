@@ -12,7 +12,7 @@ from functools import cache, lru_cache
 from itertools import chain
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, film_thickness, seat_spans, shield_heights
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
@@ -128,7 +128,7 @@ def column(layout: Layout) -> tuple[Layer, ...]:
 
     The layout caches them, because each piece made to measure uses them.
     """
-    return kept(layout, "_column", lambda: _layers(layout))
+    return memo(layout, "_column", lambda: _layers(layout))
 
 
 def _layers(layout: Layout) -> tuple[Layer, ...]:
@@ -199,7 +199,7 @@ def slack(layout: Layout) -> tuple[float, float]:
 
     Relative to the closed pair's middle each layer counts half, on both sides of the piece.
     """
-    return kept(layout, "_slack", lambda: _slack(layout))
+    return memo(layout, "_slack", lambda: _slack(layout))
 
 
 def _slack(layout: Layout) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import lies
@@ -64,7 +64,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     larger = "target" if nominal.loaded_share < LOADED else "or thinner pad"
 
     def stiffer() -> _StifferPad:
-        return kept(design, "stiffer pad", lambda: _stiffer(design.spec, force))
+        return memo(design, "stiffer pad", lambda: _stiffer(design.spec, force))
 
     def hint() -> str:
         if stiffer().modulus is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
 from sitscad.checks.fixes.search import Family
@@ -41,7 +41,7 @@ def readings_of(design: Design, attribute: str, working: bool = False) -> list[R
 
     With `working`, only states of the assembled sensor count if there are any.
     """
-    return kept(design, f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
+    return memo(design, f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
 
 
 def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from sitscad.assembly.places.state import REST
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.reading.readings import readings_of, where
 from sitscad.checks.rules import Rule, Undecided, Verdict, own_limits, rule_of, violated
@@ -177,7 +177,7 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
     force = other.spec.requirements.normal_force
     if force:
         return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
-    bare = kept(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
+    bare = memo(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
     without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
     rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}

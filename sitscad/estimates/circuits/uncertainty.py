@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.assembly.places.column import usual_tolerances
 from sitscad.assembly.places.state import PRESSED, REST
-from sitscad.basics.record import kept, record, replace
+from sitscad.basics.record import memo, record, replace
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
 from sitscad.estimates.circuits.track_slopes import inductance_slopes, lead_slopes
@@ -91,7 +91,7 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
         copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)
         return {THICKNESS: copper} | {cause.name: cause.sigma(spec) for cause in CAUSES}
 
-    return kept(spec, "_sigmas", found)
+    return memo(spec, "_sigmas", found)
 
 
 def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from dataclasses import field
 from functools import lru_cache, partial
 
 from sitscad.assembly.places.bodies import elastomer, target
-from sitscad.basics.record import kept, record, replace
+from sitscad.basics.record import memo, record, replace
 from sitscad.kernels.geometry.convex import Footprint, centroid
 from sitscad.kernels.geometry.path import bounding_box, enclosed_area
 from sitscad.kernels.mechanics.elastomer import BARE, Compression, Face, Surround, even_rim, press_part
@@ -57,7 +57,7 @@ def rests_on_pad(spec: SensorSpec) -> bool:
     """
     pad, over = elastomer(spec), target(spec)
     return pad is not None and (
-        over is None or kept(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
+        over is None or memo(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
 
 
 @lru_cache(maxsize=256)
@@ -152,7 +152,7 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     """
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
-    return kept(spec, f"_loaded {wider}", lambda: _loaded(
+    return memo(spec, f"_loaded {wider}", lambda: _loaded(
         pad.footprint, None if over is None else over.footprint, wider))
 
 

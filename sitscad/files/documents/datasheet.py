@@ -14,7 +14,7 @@ from typing import Any
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import NONE, counted, show
-from sitscad.calibration.calibration import Calibration, foretell
+from sitscad.calibration.calibration import Calibration, plan_calibration
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves
@@ -73,7 +73,7 @@ def render(
         return {}
     plots = figures(curves, performance, cells.name)
     try:
-        calibration = foretell(response)  # the target stays level, as in all figures here
+        calibration = plan_calibration(response)  # the target stays level, as in all figures here
     except NoResponse:
         calibration = None
     reached = None if calibration is None else MapFigures(calibration.map.end, calibration.crosstalk)

@@ -48,7 +48,7 @@ from sitscad.layout.board import Capacitor, Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
-from sitscad.spec.places import place_in_words
+from sitscad.spec.places import place_text
 from sitscad.spec.presets import board_kind
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
@@ -236,7 +236,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
 
 def _place(plate: Target | ElastomerPad) -> str:
     """Describe a plate's place; empty if it is neither shifted from the coils' mean nor turned."""
-    return f"; {place}" if (place := place_in_words(plate)) else ""
+    return f"; {place}" if (place := place_text(plate)) else ""
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from sitscad.basics.record import kept, record, replace
+from sitscad.basics.record import memo, record, replace
 from sitscad.estimates import Estimates, estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design, at_room_temperature
 from sitscad.estimates.states.steps import metered
@@ -38,4 +38,4 @@ class Incoming:
 
 def incoming(design: Design) -> Incoming:
     """Return the design's `Incoming`, created once and cached with the design."""
-    return kept(design, "incoming", lambda: Incoming(design))
+    return memo(design, "incoming", lambda: Incoming(design))

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from sitscad.basics.record import kept, record
+from sitscad.basics.record import memo, record
 from sitscad.kernels.geometry.path import (
     TWO_PI,
     Arc,
@@ -111,7 +111,7 @@ def beyond(outline: Path, point: Point) -> float:
 
     It is the largest height above all tangents: of each side, and of each arc or corner that faces the point.
     """
-    sides, rounds = kept(outline, "_tangents", lambda: _tangents(outline))
+    sides, rounds = memo(outline, "_tangents", lambda: _tangents(outline))
     px, py = point
     heights = [(px - x) * nx + (py - y) * ny for x, y, nx, ny in sides]
     heights += [math.hypot(px - x, py - y) - radius for x, y, radius, first, turn in rounds

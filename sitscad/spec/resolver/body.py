@@ -45,7 +45,7 @@ class UnfitError(Exception):
     """A drawing cannot be used. The message states the reason for users."""
 
 
-def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
+def body_from_file(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
     """Return the body with the outline in its DXF file. None if the file is invalid; a flaw then gives the reason.
 
     The file's bytes are added to `remarks.files`.
@@ -261,7 +261,7 @@ def resolve_body(part: BodySpec | None, name: str, place: Origin, remarks: Remar
         if getattr(part, key) is not None and not belongs:
             remarks.flaw("SIT009", f"{name}.{key}", f"a body of shape {part.shape} has no {key}", "leave it out")
     if is_drawn:
-        return drawn(part, name, place, remarks)
+        return body_from_file(part, name, place, remarks)
     size = part.size
     if size is None:
         hint = "write the diameter, like 12" if part.shape == "circle" else "write [x, y], like [12, 8]"

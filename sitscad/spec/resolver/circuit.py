@@ -45,7 +45,7 @@ def resolve_fpc(
     as_written = document.values()
     stackup = _stackup(as_written["stackup"], coil, remarks)
     copper = len(stackup.copper)
-    stackup = _built(stackup, document, remarks)
+    stackup = _plated_stackup(stackup, document, remarks)
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
@@ -91,7 +91,7 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
 def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, remarks: Remarks) -> Stackup:
     if isinstance(written, list):
         # a stack-up written layer by layer; impossible layers are flaws
-        stack = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
+        stack = [_stack_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
         kinds = [layer.kind for layer in stack]
         if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(stack) > 40:
             message = (
@@ -114,7 +114,7 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
     return presets.stackup(name)
 
 
-def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
+def _plated_stackup(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
     """Return the stack-up after plating, for the number of layers in the tail. A single copper layer is not plated.
 
     Copper in a stack-up written out is finished copper: its foil is the rest after the plating. If its outer copper is
@@ -150,7 +150,7 @@ def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
     return stackup
 
 
-def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
+def _stack_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
     thicknesses = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
     thicknesses = [(kind, thickness) for kind, thickness in thicknesses if thickness is not None]
     if len(thicknesses) != 1:

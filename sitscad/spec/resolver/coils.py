@@ -238,8 +238,8 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
         key = "array.centres" if pattern == "explicit" else "array.count"
         message, limit = f"{len(centres)} coils are out of range: 1 to {MOST_COILS}", MOST_COILS if centres else 1
         remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
-        return ArraySpec(pattern, named(((0.0, 0.0),)), pitch)
-    array = ArraySpec(pattern, named(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
+        return ArraySpec(pattern, coil_placements(((0.0, 0.0),)), pitch)
+    array = ArraySpec(pattern, coil_placements(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
     check_gaps(array, coil, remarks)
     return array
 
@@ -256,7 +256,7 @@ def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remar
     pitch = size + gap
     # the smallest array of a pattern has all the pairs of neighbours of a larger array
     centres = {"line": line(2, pitch), "grid": grid(2, 2, pitch)}.get(pattern, triangle(pitch))
-    scale = least_scale(ArraySpec(pattern, named(centres), pitch), replace(coil, trace_spacing=gap)) or 1.0
+    scale = least_scale(ArraySpec(pattern, coil_placements(centres), pitch), replace(coil, trace_spacing=gap)) or 1.0
     if scale > 1.0 + 1e-9:  # for corners that face each other, or flat sides at an angle
         pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
     remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
@@ -420,7 +420,9 @@ def scaled(array: ArraySpec, factor: float) -> ArraySpec:
     return replace(array, placements=tuple(placements), pitch=None if array.pitch is None else array.pitch * factor)
 
 
-def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None) -> tuple[CoilPlacement, ...]:
+def coil_placements(
+    centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None
+) -> tuple[CoilPlacement, ...]:
     """Return placements C1, C2, ... at some centres (m), in the same order, with rotations (rad)."""
     turned = zip(centres, rotations or (0.0,) * len(centres), strict=True)
     return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
@@ -436,7 +438,7 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     # separation over all directions. The best direction is perpendicular to a side of a core, or along the line between
     # two corners.
     core, radius = SHAPES[shape].core(size)
-    cores = [_placed(core, place) for place in (first, second)]
+    cores = [_core_points(core, place) for place in (first, second)]
     sides = [side for each in cores if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]
     directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
     directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in cores[0] for b in cores[1]]
@@ -444,7 +446,7 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     return max(_apart(cores[0], cores[1], angle) for angle in angles) - 2.0 * radius
 
 
-def _placed(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
+def _core_points(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
     cosine, sine = math.cos(place.rotation), math.sin(place.rotation)
     return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
 

@@ -147,7 +147,7 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
                 hint = "measure it and write it, or take a preset's: based_on: generic-5mm"
                 remarks.flaw("SIT003", f"mount.jaw.{name}", f"the jaw has no {name}", hint)
         return replace(mount, step=step, backing=written.material or presets.conductor(DEFAULT_METAL))
-    jaw = _written_over(written, step)
+    jaw = _merged_jaw(written, step)
     # pockets and window must lie inside the face, and the other jaw's pad must stand out of its pocket
     holes = (("pocket", jaw.pocket), ("fenestration", jaw.fenestration), ("opposing_pocket", jaw.opposing_pocket))
     for name, size in holes:
@@ -170,7 +170,7 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
     return replace(mount, jaw=jaw)
 
 
-def _written_over(written_jaw: Jaw, step: StepPart | None) -> Jaw:
+def _merged_jaw(written_jaw: Jaw, step: StepPart | None) -> Jaw:
     beside = ("name", "based_on", "step", "datum", "along", "up")
     figures = {name: value for name, value in written_jaw.values().items() if value is not None and name not in beside}
     lies: dict[str, Any] = {"step": step, "datum": written_jaw.datum, "along": written_jaw.along, "up": written_jaw.up}

@@ -56,9 +56,9 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         check_cells(cells.coils, array.placements, target is not None and pad is not None, remarks)
         side = max(min(coil.size), array.pitch - CELLS_APART if array.pitch and cells.coils == 1 else 0.0)
     if target is not None:
-        target = _sized(target, "target", (side, side), remarks)
+        target = _with_size(target, "target", (side, side), remarks)
     if pad is not None:
-        pad = _sized(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
+        pad = _with_size(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
     if cells is not None:
         check_webs(cells.web, array.pattern, target, pad, document.encapsulation is not None, remarks)
     is_glued = any((target, pad, mount))
@@ -96,7 +96,7 @@ def _note_plain_defaults(
             remarks.default(place, f"{key.default} mm" if is_bare_length else str(key.default))
 
 
-def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
+def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
     """Return a plate with its size and shape. `usual` is the default size (m)."""
     written = plate.values()
     if written["size"] is None:

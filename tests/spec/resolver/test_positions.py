@@ -14,7 +14,7 @@ from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.geometry.primitives import distances, from_rows, path_rows
 from sitscad.spec.load import load_text
 from sitscad.spec.reading import SpecError
-from sitscad.spec.resolver.coils import gap, named
+from sitscad.spec.resolver.coils import coil_placements, gap
 
 SHAPES = {name: (9.0, 4.0) if row.is_long else (4.0, 4.0) for name, row in shapes.SHAPES.items()}
 
@@ -32,7 +32,7 @@ def drawn(shape, size, place) -> Path:
 )
 def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing, distance, first, second):
     centres = ((1.0, 2.0), (1.0 + distance * math.cos(bearing), 2.0 + distance * math.sin(bearing)))
-    one, other = named(centres, (first, second))
+    one, other = coil_placements(centres, (first, second))
     rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (one, other)]
     pairs = [(i, j) for i in range(len(rows[0])) for j in range(len(rows[1]))]
     true = distances(*(r.take([p[k] for p in pairs]) for k, r in enumerate(rows))).min()
@@ -45,9 +45,9 @@ def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing,
 
 def test_crossed_racetracks_overlap_and_parallel_ones_do_not():
     size = (9.0, 4.0)
-    across, along = named(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
+    across, along = coil_placements(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
     assert gap("racetrack", size, across, along) < 0.0
-    one, other = named(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
+    one, other = coil_placements(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
     assert gap("racetrack", size, one, other) == approx(1.0, rel=1e-6)
 
 
