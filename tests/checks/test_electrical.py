@@ -37,7 +37,7 @@ def test_inductance_floor_names_the_state_and_no_number_that_was_not_tried(judge
     weak = {"free": 300.0, "rest": 250.0}
     (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, resistances=weak))
     assert (found.severity, found.measured, found.limit, found.unit) == (Severity.ERROR, 0.14e-6, 0.2e-6, "H")
-    assert "140 nH" in found.message and not re.search(r"\d", found.hint)
+    assert not re.search(r"\d", found.hint)
     assert found.key == "coil.turns" and spec.source.line(found.line).strip().startswith('"turns"')
     assert judge("SIT201", spec, None, estimates(spec, inductance=0.2e-6)) == []
 
@@ -110,7 +110,6 @@ def test_parallel_resistance(pressed: float, severity: Severity | None, limit: f
         assert found == []
         return
     assert [(f.severity, f.measured, f.limit) for f in found] == [(severity, pressed, limit)]
-    assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].detail
 
 
 @pytest.mark.more
@@ -138,8 +137,10 @@ def test_high_current_mode_reaches_lower_but_only_for_a_single_coil(
 
 def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
     spec = design()
-    high = judge("SIT204", spec, None, estimates(spec, drive_code=30))
-    assert Severity.ERROR in [f.severity for f in high] and "at rest" in high[0].message and high[0].limit == 1.8
+    numbers = estimates(spec, drive_code=30)
+    high = judge("SIT204", spec, None, numbers)
+    assert (high[0].severity, high[0].limit) == (Severity.ERROR, 1.8)
+    assert high[0].measured == numbers.coils[0].states["rest"].amplitude
     (low,) = judge(
         "SIT204", spec, None, estimates(spec, resistances={"free": 1350.0, "rest": 1300.0, "pressed": 880.0})
     )
@@ -168,9 +169,7 @@ def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limi
     )
     found = judge("SIT204", spec, None, replace(numbers, coils=coils))
     assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
-    for one in found:
-        assert one.measured == approx(volts, rel=1e-9)
-        assert "at rest" in one.message and f"drive code {code}" in one.message
+    assert [f.measured for f in found] == ([approx(volts, rel=1e-9)] if severity else [])
 
 
 @pytest.mark.parametrize("readout", [None, {"device": "ldc1614"}])
@@ -179,11 +178,11 @@ def test_a_chosen_drive_code_points_where_it_helps(readout, judge, design, estim
     spec = design(readout=readout)
     lines = spec.source.text.splitlines()
     clamps = judge("SIT204", spec, None, estimates(spec, drive_code=30))[0]
-    assert clamps.key == "readout.drive_code" and "add readout.drive_code" in clamps.hint
+    assert clamps.key == "readout.drive_code"
     assert clamps.line == (len(lines) if readout is None else spec.source.keys["readout"][0])
     weak = {"free": 550.0, "rest": 500.0, "pressed": 300.0}
     (stops,) = judge("SIT204", spec, None, estimates(spec, resistances=weak))
-    assert stops.key == "coil.turns" and "turns" in lines[stops.line - 1] and "add " not in stops.hint
+    assert stops.key == "coil.turns" and "turns" in lines[stops.line - 1]
 
 
 def test_the_bare_coil_of_an_assembled_sensor_is_no_working_state(judge, design, estimates) -> None:
@@ -197,7 +196,8 @@ def test_the_bare_coil_of_an_assembled_sensor_is_no_working_state(judge, design,
 def test_high_current_amplitude_admits_what_is_not_known(judge, design, estimates) -> None:
     spec = design(array=None)
     (found,) = judge("SIT204", spec, None, estimates(spec, resistances={"free": 300.0}, high_current=True))
-    assert found.severity is Severity.WARNING and "disagree" in found.message
+    assert found.severity is Severity.WARNING
+    assert (found.measured, found.limit) == (approx(4.0 / math.pi * 300.0 * 6e-3, rel=1e-9), 1.8)
 
 
 def test_quality_factor_warns_below_ten(judge, design, estimates) -> None:
@@ -243,7 +243,7 @@ def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, des
     assert [f.severity for f in found] == ([severity] if severity else [])
     for one in found:
         assert one.limit == approx(400e3 / 196.0, rel=1e-6)  # two coils of two registers of 49 bits
-        assert "2.041 kHz" in one.message and "a second" not in one.message + one.hint
+        assert (one.key, one.measured) == ("readout.scan_rate", 2500.0 if severity is Severity.WARNING else 3000.0)
 
 
 @pytest.mark.slow
@@ -263,10 +263,10 @@ def test_bandwidth(judge, design, verdicts) -> None:
 def test_channels(judge, design) -> None:
     (found,) = judge("SIT211", design(array__count=9))
     assert (found.severity, found.measured, found.limit) == (Severity.ERROR, 9.0, 8.0)
-    assert "one I2C bus takes 2 LDC1614" in found.message and "readout.buses: 2" in found.hint
+    assert "readout.buses: 2" in found.hint
     assert judge("SIT211", design(array__count=9, readout__buses=2))[0].severity is not Severity.ERROR
     (found,) = judge("SIT211", design(array__count=17, readout__buses=2))
-    assert found.limit == 16.0 and "two I2C buses take 4 LDC1614" in found.message and "buses: 2" not in found.hint
+    assert (found.measured, found.limit) == (17.0, 16.0) and "buses: 2" not in found.hint
     assert judge("SIT211", design(array__count=4)) == []
 
 
@@ -276,7 +276,7 @@ def test_too_many_coils_point_at_what_the_spec_has(judge, design) -> None:
     grid = design(array={"pattern": "grid", "count": [3, 3], "pitch": 4.5})
     for spec, key in ((explicit, "array.centres"), (grid, "array.count")):
         (found,) = judge("SIT211", spec)
-        assert found.key == key and "leave 1 of them out" in found.hint and "add array" not in found.hint
+        assert (found.key, found.measured, found.limit) == (key, 9.0, 8.0)
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
@@ -286,8 +286,8 @@ def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, es
     matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
     (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
     assert (found.severity, found.measured) == (severity, approx(coupling, rel=1e-6))
-    assert "C1, C2, C3 on converter 1 (0x2A); C4, C5 on converter 2 (0x2B)" in found.detail
-    assert "C3 and C5" in found.message
+    assert {"0x2A", "0x2B"} == set(re.findall("0x2[AB]", found.detail))
+    assert {"C3", "C5"} <= set(re.findall(r"C\d", found.message))
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])
@@ -305,7 +305,8 @@ def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estima
     matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
     matrix[2][3] = matrix[3][2] = 0.3 * 2.5e-6
     assert judge("SIT212", spec, None, estimates(spec, matrix=matrix)) == []
-    assert "C3 and C4" in judge("SIT211", spec, None, estimates(spec, matrix=matrix))[0].message
+    (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
+    assert found.measured == approx(0.3, rel=1e-9)
 
 
 def test_clock(judge, design) -> None:
@@ -372,9 +373,8 @@ def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     (note,) = judge("SIT204", spec, None, numbers)
     assert note.whole_message.count("sigma of manufacture") == 2
     assert note.severity is Severity.WARNING
-    assert note.detail.count("mostly by the trace width") == 2
-    assert note.hint.count("measure the amplitude of the first boards") == 1
-    assert "no drive code" in note.hint
+    assert note.keeps_limit and 0.0 < note.sigma < 1.0
+    assert note.detail.count("trace width") == 2 and not re.search(r"drive code \d", note.hint)
 
 
 def test_one_amplitude_near_both_ends_is_said_of_each(judge, design, estimates) -> None:
@@ -383,8 +383,8 @@ def test_one_amplitude_near_both_ends_is_said_of_each(judge, design, estimates) 
     alike = replace(numbers.coils[0].states["rest"], amplitude=1.5)
     numbers = replace(numbers, coils=(replace(numbers.coils[0], states={"rest": alike}),))
     (note,) = judge("SIT204", spec, None, numbers)
-    assert "1.8 V" in note.whole_message and "1.2 V" in note.whole_message and note.detail.count("sigma above") == 1
-    assert "no drive code" in note.hint
+    assert "1.8 V" in note.whole_message and "1.2 V" in note.whole_message
+    assert not re.search(r"drive code \d", note.hint)
 
 
 @pytest.mark.parametrize(("amplitude", "sigma"), [(1.75, 0.05), (1.25, 0.05), (1.75, 0.12), (1.25, 0.12), (1.5, 0.3)])
@@ -424,7 +424,7 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
     most = max(coil.states[state].parallel_resistance for coil in cold.coils for state in ("rest", "pressed"))
     assert found.severity is Severity.WARNING
     assert found.measured == approx(4.0 / math.pi * most * hot.readout.drive_current, rel=1e-6)
-    assert f"drive code {cold.readout.drive_code}" in found.hint
+    assert str(cold.readout.drive_code) in re.findall(r"\d+", found.hint)
 
 
 def test_the_explanations_name_the_limits_that_are_applied() -> None:

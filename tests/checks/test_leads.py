@@ -9,6 +9,7 @@ from tolerance import approx
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns
 from sitscad.checks.judging import check
+from sitscad.checks.reading.electrical import WARNED
 from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.layout import lay_out
@@ -54,8 +55,8 @@ def test_half_a_turn_of_lead_runs_on_and_so_has_no_less_inductance_and_rp_than_i
 def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
     spec = loops(8.65)
     (found,) = found_in(spec)
-    assert found.severity is Severity.WARNING and "0.3 turns back" in found.message
-    assert "Rp by -" in found.detail
+    assert (found.severity, found.key) == (Severity.WARNING, "coil.turns") and found.measured > found.limit == WARNED
+    assert "0.3 turns" in found.message
     turns = float(found.fixes[0].edits[0].new)
     assert turns == 8.5 and found_in(replace(spec, coil=replace(spec.coil, turns=turns))) == []
 

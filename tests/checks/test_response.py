@@ -50,10 +50,10 @@ def test_coils_beside_the_target_are_named_with_what_mends_them():
     result = sitscad.check(spec)
     (found,) = [f for f in result.findings if f.rule == "SIT215"]
     assert found.severity is Severity.WARNING and found.key == "target.size"
-    assert "C1 and C4" in found.message and "coil C2 changes" in found.detail
-    assert "C2 -" not in found.message and "target.size: [44.5, 10]" in found.hint
+    assert {"C1", "C4"} == set(re.findall(r"C\d", found.message)) and "C2" in found.detail
+    assert "target.size: [44.5, 10]" in found.hint
     (untried,) = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT215"]
-    assert "11.8 mm beyond" in untried.detail and "a target that covers every coil" in untried.hint
+    assert "11.8 mm" in untried.detail and not untried.fixes
     (left,) = [n for n in result.not_checked if n.rule == "SIT306"]
     assert "not that it stands over all of them" in left.reason and "SIT215" in left.reason
 
@@ -71,7 +71,7 @@ requirements: {normal_force: 2 N}
     result = sitscad.check(sitscad.load_text(aside, "aside.yaml"))
     for rule in ("SIT215", "SIT217"):
         (found,) = [f for f in result.findings if f.rule == rule]
-        assert "target.offset: [0, 0] over the middle of the coils" in found.hint
+        assert "target.offset: [0, 0]" in found.hint
     back = sitscad.check(sitscad.load_text(aside.replace("[12, 0]", "[0, 0]"), "back.yaml"))
     assert not {f.rule for f in back.findings} & {"SIT215", "SIT217", "SIT306"}
 
@@ -89,7 +89,7 @@ def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
     spec = design()
     weak = 0.9 * LEAST_SHARE * 1e3
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, weak)))
-    assert weak > FEWEST_STEPS and found.message.startswith("C2:")
+    assert weak > FEWEST_STEPS and found.measured == approx(weak, rel=1e-6)
     assert judge("SIT215", spec, None, answers(estimates, spec, (1e3, 1.1 * LEAST_SHARE * 1e3))) == []
 
 
@@ -99,9 +99,9 @@ def test_a_coil_that_feels_nothing_is_told_with_what_it_costs(shear, severity, d
     spec = design(requirements__shear_force=None if shear is None else f"{shear} N")
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
     assert found.severity is severity
-    assert "nothing of C2 is told from noise" in found.detail and "shear along x" in found.detail
+    assert found.measured == approx(0.01, rel=1e-3)
     (weak,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 29.0)))
-    assert weak.severity is Severity.WARNING and "from noise" not in weak.detail
+    assert weak.severity is Severity.WARNING and weak.measured == approx(29.0, rel=1e-6)
 
 
 CELLS = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("coils: 1  ", "coils: 3  ")
@@ -113,13 +113,13 @@ def test_of_cells_each_has_to_tell_shear():
     text = CELLS.replace("normal_force: 8 N", "normal_force: 8 N\n  shear_force: 1 N")
     result = sitscad.check(sitscad.load_text(text, "strip.yaml"), hints="none")
     (found,) = (each for each in result.findings if each.rule == "SIT215")
-    assert found.severity is Severity.ERROR and "nothing of C1, C3, C4, C6 is told" in found.detail
+    assert found.severity is Severity.ERROR and {"C1", "C3", "C4", "C6"} <= set(re.findall(r"C\d", found.detail))
 
 
 def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     spec = design()
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))
-    assert "C1 and C2" in found.message and "finer step" in found.hint
+    assert found.key == "elastomer.thickness"
     assert found.measured == approx(29.0, rel=1e-6) and found.limit == FEWEST_STEPS
     assert judge("SIT215", spec, None, answers(estimates, spec, (31.0, 31.0))) == []
 
@@ -229,7 +229,7 @@ def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
     times = re.match(r"elastomer\.size: 10 helps ([\d.]+) times", found.hint)[1]
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
     (untried,) = (f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT217")
-    assert "a pad no wider than the target (elastomer.size: 10)" in untried.hint
+    assert "elastomer.size: 10" in untried.hint
     assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
 
 
