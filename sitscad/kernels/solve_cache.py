@@ -33,8 +33,8 @@ The results of one design take half a megabyte.
 class Solutions:
     """Results by the hash of their inputs, and the keys used since the last call of `forget`."""
 
-    def __init__(self, known: Mapping[str, Answer] | None = None) -> None:
-        self.known = dict(known or {})
+    def __init__(self, results: Mapping[str, Answer] | None = None) -> None:
+        self.known = dict(results or {})
         self.asked: dict[str, None] = {}
 
     def answer(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
@@ -105,15 +105,15 @@ def read(file: bytes, by: str) -> Solutions:
     document, place = json.loads(head), len(head) + 1
     if document["by"] != _setting(by):
         return Solutions()
-    known: dict[str, Answer] = {}
+    results: dict[str, Answer] = {}
     for key, parts in document["solutions"].items():
         answer = []
         for kind, *shape in parts:
             count = int(np.prod(shape, dtype=np.int64))
             answer.append(np.frombuffer(content, KINDS[kind], count, place).reshape(shape))
             place += answer[-1].nbytes
-        known[key] = tuple(answer)
-    return Solutions(known)
+        results[key] = tuple(answer)
+    return Solutions(results)
 
 
 def _sha256(content: bytes = b"") -> Any:

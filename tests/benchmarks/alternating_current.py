@@ -82,7 +82,7 @@ def _cold(layers, tolerance: float) -> ProximityLoss:
 def bent_settings(tracks: list[BentTrack]) -> dict[str, Callable[[], ProximityLoss]]:
     """The same for straight sides."""
     return {
-        "3 %": partial(bent_winding_loss, tracks, COPPER, ModeSet(4, 1, (4, 2)), 4, 16, alike=2),
+        "3 %": partial(bent_winding_loss, tracks, COPPER, ModeSet(4, 1, (4, 2)), 4, 16, repetitions=2),
         "1 %": partial(bent_winding_loss, tracks, COPPER, ModeSet(6, 2, (6, 3)), 8, 27),
         "finest": partial(bent_winding_loss, tracks, COPPER, ModeSet(9, 3, (10, 3)), 12, 40),
     }

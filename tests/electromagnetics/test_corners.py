@@ -124,7 +124,7 @@ def test_parts_that_are_each_other_s_images_are_solved_once(alike):
     """Square rings: opposite sides are images of each other, and so are the halves of a side."""
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * MM
     rings, modes = [bent(corners, 400 * UM), bent(0.7 * corners, 400 * UM)], ModeSet(6, 1, (4, 2))
-    whole, part = (bent_winding_loss(rings, 58e6, modes, 4, 14, alike=k) for k in (1, alike))
+    whole, part = (bent_winding_loss(rings, 58e6, modes, 4, 14, repetitions=k) for k in (1, alike))
     assert (part.direct, part.unresolved) == approx((whole.direct, whole.unresolved), rel=1e-6)
     frequencies = np.geomspace(1e5, 2e7, 4)
     assert part.resistance_ratios(frequencies) == approx(whole.resistance_ratios(frequencies), rel=1e-6)

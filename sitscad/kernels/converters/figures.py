@@ -111,16 +111,16 @@ def rows_of(family: str) -> dict[str, Row]:
     Raises `DataError`, which names file and row, if a row is missing or malformed.
     """
     tables = {table: rows(f"converters/{table}") for table in ("bench", family)}
-    named = {row["name"]: row for own in tables.values() for row in own}
-    asked = _asked_of(family, named)
-    for table, own in tables.items():
-        times = Counter(row["name"] for row in own)
-        for row in own:
+    named = {row["name"]: row for table_rows in tables.values() for row in table_rows}
+    forms = _asked_of(family, named)
+    for table, table_rows in tables.items():
+        times = Counter(row["name"] for row in table_rows)
+        for row in table_rows:
             if times[row["name"]] > 1:
                 raise _error(table, row["name"], "it stands there twice")
-            if flaws := list(_flaws(row, asked)):
+            if flaws := list(_flaws(row, forms)):
                 raise _error(table, row["name"], flaws[0])
-    if lacking := [name for name in asked if name not in named]:
+    if lacking := [name for name in forms if name not in named]:
         raise _error(family, ", ".join(lacking), "no such row, and it is asked of this family")
     for low, high in _RISING:
         if low in named and float(named[low]["value"]) > float(named[high]["value"]):
@@ -153,7 +153,7 @@ def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
         if error.name != place:
             raise
         raise DataError(f"there is no module {place}, which {row} names") from error
-    if lacking := [wanted for wanted in required if not hasattr(module, wanted)]:
+    if lacking := [attribute for attribute in required if not hasattr(module, attribute)]:
         raise DataError(f"{place} lacks {', '.join(lacking)}, which a module of {row} has to have")
     return module
 
@@ -176,29 +176,29 @@ def _flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
         yield f"its status is {row['status']!r}, neither verified nor unverified"
     if not row["value"].strip() or not row["source"].strip():
         yield "value or source is empty"
-    asked = asked_of.get(row["name"], RowForm(row["unit"], several=True))
-    if row["unit"] != asked.unit:
-        yield f"its unit is {row['unit']!r}, and {asked.unit!r} is asked"
+    form = asked_of.get(row["name"], RowForm(row["unit"], several=True))
+    if row["unit"] != form.unit:
+        yield f"its unit is {row['unit']!r}, and {form.unit!r} is asked"
         return
-    if asked.unit == WORDS:
+    if form.unit == WORDS:
         return
     texts = row["value"].split()
-    if len(texts) > 1 and not asked.several:
+    if len(texts) > 1 and not form.several:
         yield f"{row['value']!r} is not one number"
     for text in texts:
-        yield from _flaws_of_number(text, asked)
+        yield from _flaws_of_number(text, form)
 
 
-def _flaws_of_number(text: str, asked: RowForm) -> Iterator[str]:
+def _flaws_of_number(text: str, form: RowForm) -> Iterator[str]:
     try:
         value = float(text)
     except ValueError:
         yield f"{text!r} is not a number"
         return
-    if not math.isfinite(value) or not asked.least <= value <= asked.most:
-        unit = "" if asked.unit == "1" else f" {asked.unit}"
-        yield f"{text}{unit} is not within {asked.least:g} to {asked.most:g}{unit}"
-    if asked.whole and not value.is_integer():
+    if not math.isfinite(value) or not form.least <= value <= form.most:
+        unit = "" if form.unit == "1" else f" {form.unit}"
+        yield f"{text}{unit} is not within {form.least:g} to {form.most:g}{unit}"
+    if form.whole and not value.is_integer():
         yield f"{text} is not a whole number"
 
 
@@ -243,9 +243,9 @@ def cited_alone(family: str, text: str) -> str:
     If no cited figure belongs to the family, the text is the source of its conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
-    others = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))
+    other_names = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))
     for name in rows_of(family):
         text = text.replace(source_in_all(name), figure_source(family, name))
-    for name in others:
+    for name in other_names:
         text = text.replace(source_in_all(name), "")
     return "; ".join(filter(None, text.split("; "))) or rows_of(family)["conversion"]["source"]

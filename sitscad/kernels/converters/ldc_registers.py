@@ -69,17 +69,17 @@ The bits of channels 1 to 3 are one bit lower each.
 """
 
 
-def data_addresses(channel: int, words: int) -> tuple[int, ...]:
+def data_addresses(channel: int, count: int) -> tuple[int, ...]:
     """Return the addresses of a channel's result of one or two registers (7.6.2 and following)."""
-    return tuple(2 * channel + word for word in range(words))
+    return tuple(2 * channel + word for word in range(count))
 
 
-def said_of_results(bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
+def said_of_results(bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
     """Return the header's text on results: their range, and the flags that ERROR_CONFIG enables."""
     digits = -(-bits // 4)
     under, over = f"0x{0:0{digits}X}", f"0x{2**bits - 1:0{digits}X}"
-    if len(words) > 1:
-        ends, place = f"{under} being\nunder-range and {over}", f"in {words[0]}"
+    if len(names) > 1:
+        ends, place = f"{under} being\nunder-range and {over}", f"in {names[0]}"
     else:
         ends, place = f"{under} being under-range and\n{over}", "above them"
     return (

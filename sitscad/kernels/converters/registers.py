@@ -80,8 +80,8 @@ class RegisterMap(Protocol):
     DATA_FLAGS: dict[str, tuple[int, str]]
     ORDER: str
 
-    def data_addresses(self, channel: int, words: int) -> tuple[int, ...]:
-        """Return the addresses of a channel's result of `words` registers, the upper register first."""
+    def data_addresses(self, channel: int, count: int) -> tuple[int, ...]:
+        """Return the addresses of a channel's result of `count` registers, the upper register first."""
 
     def registers(
         self,
@@ -97,10 +97,10 @@ class RegisterMap(Protocol):
         ValueError if a setting does not fit its field.
         """
 
-    def said_of_results(self, bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
+    def said_of_results(self, bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
         """Return the header's text on results, in lines: their range, and the conditions of the flags.
 
-        `bits` is the size of a result. `words` name the registers of a result. `results_by` and `errors_by` cite the
+        `bits` is the size of a result. `names` name the registers of a result. `results_by` and `errors_by` cite the
         data sheet on results and on errors.
         """
 

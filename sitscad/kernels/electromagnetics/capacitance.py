@@ -151,8 +151,8 @@ def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Arra
     cosine, sine = np.cos(np.outer(waves, place)), np.sin(np.outer(waves, place))
     tiled = np.tile(form, 2 * count)
     cosine, sine = cosine * tiled, sine * tiled
-    spread = np.repeat(np.repeat(green, CELLS, axis=1), CELLS, axis=2)
-    influence = np.einsum("na,nab,nb->ab", cosine, spread, cosine) + np.einsum("na,nab,nb->ab", sine, spread, sine)
+    strips = np.repeat(np.repeat(green, CELLS, axis=1), CELLS, axis=2)
+    influence = np.einsum("na,nab,nb->ab", cosine, strips, cosine) + np.einsum("na,nab,nb->ab", sine, strips, sine)
     layer = np.kron(np.eye(count), np.ones((2 * CELLS, 1)))
     return np.asarray(layer.T @ np.linalg.solve(influence, layer), dtype=np.float64)
 
@@ -192,8 +192,8 @@ def winding_voltages(
     reached = 0.0
     for k in range(layers):
         steps = flux[k] if inward[k] else flux[k][::-1]
-        along = reached + np.cumsum(steps) - 0.5 * steps
-        voltages[k] = along if inward[k] else along[::-1]
+        outwards = reached + np.cumsum(steps) - 0.5 * steps
+        voltages[k] = outwards if inward[k] else outwards[::-1]
         reached += float(steps.sum())
     return np.asarray(voltages / reached - 0.5, dtype=np.float64)
 
@@ -218,7 +218,7 @@ def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float
 
 
 def turn_capacitance(
-    lengths: Array, voltages: Array, shares: Array, width: float, spacing: float, thickness: float, permittivity: float
+    lengths: Array, voltages: Array, parts: Array, width: float, spacing: float, thickness: float, permittivity: float
 ) -> float:
     """Return the capacitance (F) that neighbouring turns of a layer add between the winding's ends.
 
@@ -228,7 +228,7 @@ def turn_capacitance(
         length of a turn at each place (m)
     voltages : array
         voltage at each place, relative to the whole voltage
-    shares : array
+    parts : array
         turns that each place represents
     width : float
         track width (m)
@@ -245,14 +245,14 @@ def turn_capacitance(
     gradient at each place, so a place that represents few turns adds little. Derived here from the pairs' electric
     energy, as in `winding_capacitance`.
     """
-    turns = float(shares.sum())
-    if turns <= 1.0 or shares.size < 2:
+    turns = float(parts.sum())
+    if turns <= 1.0 or parts.size < 2:
         return 0.0
     pair = coplanar_strips(width, spacing, permittivity) + EPSILON0 * permittivity * thickness / spacing
-    middle = np.cumsum(shares) - 0.5 * shares
+    middle = np.cumsum(parts) - 0.5 * parts
     between = np.gradient(voltages, middle) ** 2
     # n turns have n - 1 pairs of neighbours
-    return pair * float(np.sum(between * lengths * shares)) * (turns - 1.0) / turns
+    return pair * float(np.sum(between * lengths * parts)) * (turns - 1.0) / turns
 
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:

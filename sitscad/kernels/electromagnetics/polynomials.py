@@ -70,8 +70,8 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
     distance in half sides (Trefethen, Approximation Theory and Approximation Practice, 2013, chapter 8).
     """
     rate = math.acosh(1.0 + apart)
-    ways = (apart * longest / max(side, 1e-9 * longest) for side in half)
-    return tuple(math.ceil(order * rate / math.acosh(1.0 + way)) for way in ways)
+    distances = (apart * longest / max(side, 1e-9 * longest) for side in half)
+    return tuple(math.ceil(order * rate / math.acosh(1.0 + distance)) for distance in distances)
 
 
 def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:

@@ -56,11 +56,11 @@ class Network:
         """
         around = 1j * omega
         branch = around * self.capacitor / (1.0 + around * (self.capacitor * self.capacitor_resistance))
-        far = around * self.coil_side + 1.0 / (resistance + around * inductance)
-        near = around * self.converter_side
-        far, near = (far + branch, near) if self.capacitor_at_coil else (far, near + branch)
-        behind = 1.0 + far * (self.resistance + around * self.inductance)
-        return np.asarray(near + far / behind), np.asarray(1.0 / behind)
+        coil_end = around * self.coil_side + 1.0 / (resistance + around * inductance)
+        pin_end = around * self.converter_side
+        coil_end, pin_end = (coil_end + branch, pin_end) if self.capacitor_at_coil else (coil_end, pin_end + branch)
+        behind = 1.0 + coil_end * (self.resistance + around * self.inductance)
+        return np.asarray(pin_end + coil_end / behind), np.asarray(1.0 / behind)
 
     def in_tank(self, inductance: Array) -> Array:
         """Return the inductance (H) that oscillates with the capacitor.
@@ -175,12 +175,12 @@ def oscillate(
     # phase with the drive, over omega. That part is nearly linear in omega about a resonance, while the phase turns
     # faster the better the coil is. Beyond a delay of a sixth of a period its slope reverses.
     before = np.minimum(2.0 * math.pi * start, 1.0 / delay if delay else math.inf)
-    first = known = terminals(before / (2.0 * math.pi))
+    first = terminal = terminals(before / (2.0 * math.pi))
     plain = network.resonance(first[0])
     stride = STRIDE_OVER_CABLE if network.inductance else STRIDE
 
     def apart(omega: Array) -> Array:
-        y, _ = network.admittance(omega, *known)
+        y, _ = network.admittance(omega, *terminal)
         return (y.imag * np.cos(omega * delay) + y.real * np.sin(omega * delay)) / omega
 
     low = apart(before)
@@ -191,19 +191,19 @@ def oscillate(
         still = (np.abs(after - before) > tolerance * after) & (after >= LOWEST_SHARE * plain)
         if not np.any(still):
             break
-        known = terminals(after / (2.0 * math.pi))
+        terminal = terminals(after / (2.0 * math.pi))
         high = apart(after)
         # converged values stay, because rounding would move them, and so do tanks that do not oscillate
         step = np.where(still & (high != low), high * (before - after) / (high - low), 0.0)
         step[~np.isfinite(step)] = 0.0
         before, low = after, high
-    y, share = network.admittance(after, *known)
-    beyond, _ = network.admittance(after * (1.0 + 1e-6), *known)
+    y, share = network.admittance(after, *terminal)
+    beyond, _ = network.admittance(after * (1.0 + 1e-6), *terminal)
     off = np.remainder(np.angle(y) + after * delay + math.pi, 2.0 * math.pi) - math.pi
     exists = (np.abs(off) <= CLOSED * tolerance) & (after >= LOWEST_SHARE * plain)
     loss = first[1] + (0.0 if network.capacitor_at_coil else network.resistance)
     return Oscillations(
-        frequency=np.where(exists, after / (2.0 * math.pi), np.nan), inductance=known[0], resistance=known[1],
+        frequency=np.where(exists, after / (2.0 * math.pi), np.nan), inductance=terminal[0], resistance=terminal[1],
         parallel_resistance=np.where(exists, 1.0 / y.real, np.nan),
         quality_factor=np.where(exists, 0.5 * (beyond.imag - y.imag) / (1e-6 * y.real),
                                 plain * network.in_tank(first[0]) / loss),

@@ -183,12 +183,12 @@ def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLi
     (Abramowitz and Stegun 17.6).
     """
     r1, r2 = np.asarray(radius, dtype=float), np.asarray(other, dtype=float)
-    near = np.sqrt(np.asarray(distance_squared, dtype=float))
+    nearest = np.sqrt(np.asarray(distance_squared, dtype=float))
     product = 4.0 * r1 * r2
-    far = np.sqrt(near * near + product)
+    farthest = np.sqrt(nearest * nearest + product)
     # Landen: k1 = (far - near) / (far + near), without the difference
-    k1 = product / (far + near) ** 2
-    complement = 2.0 * np.sqrt(near * far) / (far + near)
+    k1 = product / (farthest + nearest) ** 2
+    complement = 2.0 * np.sqrt(nearest * farthest) / (farthest + nearest)
     # K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'
     a, b = np.ones_like(complement), complement
     square = k1 * k1

@@ -100,8 +100,8 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
     share = -_height(segment.centre, edge, normal) / segment.radius
     if abs(share) >= 1.0 or not segment.sweep:
         return
-    towards, aside = math.atan2(normal.y, normal.x), math.acos(share)
-    for angle in (towards - aside, towards + aside):
+    towards, half_angle = math.atan2(normal.y, normal.x), math.acos(share)
+    for angle in (towards - half_angle, towards + half_angle):
         turn = angle - segment.start_angle
         yield (turn % TWO_PI if segment.sweep > 0.0 else -(-turn % TWO_PI)) / segment.sweep
 
@@ -248,8 +248,8 @@ class Footprint:
             if apart <= big - r:
                 return small.outline()
             towards = math.atan2(large.centre.y - small.centre.y, large.centre.x - small.centre.x)
-            aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
-            lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
+            half_angle = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
+            lower, upper = polar(r, towards - half_angle, small.centre), polar(r, towards + half_angle, small.centre)
             return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
         clip, outline = (other, self.outline()) if not other.is_round else (self, other.outline())
         here: Path | None = outline

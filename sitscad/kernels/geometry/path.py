@@ -140,8 +140,8 @@ class Arc:
         low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
         for quarter in (turn % 4 for turn in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)):
             angle = quarter * math.pi / 2
-            along = (angle - start) % TWO_PI if sweep >= 0 else (start - angle) % TWO_PI
-            if along <= abs(sweep):
+            travelled = (angle - start) % TWO_PI if sweep >= 0 else (start - angle) % TWO_PI
+            if travelled <= abs(sweep):
                 xs.append(self.centre.x + radius * (1, 0, -1, 0)[quarter])
                 ys.append(self.centre.y + radius * (0, 1, 0, -1)[quarter])
         return min(xs), min(ys), max(xs), max(ys)
@@ -150,10 +150,10 @@ class Arc:
         """Return the shortest distance (m) from a point to the arc."""
         angle = math.atan2(point.y - self.centre.y, point.x - self.centre.x)
         if self.ccw:
-            sweep, along = self.sweep, (angle - self.start_angle) % TWO_PI
+            sweep, travelled = self.sweep, (angle - self.start_angle) % TWO_PI
         else:
-            sweep, along = -self.sweep, (self.start_angle - angle) % TWO_PI
-        if along <= sweep:
+            sweep, travelled = -self.sweep, (self.start_angle - angle) % TWO_PI
+        if travelled <= sweep:
             return abs(point.distance(self.centre) - self.radius)
         return min(point.distance(self.start), point.distance(self.end))
 
@@ -315,12 +315,12 @@ def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
     segments: list[Segment] = []
     here = corners[0]
     radii = radius if isinstance(radius, list) else [radius] * len(corners)
-    for before, corner, after, wanted in zip(corners, corners[1:], corners[2:], radii[1:], strict=False):
+    for before, corner, after, most_radius in zip(corners, corners[1:], corners[2:], radii[1:], strict=False):
         ux, uy = _unit(corner, before)
         vx, vy = _unit(corner, after)
         half = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy))) / 2
         room = 0.5 * min(corner.distance(before), corner.distance(after)) * math.tan(half)
-        a, b, arc = fillet(before, corner, after, min(wanted, room))
+        a, b, arc = fillet(before, corner, after, min(most_radius, room))
         if here.distance(a) > 1e-12:
             segments.append(Line(here, a))
         if arc is not None:

@@ -62,9 +62,9 @@ class Primitives:
         def at(point: Array) -> Array:
             out = point - self.centre
             turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
-            along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
-            size = np.hypot(along[:, 0], along[:, 1])
-            return along / np.where(size > 0.0, size, 1.0)[:, None]
+            directions = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
+            size = np.hypot(directions[:, 0], directions[:, 1])
+            return directions / np.where(size > 0.0, size, 1.0)[:, None]
 
         return at(self.start), at(self.end)
 
@@ -119,24 +119,24 @@ def joined(parts: Sequence[Primitives]) -> Primitives:
 
 def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
     """Whether a direction (rad) lies on arcs that begin at `start` and turn by the signed `sweep`."""
-    along = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
-    return (along <= np.abs(sweep) + _ANGLE_SLACK) | (along >= TWO_PI - _ANGLE_SLACK)
+    travelled = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
+    return (travelled <= np.abs(sweep) + _ANGLE_SLACK) | (travelled >= TWO_PI - _ANGLE_SLACK)
 
 
-def distances(one: Primitives, other: Primitives) -> Array:
+def distances(first: Primitives, second: Primitives) -> Array:
     """Return the smallest distance (n,) between the centre lines of piece k of both sets; 0 if they cross."""
     result = np.minimum(
-        np.minimum(to_points(other, one.start), to_points(other, one.end)),
-        np.minimum(to_points(one, other.start), to_points(one, other.end)),
+        np.minimum(to_points(second, first.start), to_points(second, first.end)),
+        np.minimum(to_points(first, second.start), to_points(first, second.end)),
     )
-    one_arc, other_arc = one.radius > 0.0, other.radius > 0.0
+    first_is_arc, second_is_arc = first.radius > 0.0, second.radius > 0.0
     for select, between in (
-        (~one_arc & ~other_arc, _line_line), (~one_arc & other_arc, _line_arc),
-        (one_arc & ~other_arc, lambda a, b: _line_arc(b, a)), (one_arc & other_arc, _arc_arc),
+        (~first_is_arc & ~second_is_arc, _line_line), (~first_is_arc & second_is_arc, _line_arc),
+        (first_is_arc & ~second_is_arc, lambda a, b: _line_arc(b, a)), (first_is_arc & second_is_arc, _arc_arc),
     ):
         index = np.flatnonzero(select)
         if index.size:
-            result[index] = np.minimum(result[index], between(one.take(index), other.take(index)))
+            result[index] = np.minimum(result[index], between(first.take(index), second.take(index)))
     return result
 
 
@@ -153,11 +153,11 @@ def to_points(pieces: Primitives, points: Array) -> Array:
 
 
 def _lines_to_points(lines: Primitives, points: Array) -> Array:
-    along = lines.end - lines.start
-    square = _dot(along, along)
+    spans = lines.end - lines.start
+    square = _dot(spans, spans)
     offset = points - lines.start
-    t = np.clip(_dot(offset, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    return np.asarray(np.hypot(*(offset - t[:, None] * along).T))
+    t = np.clip(_dot(offset, spans) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(np.hypot(*(offset - t[:, None] * spans).T))
 
 
 def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
@@ -171,13 +171,15 @@ def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
     return np.asarray(result)
 
 
-def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None) -> Index:
+def nearest_pairs(
+    boxes: Array, reach: Array, other_boxes: Array | None = None, other_reach: Array | None = None
+) -> Index:
     """Return index pairs (m, 2) whose boxes, each expanded by `reach`, touch.
 
     Pairs are within one set (i < j), or between two sets.
     """
-    same = others is None
-    second = boxes if same else others
+    same = other_boxes is None
+    second = boxes if same else other_boxes
     grown = boxes + np.column_stack([-reach, -reach, reach, reach])
     margin = reach if same else other_reach
     assert second is not None and margin is not None
@@ -193,8 +195,8 @@ def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other
             near = np.flatnonzero(_touch(_around(grown[block])[None], around)[0])
             if near.size:
                 beside = np.concatenate([others_blocks[k] for k in near])
-                one, other = np.nonzero(_touch(grown[block], other_grown[beside]))
-                pairs.append((block[one], beside[other]))
+                row, column = np.nonzero(_touch(grown[block], other_grown[beside]))
+                pairs.append((block[row], beside[column]))
         i, j = (np.concatenate([pair[k] for pair in pairs]) if pairs else np.empty(0, dtype=np.intp) for k in (0, 1))
     if same:
         i, j = i[i < j], j[i < j]
@@ -206,12 +208,12 @@ _BLOCK, _FEW = 128, 500_000
 """Boxes compared at once, and number of pairs up to which all pairs are compared."""
 
 
-def _touch(boxes: Array, others: Array) -> Flags:
+def _touch(boxes: Array, other_boxes: Array) -> Flags:
     """Return flags (n, m) of boxes (n, 4) that touch others (m, 4)."""
-    left, low, right, high = boxes.T[:, :, None]
-    other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
-    touches = left <= other_right
-    touches &= right >= other_left
+    low_x, low, high_x, high = boxes.T[:, :, None]
+    other_left, other_low, other_right, other_high = np.ascontiguousarray(other_boxes.T)
+    touches = low_x <= other_right
+    touches &= high_x >= other_left
     touches &= low <= other_high
     touches &= high >= other_low
     return np.asarray(touches)
@@ -231,9 +233,9 @@ def _around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
-def _line_line(one: Primitives, other: Primitives) -> Array:
+def _line_line(first: Primitives, second: Primitives) -> Array:
     """Return 0 if two segments cross, infinity otherwise."""
-    r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
+    r, s, q = first.end - first.start, second.end - second.start, second.start - first.start
     cross = _cross(r, s)
     # Rounding leaves a tiny angle between collinear lines, whose crossing point would be arbitrary.
     parallel = np.abs(cross) <= 1e-9 * np.sqrt(_dot(r, r) * _dot(s, s))
@@ -248,9 +250,9 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
 
     It is 0 if line and arc cross, and infinite if the foot is not on both.
     """
-    along = line.end - line.start
-    length = np.hypot(along[:, 0], along[:, 1])
-    unit = along / np.where(length > 0.0, length, 1.0)[:, None]
+    span = line.end - line.start
+    length = np.hypot(span[:, 0], span[:, 1])
+    unit = span / np.where(length > 0.0, length, 1.0)[:, None]
     foot_at = _dot(arc.centre - line.start, unit)
     foot = line.start + foot_at[:, None] * unit
     out = foot - arc.centre
@@ -266,39 +268,39 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
     return result
 
 
-def _arc_arc(one: Primitives, other: Primitives) -> Array:
+def _arc_arc(first: Primitives, second: Primitives) -> Array:
     """Return the distance along the line through both centres.
 
     It is 0 if the arcs cross, and infinite if the line does not meet both.
     """
-    axis = other.centre - one.centre
+    axis = second.centre - first.centre
     apart = np.hypot(axis[:, 0], axis[:, 1])
     unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
     result = np.full(len(apart), np.inf)
     signs = (-1.0, 1.0)
-    faces, other_faces = [_faces(one, sign * unit) for sign in signs], [_faces(other, sign * unit) for sign in signs]
+    faces, other_faces = [_faces(first, sign * unit) for sign in signs], [_faces(second, sign * unit) for sign in signs]
     for s1, on in zip(signs, faces, strict=True):
         for s2, other_on in zip(signs, other_faces, strict=True):
-            gap = np.abs(apart + s2 * other.radius - s1 * one.radius)
+            gap = np.abs(apart + s2 * second.radius - s1 * first.radius)
             result = np.where(on & other_on, np.minimum(result, gap), result)
-    meets = (apart > 1e-15) & (apart <= one.radius + other.radius) & (apart >= np.abs(one.radius - other.radius))
+    meets = (apart > 1e-15) & (apart <= first.radius + second.radius) & (apart >= np.abs(first.radius - second.radius))
     index = np.flatnonzero(meets)
-    result[index[_arcs_cross(one.take(index), other.take(index), apart[index], unit[index])]] = 0.0
+    result[index[_arcs_cross(first.take(index), second.take(index), apart[index], unit[index])]] = 0.0
     return result
 
 
-def _arcs_cross(one: Primitives, other: Primitives, apart: Array, unit: Array) -> Flags:
+def _arcs_cross(first: Primitives, second: Primitives, apart: Array, unit: Array) -> Flags:
     """Whether arcs cross whose circles cross.
 
     `apart` (m) and `unit` are the distance and direction from one centre to the other.
     """
-    at = (apart**2 + one.radius**2 - other.radius**2) / (2.0 * apart)
-    half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
+    at = (apart**2 + first.radius**2 - second.radius**2) / (2.0 * apart)
+    half = np.sqrt(np.maximum(0.0, first.radius**2 - at**2))
     normal = np.column_stack([-unit[:, 1], unit[:, 0]])
     crossed = np.zeros(len(apart), dtype=bool)
     for sign in (-1.0, 1.0):
         offset = at[:, None] * unit + (sign * half)[:, None] * normal
-        crossed |= _faces(one, offset) & _faces(other, offset - (other.centre - one.centre))
+        crossed |= _faces(first, offset) & _faces(second, offset - (second.centre - first.centre))
     return crossed
 
 

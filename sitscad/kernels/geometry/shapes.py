@@ -71,16 +71,16 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
     return Arc(start, end, centre, ccw=cross > 0)
 
 
-def crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
+def crossing(first: tuple[float, float], second: tuple[float, float], step: float) -> Point:
     """Return the intersection of two lines.
 
     Each line is the number of its normal's direction and its distance from the origin.
     """
-    a, b = one[0] * step, other[0] * step
+    a, b = first[0] * step, second[0] * step
     determinant = math.sin(b - a)
     return Point(
-        (one[1] * math.sin(b) - other[1] * math.sin(a)) / determinant,
-        (other[1] * math.cos(a) - one[1] * math.cos(b)) / determinant,
+        (first[1] * math.sin(b) - second[1] * math.sin(a)) / determinant,
+        (second[1] * math.cos(a) - first[1] * math.cos(b)) / determinant,
     )
 
 
@@ -363,10 +363,10 @@ class Polygon(Outline):
         if dimensions.is_mid_side:  # from the middle of the first side to the middle of the last side
             flats = [side(m, m // self.sides) for m in range(count + 1)]
             begin, end = (polar(distance, index * step) for index, distance in (flats[0], flats[-1]))
-            points = [begin, *(crossing(one, other, step) for one, other in pairwise(flats)), end]
+            points = [begin, *(crossing(this, other, step) for this, other in pairwise(flats)), end]
             return Path(tuple(Line(a, b) for a, b in pairwise(points)))
         sides = [side(-1, 0), *(side(m, m // self.sides) for m in range(count))]
-        points = [crossing(one, other, step) for one, other in pairwise(sides)]
+        points = [crossing(this, other, step) for this, other in pairwise(sides)]
         end, normal = crossing(sides[-1], side(count, count // self.sides), step), sides[-1][0] * step
         ahead = (end.y - points[-1].y) * math.cos(normal) - (end.x - points[-1].x) * math.sin(normal)
         if count % self.sides or ahead >= dimensions.trace_width:
@@ -443,9 +443,9 @@ class Racetrack(Outline):
                 segments.append(Line(start, Point(x, y)))
                 continue
             # The end at the start of the second half of a turn returns one pitch nearer to the axis.
-            other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
-            segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
-            y = other
+            second = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
+            segments.append(Arc(start, Point(x, second), Point(x, (y + second) / 2)))
+            y = second
         return Path(tuple(segments))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
@@ -480,7 +480,7 @@ class Racetrack(Outline):
         half = (size[0] - size[1]) / 2
         return (Point(half, 0.0), Point(-half, 0.0)), size[1] / 2
 
-    def corner_radius(self, size: Size, asked: float) -> float:
+    def corner_radius(self, size: Size, required: float) -> float:
         """Return the radius of the ends, which are half circles."""
         return 0.5 * min(size)
 

@@ -124,15 +124,15 @@ EVEN = 0.2
 """Largest difference (thicknesses) between the rims on the four sides for which the law was validated."""
 
 
-def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float) -> float | None:
+def even_rim(pad: Face, face: Face, offset: tuple[float, float], thickness: float) -> float | None:
     """Return the mean width (m) of the rim of a pad around a face. None if its sides differ by more than `EVEN`.
 
-    `aside` (m; x, y) is the distance of the face's middle from the pad's middle. Rims wider than the thickness count as
+    `offset` (m; x, y) leads from the pad's middle to the face's middle. Rims wider than the thickness count as
     equal. The part beyond the thickness enters continuously as the narrowest rim nears the thickness. The rule is
     derived here by comparison with finite elements (tests/validation/pad_figures.csv).
     """
     spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
-    rooms = [max(0.0, room + way * off) for room, off in zip(spare, aside, strict=True) for way in (-1, 1)]
+    rooms = [max(0.0, room + way * off) for room, off in zip(spare, offset, strict=True) for way in (-1, 1)]
     rims = [min(room, thickness) for room in rooms]
     if max(rims) - min(rims) > EVEN * thickness:
         return None
@@ -187,10 +187,10 @@ def shape_factor(face: Face, thickness: float) -> float:
     perimeter is interpolated like the area (an octagon's is within 0.1 %). The perimeter of an ellipse is Ramanujan's
     (1914, error below 5e-4).
     """
-    both = face.width_x + face.width_y
-    h = ((face.width_x - face.width_y) / both) ** 2
-    ellipse = math.pi / 2.0 * both * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
-    around = (1.0 - face.round) * 2.0 * both + face.round * ellipse
+    sides = face.width_x + face.width_y
+    h = ((face.width_x - face.width_y) / sides) ** 2
+    ellipse = math.pi / 2.0 * sides * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
+    around = (1.0 - face.round) * 2.0 * sides + face.round * ellipse
     return face.area / (around * thickness)
 
 
@@ -248,16 +248,17 @@ def press_part(
     `compress`. If `around` is given, the law gives the strain. If it is None, the strain is that of the loaded part cut
     out of the pad, an upper bound, and `least_strain` is that of the whole pad under a rigid plate.
     """
-    found = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
+    compression = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)
-    reasons = _beyond(found.strain, face, thickness)
+    reasons = _beyond(compression.strain, face, thickness)
     if around is None:
         whole = compress(pad, thickness, shear_modulus, bulk_modulus, force, exponent=exponent)
-        found = replace(found, least_strain=min(found.strain, whole.strain))
-        if found.strain - found.least_strain > DOUBTED * found.strain:
+        compression = replace(compression, least_strain=min(compression.strain, whole.strain))
+        if compression.strain - compression.least_strain > DOUBTED * compression.strain:
             reasons.append(
                 f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between "
-                f"{100.0 * found.least_strain:.1f} % (all of it loaded) and {100.0 * found.strain:.1f} % (the loaded "
+                f"{100.0 * compression.least_strain:.1f} % (all of it loaded) and "
+                f"{100.0 * compression.strain:.1f} % (the loaded "
                 "part cut out); the larger is stated, and the change per newton that follows from it is the largest, "
                 "too"
             )
@@ -266,7 +267,7 @@ def press_part(
             f"the target's middle stands {1e3 * beside:.3g} mm beside the middle of what it loads of the pad: it "
             "tilts, and this is the strain of a target that is held level"
         )
-    return replace(found, valid=not reasons, note="; ".join(reasons) or WITHIN, loaded_share=share)
+    return replace(compression, valid=not reasons, note="; ".join(reasons) or WITHIN, loaded_share=share)
 
 
 def force_for_strain(

@@ -40,11 +40,11 @@ def rotations(angles: Array) -> Array:
     The order is that of a spec's poses (textbook).
     """
     (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
-    found = np.empty((len(a), 3, 3))
-    found[:, 0, 0], found[:, 0, 1], found[:, 0, 2] = b * c, -b * r, q
-    found[:, 1, 0], found[:, 1, 1], found[:, 1, 2] = a * r + p * q * c, a * c - p * q * r, -p * b
-    found[:, 2, 0], found[:, 2, 1], found[:, 2, 2] = p * r - a * q * c, p * c + a * q * r, a * b
-    return found
+    matrices = np.empty((len(a), 3, 3))
+    matrices[:, 0, 0], matrices[:, 0, 1], matrices[:, 0, 2] = b * c, -b * r, q
+    matrices[:, 1, 0], matrices[:, 1, 1], matrices[:, 1, 2] = a * r + p * q * c, a * c - p * q * r, -p * b
+    matrices[:, 2, 0], matrices[:, 2, 1], matrices[:, 2, 2] = p * r - a * q * c, p * c + a * q * r, a * b
+    return matrices
 
 
 def angles(matrices: Array) -> Array:
@@ -81,21 +81,21 @@ def exponentials(vectors: Array) -> Array:
 
 def crosses(vectors: Array) -> Array:
     """Return matrices (n, 3, 3) for which M b is the cross product of `vectors` (n, 3) and b."""
-    found = np.zeros((len(vectors), 3, 3))
+    matrices = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
-    found[:, 2, 1], found[:, 1, 2] = x, -x
-    found[:, 0, 2], found[:, 2, 0] = y, -y
-    found[:, 1, 0], found[:, 0, 1] = z, -z
-    return found
+    matrices[:, 2, 1], matrices[:, 1, 2] = x, -x
+    matrices[:, 0, 2], matrices[:, 2, 0] = y, -y
+    matrices[:, 1, 0], matrices[:, 0, 1] = z, -z
+    return matrices
 
 
-def cross(one: Array, other: Array) -> Array:
+def cross(first: Array, second: Array) -> Array:
     """Return cross products of vectors (n, 3). For a few vectors it takes a fraction of the time of `numpy.cross`."""
-    found = np.empty_like(one)
-    found[:, 0] = one[:, 1] * other[:, 2] - one[:, 2] * other[:, 1]
-    found[:, 1] = one[:, 2] * other[:, 0] - one[:, 0] * other[:, 2]
-    found[:, 2] = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    return found
+    products = np.empty_like(first)
+    products[:, 0] = first[:, 1] * second[:, 2] - first[:, 2] * second[:, 1]
+    products[:, 1] = first[:, 2] * second[:, 0] - first[:, 0] * second[:, 2]
+    products[:, 2] = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return products
 
 
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
@@ -179,9 +179,9 @@ def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
     count, turn = len(poses), rotations(poses[:, 3:])
     vectors = rotation_vectors(turn)
     # frame and plate at once: of a few poses it is the calls that cost
-    both = np.concatenate([share * vectors, vectors])
-    first, second, third = _coefficients(both)
-    turning = crosses(both)
+    angles = np.concatenate([share * vectors, vectors])
+    first, second, third = _coefficients(angles)
+    turning = crosses(angles)
     twice = turning @ turning
     jacobians = UNIT + second[:, None, None] * turning + third[:, None, None] * twice
     frame = UNIT + first[:count, None, None] * turning[:count] + second[:count, None, None] * twice[:count]
@@ -236,15 +236,15 @@ def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
     `largest` is the largest square, which decides the number of terms. The two highest functions come from their
     series, the others from c_k = 1 / k! - t^2 c_(k+2) (textbook).
     """
-    five = six = 1.0
+    fifth = sixth = 1.0
     for j in range(FEW if largest <= SHORT else TERMS, 0, -1):
         k = 2 * j
-        five = 1.0 - square * five / ((k + 4) * (k + 5))
-        six = 1.0 - square * six / ((k + 5) * (k + 6))
-    five, six = five / 120.0, six / 720.0
-    four, three = 1.0 / 24.0 - square * six, 1.0 / 6.0 - square * five
-    two, one = 0.5 - square * four, 1.0 - square * three
-    return 1.0 - square * two, one, two, three, four, five, six
+        fifth = 1.0 - square * fifth / ((k + 4) * (k + 5))
+        sixth = 1.0 - square * sixth / ((k + 5) * (k + 6))
+    fifth, sixth = fifth / 120.0, sixth / 720.0
+    fourth, third = 1.0 / 24.0 - square * sixth, 1.0 / 6.0 - square * fifth
+    second, first = 0.5 - square * fourth, 1.0 - square * third
+    return 1.0 - square * second, first, second, third, fourth, fifth, sixth
 
 
 def balance(
@@ -300,27 +300,27 @@ def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
     cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
     """
     (x, y, _), (a, b, c) = place, turn
-    along, across, cubic, tilt_x, tilt_y = law.values
+    along_x, along_y, cubic, tilt_x, tilt_y = law.values
     along_1, across_1, cubic_1, tilt_x_1, tilt_y_1 = law.slopes
     along_2, across_2, cubic_2, tilt_x_2, tilt_y_2 = law.bends
     xx, yy, aa, bb = x * x, y * y, a * a, b * b
-    both = xx + yy
-    hardened, fourth, none = cubic * both, 0.25 * both * both, 0.0 * x
+    shear_square = xx + yy
+    hardened, fourth, none = cubic * shear_square, 0.25 * shear_square * shear_square, 0.0 * x
     coupled = 0.5 * (along_1 * xx + across_1 * yy + tilt_x_1 * aa + tilt_y_1 * bb)
     bent = 0.5 * (along_2 * xx + across_2 * yy + tilt_x_2 * aa + tilt_y_2 * bb)
-    xy, zx, zy = 2.0 * cubic * x * y, -(along_1 + cubic_1 * both) * x, -(across_1 + cubic_1 * both) * y
+    xy, zx, zy = 2.0 * cubic * x * y, -(along_1 + cubic_1 * shear_square) * x, -(across_1 + cubic_1 * shear_square) * y
     za, zb = -tilt_x_1 * a, -tilt_y_1 * b
     lack = [
-        (along + hardened) * x,
-        (across + hardened) * y,
+        (along_x + hardened) * x,
+        (along_y + hardened) * y,
         -(law.pressure + cubic_1 * fourth + coupled),
         tilt_x * a,
         tilt_y * b,
         law.twist * c,
     ]
     return lack, [
-        [along + hardened + 2.0 * cubic * xx, xy, zx, none, none, none],
-        [xy, across + hardened + 2.0 * cubic * yy, zy, none, none, none],
+        [along_x + hardened + 2.0 * cubic * xx, xy, zx, none, none, none],
+        [xy, along_y + hardened + 2.0 * cubic * yy, zy, none, none, none],
         [zx, zy, law.pressed + cubic_2 * fourth + bent, za, zb, none],
         [none, none, za, tilt_x + none, none, none],
         [none, none, zb, none, tilt_y + none, none],
@@ -328,14 +328,14 @@ def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
     ]
 
 
-def _dot(one: Vector, other: Vector) -> Number:
+def _dot(first: Vector, second: Vector) -> Number:
     """Return scalar product of two vectors of 3."""
-    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
 
 
-def _cross(one: Vector, other: Vector) -> Vector:
+def _cross(first: Vector, second: Vector) -> Vector:
     """Return cross product of two vectors of 3."""
-    (a, b, c), (x, y, z) = one, other
+    (a, b, c), (x, y, z) = first, second
     return b * z - c * y, c * x - a * z, a * y - b * x
 
 
@@ -346,22 +346,22 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
     derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
-    still, across, along = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
-    one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
-    first = 2.0 * squared * (one * across + two * along - 0.5 * c[1] * still)
+    still, crossed, turned = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
+    odd_term, turn_term = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
+    first = 2.0 * squared * (odd_term * crossed + turn_term * turned - 0.5 * c[1] * still)
     one_2, two_2 = 0.75 * (c[5] - c[4]) + 0.25 * c[3], 2.0 * c[6] - 1.25 * c[5] + 0.25 * c[4]
-    second = 4.0 * squared * squared * (one_2 * across + two_2 * along - 0.5 * one * still)
+    second = 4.0 * squared * squared * (one_2 * crossed + two_2 * turned - 0.5 * odd_term * still)
     lean = [squared * (fd * arm[i] + ad * force[i]) for i in THREE]
-    grown = [2.0 * squared * (one * share * odd[i] + two * lean[i]) for i in THREE]
+    grown = [2.0 * squared * (odd_term * share * odd[i] + turn_term * lean[i]) for i in THREE]
     slopes = [first * turn[i] + c[1] * share * odd[i] + c[2] * lean[i] for i in THREE]
     rows: Rows = [[0.0, 0.0, 0.0] for _ in THREE]
-    both = c[2] * squared
+    double = c[2] * squared
     for i, j in PAIRS:
         rows[i][j] = rows[j][i] = (
             second * turn[i] * turn[j]
             + turn[i] * grown[j]
             + turn[j] * grown[i]
-            + both * (force[i] * arm[j] + force[j] * arm[i])
+            + double * (force[i] * arm[j] + force[j] * arm[i])
         )
     for i in THREE:
         rows[i][i] = rows[i][i] + first
@@ -374,18 +374,19 @@ def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -
     The frame turns by `share` of the rotation vector. R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
     """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
-    one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
-    found = [c[0] * force[i] - c[1] * share * odd[i] + c[2] * squared * fd * turn[i] for i in THREE]
+    odd_term, turned = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
+    carried = [c[0] * force[i] - c[1] * share * odd[i] + c[2] * squared * fd * turn[i] for i in THREE]
     grown = [
-        2.0 * squared * (-0.5 * c[1] * force[i] - one * share * odd[i] + two * squared * fd * turn[i]) for i in THREE
+        2.0 * squared * (-0.5 * c[1] * force[i] - odd_term * share * odd[i] + turned * squared * fd * turn[i])
+        for i in THREE
     ]
-    spun, both = _spun(force), c[2] * squared
+    spun, double = _spun(force), c[2] * squared
     rows: Rows = [
-        [grown[i] * turn[j] + c[1] * share * spun[i][j] + both * turn[i] * force[j] for j in THREE] for i in THREE
+        [grown[i] * turn[j] + c[1] * share * spun[i][j] + double * turn[i] * force[j] for j in THREE] for i in THREE
     ]
     for i in THREE:
-        rows[i][i] = rows[i][i] + both * fd
-    return found, rows
+        rows[i][i] = rows[i][i] + double * fd
+    return carried, rows
 
 
 def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
@@ -396,13 +397,13 @@ def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector
     md, odd, square = _dot(moment, turn), _cross(turn, moment), _dot(turn, turn)
     two, three = c[4] - 0.5 * c[3], 1.5 * c[5] - 0.5 * c[4]
     flat = [turn[i] * md - moment[i] * square for i in THREE]
-    found = [moment[i] - c[2] * odd[i] + c[3] * flat[i] for i in THREE]
+    moments = [moment[i] - c[2] * odd[i] + c[3] * flat[i] for i in THREE]
     grown = [2.0 * (three * flat[i] - two * odd[i]) - 2.0 * c[3] * moment[i] for i in THREE]
     spun = _spun(moment)
     rows: Rows = [[grown[i] * turn[j] + c[2] * spun[i][j] + c[3] * turn[i] * moment[j] for j in THREE] for i in THREE]
     for i in THREE:
         rows[i][i] = rows[i][i] + c[3] * md
-    return found, rows
+    return moments, rows
 
 
 def _spun(vector: Vector) -> Sequence[Vector]:

@@ -100,8 +100,8 @@ class Courses:
         """
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
-        one = self.pieces[piece]
-        return (place - piece)[:, None], (one[:, 0], one[:, 1], one[:, 2], one[:, 3])
+        row = self.pieces[piece]
+        return (place - piece)[:, None], (row[:, 0], row[:, 1], row[:, 2], row[:, 3])
 
 
 @lru_cache(maxsize=64)
@@ -215,7 +215,7 @@ class BondedPad:
         return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
-        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `pressure`.
+        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `part`.
 
         Raises ValueError for negative forces.
         """
@@ -223,7 +223,8 @@ class BondedPad:
         if not np.all(force >= 0.0):
             raise ValueError("the compressive force must be 0 or more")
         whole = self.shear_modulus * self.face.area
-        return np.array([self.courses.squeeze.strain(float(one) / whole) for one in force.ravel()]).reshape(force.shape)
+        strains = [self.courses.squeeze.strain(float(part) / whole) for part in force.ravel()]
+        return np.array(strains).reshape(force.shape)
 
     def force(self, poses: Array) -> Array:
         """Return force (N) and moment (N m), (n, 6) in board axes, that hold the target at poses (n, 6; m, rad).
@@ -235,9 +236,9 @@ class BondedPad:
             return self._held(relative(poses, self.thickness, self._share))
         arm = rotations(poses[:, 3:]) @ self._middle
         moved = np.concatenate([poses[:, :3] + arm - self._middle, poses[:, 3:]], axis=1)
-        held = self._held(relative(moved, self.thickness, self._share))
-        held[:, 3:] += cross(arm, held[:, :3])
-        return held
+        wrench = self._held(relative(moved, self.thickness, self._share))
+        wrench[:, 3:] += cross(arm, wrench[:, :3])
+        return wrench
 
     @cached_property
     def _middle(self) -> Array:
@@ -261,10 +262,10 @@ class BondedPad:
         h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
             slopes, turning = self._slopes(motion.within / h, motion.vectors)
-        held = motion.wrenches(slopes, turning * h)
-        held *= self.shear_modulus * self.face.area
-        held[motion.within[:, 2] <= 0.0] = math.nan
-        return held
+        wrench = motion.wrenches(slopes, turning * h)
+        wrench *= self.shear_modulus * self.face.area
+        wrench[motion.within[:, 2] <= 0.0] = math.nan
+        return wrench
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
         """Return derivatives of the energy by place and by rotation vector, (n, 3) each.
@@ -291,8 +292,8 @@ class BondedPad:
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         there = poses[:, None, :] + self._aside[1:]
-        held = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
-        return np.swapaxes((held[:, :6] - held[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
+        wrenches = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
+        return np.swapaxes((wrenches[:, :6] - wrenches[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
 
     def pose(
         self,
@@ -330,49 +331,49 @@ class BondedPad:
             if a load is not finite or the array has another shape
         """
         whole = self.shear_modulus * self.face.area
-        wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
-        points = np.full((len(wanted), 3), self.height / self.thickness)
+        wrenches = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
+        points = np.full((len(wrenches), 3), self.height / self.thickness)
         points[:, :2] = (0.0 if at is None else np.asarray(at) / self.thickness) - self._middle[:2] / self.thickness
         turned = np.zeros_like(points)
         if turns is not None:
             turned[:] = turns
-        solve = _solved if len(wanted) <= KEPT else _solved.__wrapped__
-        asked = (*(each.tobytes() for each in (wanted, points, turned)), is_held or turns is not None, is_stuck)
-        return solved(lambda: (self, *asked), lambda: (solve(self, *asked),))[0].copy()
+        solve = _solved if len(wrenches) <= KEPT else _solved.__wrapped__
+        inputs = (*(each.tobytes() for each in (wrenches, points, turned)), is_held or turns is not None, is_stuck)
+        return solved(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
-    def _posed(self, wanted: Array, points: Array, turned: Array, free: slice) -> Array:
+    def _posed(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
         """Return poses of `pose` for wrenches, load points and angles in the units of `balance`.
 
         The `free` numbers are solved for.
         """
-        squeeze, start = self.courses.squeeze, np.zeros_like(wanted)
-        start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wanted[:, 2].tolist()]
+        squeeze, start = self.courses.squeeze, np.zeros_like(wrenches)
+        start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wrenches[:, 2].tolist()]
         start[:, 3:] = turned
-        found = self._balanced(start, wanted, points, free)
-        lost = np.isnan(found[:, 0])
+        poses = self._balanced(start, wrenches, points, free)
+        lost = np.isnan(poses[:, 0])
         if np.any(lost):
-            found[lost] = self._followed(start[lost], wanted[lost], points[lost], free)
-        found[:, 2] -= 1.0
-        found[:, :3] *= self.thickness
+            poses[lost] = self._followed(start[lost], wrenches[lost], points[lost], free)
+        poses[:, 2] -= 1.0
+        poses[:, :3] *= self.thickness
         if self._middle.any():
-            found[:, :3] += self._middle - rotations(found[:, 3:]) @ self._middle
-        return found
+            poses[:, :3] += self._middle - rotations(poses[:, 3:]) @ self._middle
+        return poses
 
-    def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+    def _followed(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Return places (thicknesses) and angles (rad), (n, 6), of `_balanced`, with the load applied in steps.
 
         Shear, moments, rotations and the distance of the load from the middle grow from step to step.
         """
-        whole, turns, there = np.zeros_like(wanted), start[:, 3:].copy(), start.copy()
-        whole[:, 2] = wanted[:, 2]
+        whole, turns, there = np.zeros_like(wrenches), start[:, 3:].copy(), start.copy()
+        whole[:, 2] = wrenches[:, 2]
         for part in (np.arange(SHEAR_STEPS) + 1.0) / SHEAR_STEPS:
             if free != FREE:
                 there[:, 3:] = part * turns
             here = points * [part, part, 1.0]
-            there = self._balanced(there, whole + (wanted - whole) * part, here, free)
+            there = self._balanced(there, whole + (wrenches - whole) * part, here, free)
         return there
 
-    def _balanced(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+    def _balanced(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Solve for equilibrium by Newton's method, from places and angles (n, 6).
 
         Only the `free` numbers of `balance` change. The result is NaN if the method does not converge, or if the
@@ -388,7 +389,7 @@ class BondedPad:
         upright = frame[:, 2]  # the way off the board, in the frame
         near, last = np.zeros(len(there), dtype=bool), np.full(len(there), math.inf)
         for _ in range(25):
-            lack, slope = self._lack_and_slope(there, wanted, points)
+            lack, slope = self._lack_and_slope(there, wrenches, points)
             lack, slope = lack[:, free], slope[:, free, free]
             if free == STUCK:
                 lack = np.einsum("ni,ni->n", upright, lack)[:, None]
@@ -409,29 +410,29 @@ class BondedPad:
                 break
         stable = near.copy()
         stable[near] = np.linalg.eigvalsh(0.5 * (slope + np.swapaxes(slope, 1, 2))[near]).min(axis=1) > 0.0
-        found, vectors = np.full_like(there, math.nan), there[stable, 3:]
-        found[stable, :3] = np.einsum("nij,nj->ni", exponentials(self._share * vectors), there[stable, :3])
-        found[stable, 3:] = angles(exponentials(vectors)) if free == FREE else start[stable, 3:]
-        return found
+        poses, vectors = np.full_like(there, math.nan), there[stable, 3:]
+        poses[stable, :3] = np.einsum("nij,nj->ni", exponentials(self._share * vectors), there[stable, :3])
+        poses[stable, 3:] = angles(exponentials(vectors)) if free == FREE else start[stable, 3:]
+        return poses
 
-    def _lack_and_slope(self, there: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
+    def _lack_and_slope(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
         """Return gradient (n, 6) and Hessian (n, 6, 6) of the energy by place and rotation vector, as in `balance`."""
-        is_moment = bool(wanted[:, 3:].any())
+        is_moment = bool(wrenches[:, 3:].any())
         if len(there) <= FEW:
-            rows = zip(there.tolist(), wanted.tolist(), points.tolist(), strict=True)
+            rows = zip(there.tolist(), wrenches.tolist(), points.tolist(), strict=True)
             each = [self._lack_of_one(place, force, arm, is_moment) for place, force, arm in rows]
             return np.array([lack for lack, _ in each]), np.array([slope for _, slope in each])
-        (x, y, z, *turn), (f_x, f_y, f_z, *moments) = there.T, wanted.T
+        (x, y, z, *turn), (f_x, f_y, f_z, *moments) = there.T, wrenches.T
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             load = Load((f_x, f_y, f_z), tuple(points.T), moments, is_moment)
             largest = float(np.fmax.reduce(np.einsum("ni,ni->n", there[:, 3:], there[:, 3:]), initial=0.0))
             lack, slope = balance(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
-        found = np.stack(lack, axis=1)
-        found[z <= 0.0] = math.nan
-        return found, np.moveaxis(np.array(slope), 2, 0)
+        lacking = np.stack(lack, axis=1)
+        lacking[z <= 0.0] = math.nan
+        return lacking, np.moveaxis(np.array(slope), 2, 0)
 
     def _lack_of_one(
-        self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
+        self, there: list[float], wrench: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
         """Return gradient (6) and Hessian (6 rows of 6) for one load, in floats, as in `balance`.
 
@@ -441,7 +442,7 @@ class BondedPad:
         square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
         if not place[2] > 0.0 or not math.isfinite(square):
             return 6 * [math.nan], 6 * [6 * [math.nan]]
-        load = Load(wanted[:3], point, wanted[3:], is_moment)
+        load = Load(wrench[:3], point, wrench[3:], is_moment)
         return balance(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
 
     @cached_property
@@ -466,12 +467,12 @@ Rules, data sheet, calibration and the designs of a study ask for equal loads.
 
 
 @lru_cache(maxsize=256)
-def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
+def _solved(pad: BondedPad, wrenches: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
     """Return `BondedPad._posed` (n, 6; m and rad), cached.
 
     Arrays are given by their bytes, so equal arguments have equal numbers.
     """
-    forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
+    forces, (places, turns) = np.frombuffer(wrenches), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
     free = STUCK if is_stuck else LEVEL if is_level else FREE
     return pad._posed(forces.reshape(-1, 6), places, turns, free)
 
@@ -483,7 +484,7 @@ def _as_wrenches(loads: Array) -> Array:
         raise ValueError("loads are finite numbers, (n, 3), (n, 5) or (n, 6)")
     if loads.shape[1] == 6:
         return loads
-    found = np.zeros((len(loads), 6))
-    found[:, [2, 0, 1]] = loads[:, :3] * [-1.0, 1.0, 1.0]
-    found[:, 3 : loads.shape[1]] = loads[:, 3:]
-    return found
+    wrenches = np.zeros((len(loads), 6))
+    wrenches[:, [2, 0, 1]] = loads[:, :3] * [-1.0, 1.0, 1.0]
+    wrenches[:, 3 : loads.shape[1]] = loads[:, 3:]
+    return wrenches

@@ -273,13 +273,14 @@ def sigma(block: Block) -> float:
     oblong = max(block.along, block.across) / min(block.along, block.across)
     doubted = max(part(block.shape_factor, DOUBTED_SHAPES), part(oblong, DOUBTED_OBLONG))
     of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3
-    bare = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
+    own_part = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
     if block.webs.width:
-        bare = math.hypot(bare, WEB_SIGMA * (1.0 - 1.0 / block.stiffer.press))
+        own_part = math.hypot(own_part, WEB_SIGMA * (1.0 - 1.0 / block.stiffer.press))
     if not block.rim and not block.skin:
-        return bare
+        return own_part
     law = compression(block)
-    return math.hypot(bare, RIM_SIGMA * -math.expm1(-block.rim / RIM_COUNTS), FILM_SIGMA * law.film.rest / law.at_rest)
+    of_rim = RIM_SIGMA * -math.expm1(-block.rim / RIM_COUNTS)
+    return math.hypot(own_part, of_rim, FILM_SIGMA * law.film.rest / law.at_rest)
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:
@@ -298,8 +299,8 @@ def _lindley(strain: Number) -> Number:
 
     It is Lindley's law, which holds for a neo-Hookean bar (textbook).
     """
-    left = 1.0 - strain
-    return strain * (3.0 - 3.0 * strain + strain * strain) / (3.0 * left * left)
+    stretch = 1.0 - strain
+    return strain * (3.0 - 3.0 * strain + strain * strain) / (3.0 * stretch * stretch)
 
 
 @record
@@ -414,10 +415,10 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     def cubic(strain: Array) -> Array:
         """Return force over area and cubed shear strain at compressions (n,), in shear moduli."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
-        found = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
+        stiffness_by_shear = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
         if ogden is None:
-            return np.asarray(found)
-        return np.asarray(found + stiffness * ogden.hardening + film.rest * ogden.film_hardening)
+            return np.asarray(stiffness_by_shear)
+        return np.asarray(stiffness_by_shear + stiffness * ogden.hardening + film.rest * ogden.film_hardening)
 
     return course, cubic
 

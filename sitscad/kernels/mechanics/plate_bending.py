@@ -72,8 +72,8 @@ def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, flo
     edge = np.stack([np.cos(rim), np.sin(rim)], axis=1)
     edge = edge if is_round else edge / abs(edge).max(axis=1, keepdims=True)
     outer, middle = (_shapes(where, half)[0] for where in (edge, np.zeros((1, 2))))
-    found = np.linalg.solve(springs + stiffness[:, None, None] * plate, load[:, None])[..., 0]
-    return np.asarray((found @ middle.T)[:, 0] - (found @ outer.T).min(axis=1))
+    amplitudes = np.linalg.solve(springs + stiffness[:, None, None] * plate, load[:, None])[..., 0]
+    return np.asarray((amplitudes @ middle.T)[:, 0] - (amplitudes @ outer.T).min(axis=1))
 
 
 def _places(is_round: bool) -> tuple[Array, Array]:
@@ -95,7 +95,7 @@ def _places(is_round: bool) -> tuple[Array, Array]:
 def _polynomials(places: bytes) -> tuple[list[list[Any]], ...]:
     """Return even Legendre polynomials, their first and second derivatives by axis, at points (n, 2; float64 bytes)."""
     even, columns = np.eye(2 * ORDER)[::2], np.frombuffer(places).reshape(-1, 2).T
-    return tuple([[legendre.legval(column, legendre.legder(one, order)) for one in even] for column in columns]
+    return tuple([[legendre.legval(column, legendre.legder(series, order)) for series in even] for column in columns]
                  for order in (0, 1, 2))
 
 
@@ -108,8 +108,8 @@ def _shapes(places: Array, half: Array) -> tuple[Array, Array, Array, Array]:
     values, slopes, bends = _polynomials(np.ascontiguousarray(places).tobytes())
     pairs = [(i, j) for i in range(ORDER) for j in range(ORDER) if i + j < ORDER]
 
-    def products(along: list[Array], across: list[Array]) -> Array:
-        return np.stack([along[i] * across[j] for i, j in pairs], axis=1)
+    def products(x_values: list[Array], y_values: list[Array]) -> Array:
+        return np.stack([x_values[i] * y_values[j] for i, j in pairs], axis=1)
 
     return (
         products(values[0], values[1]),

@@ -63,8 +63,8 @@ class Film:
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)
-        quick, one, two, three = self.course
-        share = 1.0 - quick * math.expm1(-e / QUICK) + e * (one + e * (two + e * three))
+        quick, linear, square, cubic = self.course
+        share = 1.0 - quick * math.expm1(-e / QUICK) + e * (linear + e * (square + e * cubic))
         if strain < 0.0:
             share += max(strain, LEAST_PULL) * self.pulled
         if self.floor:
@@ -74,10 +74,10 @@ class Film:
         return self.rest * share
 
 
-def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
+def _shares(coefficients: tuple[float, float, float, float], e: Array) -> Array:
     """Return the contribution at strains (n,) relative to rest: 1 - q (exp(-e / QUICK) - 1) and a cubic, as fitted."""
-    quick, one, two, three = course
-    return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
+    quick, linear, square, cubic = coefficients
+    return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (linear + e * (square + e * cubic)))
 
 
 QUICK = 0.06  # Strain within which a thin film buckles
@@ -93,7 +93,7 @@ def film_hardening(modulus: float) -> float:
     return 0.35 * math.log(_within(modulus, MODULI))
 
 
-def units(along: float, across: float, shape: float, film: float) -> dict[str, float]:
+def units(length: float, width: float, shape: float, film: float) -> dict[str, float]:
     """Return the plain statics (textbook) of a wall around a face by name, in shear moduli.
 
     `film` is t m, thickness times relative modulus. The values are the bearing over the area of the face, the shear of
@@ -101,8 +101,8 @@ def units(along: float, across: float, shape: float, film: float) -> dict[str, f
     """
     return {
         "press": film / shape,
-        "shear": 2.0 * film / across,
-        "tilt": film * (1.0 + along / (3.0 * across)) * along / 2.0,
+        "shear": 2.0 * film / width,
+        "tilt": film * (1.0 + length / (3.0 * width)) * length / 2.0,
     }
 
 
@@ -134,7 +134,7 @@ def terms(skin: float, modulus: float, shape: float, oblong: float, circular: fl
 
 
 def films(
-    along: float, across: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
+    length: float, width: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
 ) -> tuple[Film, Film, Film]:
     """Return the contributions of a film to pressure, to shear along the first axis, and to tilt of this axis.
 
@@ -142,7 +142,7 @@ def films(
 
     Parameters
     ----------
-    along, across, shape : float
+    length, width, shape : float
         lengths of the face (thicknesses) and its shape factor
     oblong : float
         from -1, all across, to 1, all along
@@ -155,34 +155,34 @@ def films(
     """
     if not skin * modulus:
         return Film(), Film(), Film()
-    plain, parts = units(along, across, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
+    plain, parts = units(length, width, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
     fitted = (np.array([*parts.values()]) @ _rows(tuple(parts))).tolist()
     pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
-    found = {}
-    for name, (rest, quick, one, two, three) in zip(COURSES, fitted, strict=True):
-        found[name] = Film(faded * plain[name] * math.exp(rest), (quick, one, two, three), pulled[name])
+    film_by_course = {}
+    for name, (rest, quick, linear, square, cubic) in zip(COURSES, fitted, strict=True):
+        film_by_course[name] = Film(faded * plain[name] * math.exp(rest), (quick, linear, square, cubic), pulled[name])
     # the least shares at `GRID` with which force, share times Lindley's strain, never falls
-    left = 1.0 - GRID[1:]
-    strain = (left**-2 - left) / 3.0
-    most = np.maximum.accumulate(_shares(found["press"].course, GRID[1:]) * strain)
+    remaining = 1.0 - GRID[1:]
+    strain = (remaining**-2 - remaining) / 3.0
+    most = np.maximum.accumulate(_shares(film_by_course["press"].course, GRID[1:]) * strain)
     floor = (1.0, *(most / strain).tolist())
-    return replace(found["press"], floor=floor), found["shear"], found["tilt"]
+    return replace(film_by_course["press"], floor=floor), film_by_course["shear"], film_by_course["tilt"]
 
 
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
     """Return the coefficients of these terms as an array (curves, terms, 5)."""
-    return np.array([[table()[course].get(name, (0.0,) * 5) for name in names] for course in COURSES])
+    return np.array([[table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
 
 
 @cache
 def table() -> dict[str, dict[str, tuple[float, ...]]]:
     """Return the fitted coefficients by curve and term: the logarithm at rest, then four coefficients of the strain."""
-    found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
+    terms_by_course: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     for row in rows("pad_films"):
         values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
-        found[row["course"]][row["term"]] = values
-    return found
+        terms_by_course[row["course"]][row["term"]] = values
+    return terms_by_course
 
 
 def _within(value: float, bounds: tuple[float, float]) -> float:
@@ -240,7 +240,7 @@ def grip(length: float) -> float:
     return 1.0 + 1.1 * math.exp(-length / 0.6)
 
 
-def stiffened(along: float, across: float, rim: float, webs: Webs) -> Stiffer:
+def stiffened(length: float, width: float, rim: float, webs: Webs) -> Stiffer:
     """Return the factors of webs on the stiffness of a rectangular pad with a rim on all sides; lengths in thicknesses.
 
     The form is derived here and the constants are fitted to our own finite elements (tests/validation/web_figures.csv):
@@ -248,22 +248,22 @@ def stiffened(along: float, across: float, rim: float, webs: Webs) -> Stiffer:
     """
     if not webs.width:
         return Stiffer()
-    along, across = along + 2.0 * rim, across + 2.0 * rim
+    length, width = length + 2.0 * rim, width + 2.0 * rim
     # parts of the sides' lengths, both sides together: held by webs along the first axis, and by those across it
-    ends, sides = (webs.left + webs.right) * webs.width / across, (webs.front + webs.back) * webs.width / along
-    shape, oblong, fades = 0.5 * along * across / (along + across), (along / across) ** 1.6, math.exp(-rim / 0.6)
+    ends, sides = (webs.left + webs.right) * webs.width / width, (webs.front + webs.back) * webs.width / length
+    shape, oblong, fades = 0.5 * length * width / (length + width), (length / width) ** 1.6, math.exp(-rim / 0.6)
     pressed = 0.4 * fades / (1.0 + (shape / 2.5) ** 1.6) / (1.0 + oblong)
-    at_ends = pressed * (1.0 - 0.27 * (webs.width / across) ** 4)
-    at_sides = pressed * oblong * (1.0 - 0.27 * (webs.width / along) ** 4)
+    at_ends = pressed * (1.0 - 0.27 * (webs.width / width) ** 4)
+    at_sides = pressed * oblong * (1.0 - 0.27 * (webs.width / length) ** 4)
     press = 1.0 + at_ends * ends + at_sides * sides
     pulled, sheared = 1.06 * math.exp(-rim / 2.0), 0.48 * fades * -math.expm1(-1.55 * webs.width)
-    raised = 0.27 * fades / (1.0 + 0.1 * shape**1.5) * (across / along) ** (0.15 if along < across else 0.56)
-    leant = 0.095 * fades * shape**-0.5 * (along / across) ** 0.8 * webs.width / along
-    lever = 0.265 * along * (along / across) ** 0.35
+    raised = 0.27 * fades / (1.0 + 0.1 * shape**1.5) * (width / length) ** (0.15 if length < width else 0.56)
+    leant = 0.095 * fades * shape**-0.5 * (length / width) ** 0.8 * webs.width / length
+    lever = 0.265 * length * (length / width) ** 0.35
     return Stiffer(
         press,
-        1.0 + pulled * ends / along + sheared * sides / across,
+        1.0 + pulled * ends / length + sheared * sides / width,
         1.0 + raised * ends + leant * sides,
-        1.0 + 4.0 * sheared * (along * ends + across * sides) / (along**2 + across**2),
-        lever * at_ends * (webs.right - webs.left) * webs.width / across / press,
+        1.0 + 4.0 * sheared * (length * ends + width * sides) / (length**2 + width**2),
+        lever * at_ends * (webs.right - webs.left) * webs.width / width / press,
     )

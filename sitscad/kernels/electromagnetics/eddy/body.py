@@ -119,18 +119,19 @@ class _Axis:
     @classmethod
     def of(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
         """Return the relations (1/m2, m, m, 1/m) of both parities along an axis."""
-        both = [modes[parity] for parity in PARITIES]
-        count = max(one.squares.size for one in both)
+        parities = [modes[parity] for parity in PARITIES]
+        count = max(line.squares.size for line in parities)
 
         def along(values: Sequence[Array | float], filling: float = 0.0) -> Array:
-            filled = [np.append(one, np.full(count - one.size, filling)) for one in map(np.atleast_1d, values)]
+            filled = [np.append(row, np.full(count - row.size, filling)) for row in map(np.atleast_1d, values)]
             return np.array(filled).reshape([2 if k == axis else -1 if k == 3 + axis else 1 for k in range(6)])
 
         mass, stiffness = (
             np.array(values).reshape([2 if k == axis else 1 for k in range(6)])
-            for values in ([one.mass for one in both], [one.stiffness for one in both])
+            for values in ([line.mass for line in parities], [line.stiffness for line in parities])
         )
-        return cls(along([one.squares for one in both], 1.0), along([one.ends for one in both]), mass, stiffness)
+        squares, ends = along([line.squares for line in parities], 1.0), along([line.ends for line in parities])
+        return cls(squares, ends, mass, stiffness)
 
 
 @record(eq=False)
@@ -174,7 +175,7 @@ class _Entries:
         return matrices
 
 
-def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[BodyEnergies]:
+def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> list[BodyEnergies]:
     """Return the bodies of a box, one for each parity along x, y and z.
 
     Parameters
@@ -182,13 +183,13 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
     lines : sequence of mapping of int to LineModes
         relations of the functions along x, y and z, by parity. Surface functions are products of functions along the
         axes.
-    kept : array of bool
+    selections : array of bool
         flags (parities, functions) of the functions in use, in the numbers of `on_surface`. Those numbers assume as
         many odd functions as even ones along every axis.
 
     Returns
     -------
-    One `BodyEnergies` (m) for each parity, in the order of `kept`.
+    One `BodyEnergies` (m) for each parity, in the order of `selections`.
     """
     axes = [_Axis.of(line, axis) for axis, line in enumerate(lines)]
     number = on_surface([axis.squares.shape[3 + k] + 1 for k, axis in enumerate(axes)])
@@ -200,9 +201,9 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
         over = tuple(axis for axis in range(3) if shared[axis] == 2)
         size = _product([axes[k].ends ** shared[k] for k in range(3)])
         inward = waves[first] * waves[second] / total
-        both = waves[tuple(int(count > 0) for count in shared)]
+        shared_waves = waves[tuple(int(count > 0) for count in shared)]
         vacuum.append(_own(axes, shared) - (size * inward).sum(axis=tuple(3 + axis for axis in over), keepdims=True))
-        driven.append(_Driven(over, size * (both - inward), {
+        driven.append(_Driven(over, size * (shared_waves - inward), {
             axis: axes[axis].stiffness * _product([axes[k].ends ** shared[k] for k in range(3) if k != axis])
             for axis in over
         }))
@@ -215,30 +216,32 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
         x, y, z = (axis.squares for axis in axes)
         answered = (_parts(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
         to_waves, *to_level = answered
-        return np.concatenate([one.summed(to_waves, to_level).reshape(2, len(kept), -1) for one in driven], axis=2)
+        sums = [each.summed(to_waves, to_level).reshape(2, len(selections), -1) for each in driven]
+        return np.concatenate(sums, axis=2)
 
-    energies = np.concatenate([part.reshape(len(kept), -1) for part in vacuum], axis=1)
-    bodies = [_of_parity(k, one, energies[k], np.concatenate(pairs, axis=1), answers) for k, one in enumerate(kept)]
+    energies = np.concatenate([part.reshape(len(selections), -1) for part in vacuum], axis=1)
+    bodies = [_of_parity(k, each, energies[k], np.concatenate(pairs, axis=1), answers)
+              for k, each in enumerate(selections)]
     if _is_constant([line[1] for line in lines]):
         bodies[0] = _unfelt(bodies[0], -1)
     return bodies
 
 
 def _of_parity(
-    number: int, kept: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
+    number: int, selection: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
 ) -> BodyEnergies:
     """Return the body of one parity's kept functions from the energies and D (m) of all pairs of functions."""
-    place, used = np.cumsum(kept) - 1, kept[pairs[0]] & kept[pairs[1]]
+    place, used = np.cumsum(selection) - 1, selection[pairs[0]] & selection[pairs[1]]
     rows, columns = place[pairs[:, used]]
-    entries = _Entries(int(np.count_nonzero(kept)), rows, columns, used)
+    entries = _Entries(int(np.count_nonzero(selection)), rows, columns, used)
     return BodyEnergies(entries.filled(vacuum[None])[0], lambda square: entries.filled(answers(square)[:, number]))
 
 
 def _product(factors: Sequence[Array]) -> Array:
     """Return the product of arrays that broadcast together, in the product of their units."""
     result = factors[0]
-    for one in factors[1:]:
-        result = result * one
+    for factor in factors[1:]:
+        result = result * factor
     return result
 
 
@@ -282,11 +285,11 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
     face, side = np.arange(edge), np.arange(edge + 1, count)
     out, up = radial.ends[:, None], wall.ends[None]
     total = inner + through
-    both = inner * through / total
+    face_to_face = inner * through / total
     vacuum = np.zeros((count, count))
     vacuum[face, face] = inner[:, 0] * wall.mass + wall.stiffness - (up**2 * inner**2 / total).sum(axis=1)
     vacuum[side, side] = through[0] * radial.mass + radial.stiffness - (out**2 * through**2 / total).sum(axis=0)
-    vacuum[face[:, None], side] = -both * out * up
+    vacuum[face[:, None], side] = -face_to_face * out * up
     vacuum[face, edge], vacuum[edge, side] = wall.stiffness * out[:, 0], radial.stiffness * up[0]
     vacuum = np.triu(vacuum) + np.triu(vacuum, 1).T
     vacuum[edge, edge] = radial.stiffness * wall.mass + wall.stiffness * radial.mass
@@ -297,10 +300,10 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
     def within(square: complex) -> Array:
         """Return D (m) for a g (1/m2): real and imaginary part."""
         response = np.zeros((count, count), dtype=complex)
-        waves, level, turned = (square / (one + square) for one in (total, inner, squares))
-        response[face, face] = (both * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]
-        response[side, side] = (both * out**2 * waves).sum(axis=0) + (driven * turned).sum(axis=0)
-        response[face[:, None], side] = -both * out * up * waves
+        waves, level, turned = (square / (scale + square) for scale in (total, inner, squares))
+        response[face, face] = (face_to_face * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]
+        response[side, side] = (face_to_face * out**2 * waves).sum(axis=0) + (driven * turned).sum(axis=0)
+        response[face[:, None], side] = -face_to_face * out * up * waves
         response[face, edge] = (steady * out * level)[:, 0]
         response[edge, side] = (driven * up * turned).sum(axis=0)
         response = response + np.triu(response, 1).T

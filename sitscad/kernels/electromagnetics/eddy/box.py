@@ -85,8 +85,8 @@ class BoxClass:
         """Return flux linkages (Wb; see `CurrentClass`)."""
         linkages = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
-            both = self._face(potential, across)
-            field = both[0] - self.parity[across] * both[1]
+            faces = self._face(potential, across)
+            field = faces[0] - self.parity[across] * faces[1]
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
             linked = TURN[across] * (along_b - along_a)
@@ -166,10 +166,10 @@ class Box:
     def classes(self) -> tuple[BoxClass, ...]:
         """Current classes of the eight parities, with inductances in H (see `Surface`)."""
         sizes = zip(self.lines, self.counts, strict=True)
-        known = [line.projections(count) for line, count in sizes]
+        projections = [line.projections(count) for line, count in sizes]
         return tuple(
-            BoxClass(one, tuple(known[k][one.parity[k]] for k in range(3)))
-            for one in _functions(self.lines, self.shortest)
+            BoxClass(functions, tuple(projections[k][functions.parity[k]] for k in range(3)))
+            for functions in _functions(self.lines, self.shortest)
         )
 
 
@@ -186,11 +186,12 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     number = _numbers(lines)
     parities = list(product(PARITIES, PARITIES, PARITIES))
     selections = [_of_parity(lines, parity, number, shortest) for parity in parities]
-    bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in selections]))
-    parts = [[distinct[line][one] for line, one in zip(lines, parity, strict=True)] for parity in parities]
+    bodies = box_bodies([line.modes for line in lines], np.stack([selection for _, selection in selections]))
+    parts = [[distinct[line][sign] for line, sign in zip(lines, parity, strict=True)] for parity in parities]
     return tuple(
-        BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, integrals, numbers, kept), body)
-        for parity, (numbers, kept), integrals, body in zip(parities, selections, parts, bodies, strict=True)
+        BoxFunctions(parity, numbers, selection,
+                     _inductance(lines, parity, gaussians, integrals, numbers, selection), body)
+        for parity, (numbers, selection), integrals, body in zip(parities, selections, parts, bodies, strict=True)
     )
 
 
@@ -199,7 +200,7 @@ def _numbers(lines: Sequence[GradedLine]) -> Index:
 
     Along each line, the parity with more functions sets the count.
     """
-    return on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
+    return on_surface([max(line_modes.squares.size for line_modes in line.modes.values()) + 1 for line in lines])
 
 
 def _of_parity(
@@ -210,13 +211,13 @@ def _of_parity(
     `number` holds the numbers of all products. Functions that vary along two edges at once with wave numbers beyond
     `shortest` (1/m) are not kept.
     """
-    modes = [line.modes[one] for line, one in zip(lines, parity, strict=True)]
-    places = [np.append(np.arange(one.squares.size), count - 1) for one, count in zip(modes, number.shape, strict=True)]
+    modes = [line.modes[axis_parity] for line, axis_parity in zip(lines, parity, strict=True)]
+    places = [np.append(np.arange(row.squares.size), count - 1) for row, count in zip(modes, number.shape, strict=True)]
     number = number[np.ix_(*places)]
-    x, y, z = np.meshgrid(*(np.append(one.squares > shortest**2, False) for one in modes), indexing="ij")
-    kept = np.zeros(np.max(number) + 1, dtype=bool)
-    kept[number[(number >= 0) & ~(x & y | y & z | z & x)]] = True
-    return (number[-1], number[:, -1], number[:, :, -1]), kept
+    x, y, z = np.meshgrid(*(np.append(row.squares > shortest**2, False) for row in modes), indexing="ij")
+    selection = np.zeros(np.max(number) + 1, dtype=bool)
+    selection[number[(number >= 0) & ~(x & y | y & z | z & x)]] = True
+    return (number[-1], number[:, -1], number[:, :, -1]), selection
 
 
 @record(eq=False)
@@ -246,8 +247,8 @@ def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
 
 
 def _inductance(
-    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, own: Sequence[_Folded],
-    numbers: Sequence[Index], kept: Flags,
+    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, folded: Sequence[_Folded],
+    numbers: Sequence[Index], selection: Flags,
 ) -> Array:
     """Return the inductance matrix (n, n; H) of the kept functions.
 
@@ -256,25 +257,25 @@ def _inductance(
     Neumann's integral of n x grad psi, with 1/R as a `GaussianSum`: for every Gaussian it is a product of
     one-dimensional integrals. Derived here.
     """
-    place = np.where(kept, np.cumsum(kept) - 1, -1)
-    count = int(np.count_nonzero(kept))
+    place = np.where(selection, np.cumsum(selection) - 1, -1)
+    count = int(np.count_nonzero(selection))
     inductance = np.zeros((count, count))
     for across in range(3):
         # the two faces normal to an axis, each with itself and with the other (m; times mu0 / (4 pi): H)
         first, second = ACROSS[across]
-        one, two = own[first], own[second]
+        row_terms, column_terms = folded[first], folded[second]
         other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
-        products = (weights * one.mass).T @ two.slope + (weights * one.slope).T @ two.mass
+        products = (weights * row_terms.mass).T @ column_terms.slope + (weights * row_terms.slope).T @ column_terms.mass
         at, (i, j) = _kept_of(place[numbers[across]])
-        inductance[np.ix_(at, at)] += products[one.which[i[:, None], i], two.which[j[:, None], j]]
-        ends = gaussians.weights[:, None] * two.end
-        both = (ends[:, :, None] * one.end[:, None]).reshape(len(ends), -1)
+        inductance[np.ix_(at, at)] += products[row_terms.which[i[:, None], i], column_terms.which[j[:, None], j]]
+        ends = gaussians.weights[:, None] * column_terms.end
+        end_products = (ends[:, :, None] * row_terms.end[:, None]).reshape(len(ends), -1)
         # couplings of faces at right angles to each other
-        between = -4.0 * own[across].mass[:-1].T @ both
+        between = -4.0 * folded[across].mass[:-1].T @ end_products
         rows, (i, b) = _kept_of(place[_with_axis(numbers[first], across, first)])
         columns, (j, a) = _kept_of(place[_with_axis(numbers[second], across, second)])
-        block = between[own[across].which[i[:, None], j], b[:, None] * one.end.shape[1] + a]
+        block = between[folded[across].which[i[:, None], j], b[:, None] * row_terms.end.shape[1] + a]
         inductance[np.ix_(rows, columns)] += block
         inductance[np.ix_(columns, rows)] += block.T
     if parity == (1, 1, 1):

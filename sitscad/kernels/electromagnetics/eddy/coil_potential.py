@@ -99,9 +99,9 @@ class _Octave:
     above: float = math.inf
     falling: ComplexArray | None = None
 
-    def table(self, wanted: Sequence[int]) -> Table:
-        """Return potentials (Wb/m) on the grids, after computing the `wanted` levels that are missing."""
-        missing = sorted({*wanted} - self.known)
+    def table(self, levels: Sequence[int]) -> Table:
+        """Return potentials (Wb/m) on the grids, after computing the `levels` levels that are missing."""
+        missing = sorted({*levels} - self.known)
         count = len(self.waves)
         k, whole = _wave_numbers(count, self.spacing)
         for level in missing:
@@ -109,8 +109,8 @@ class _Octave:
             place = 0.5 * self.side * gauss(SMOOTH)[0]
             x, y = (part.ravel() for part in np.meshgrid(place, place))
             points = np.stack([x, y, np.full_like(x, self.top + height)], axis=1)
-            far = FAR * self.side if self.falling is None else FAR_BETWEEN * self.side
-            field = _repeated(points, place, self.dipoles, self.side, far)
+            wave_height = FAR * self.side if self.falling is None else FAR_BETWEEN * self.side
+            field = _repeated(points, place, self.dipoles, self.side, wave_height)
             to_grid = _to_grid(count)
             repeated = np.asarray(to_grid @ field.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             waves = self.waves * np.exp(-k * height)[whole]
@@ -227,10 +227,10 @@ def coil_potentials(
             if is_lossy and factor is not None:
                 rising[1] += layer * (through * factor.imag * back)[whole]
             continue
-        both = through * (up if factor is None else up + factor * back) * again
+        risen = through * (up if factor is None else up + factor * back) * again
         for part, of in enumerate((np.real, np.imag)[:parts]):
-            rising[part] += layer * of(both)[whole]
-            falling[part] += layer * of(both * falls)[whole]
+            rising[part] += layer * of(risen)[whole]
+            falling[part] += layer * of(risen * falls)[whole]
     potentials: list[CoilPotential] = []
     for part, of in enumerate((np.real, np.imag)[:parts]):
         dipoles = _dipoles(tracks, _images(float(quarter[0, 1]), floor, roof), of)
@@ -270,12 +270,12 @@ def _octave(
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
     indices = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
     spacing = side / count
-    along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
-    along[1::2] *= -1.0  # which moves the coil to the middle of the grid
+    node_values = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
+    node_values[1::2] *= -1.0  # which moves the coil to the middle of the grid
 
     def coarse(waves: ComplexArray) -> ComplexArray:
         """Return the longest waves as the coefficients of a spline on the coarser grid."""
-        return np.asarray(waves[np.ix_(indices, indices)] / (along[:, None] * along) * (count / whole) ** 2)
+        return np.asarray(waves[np.ix_(indices, indices)] / (node_values[:, None] * node_values) * (count / whole) ** 2)
 
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
     returned = None if falling is None else coarse(falling)
@@ -387,9 +387,9 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
         return tuple(images)
     apart = 2.0 * (roof.z - floor.z)
     for n in range(1, REPEATED + 1):
-        both = (low * high) ** n
-        images += [(1.0, n * apart, both), (1.0, -n * apart, both),
-                  (-1.0, 2.0 * floor.z - n * apart, low * both), (-1.0, 2.0 * roof.z + n * apart, high * both)]
+        returned = (low * high) ** n
+        images += [(1.0, n * apart, returned), (1.0, -n * apart, returned),
+                  (-1.0, 2.0 * floor.z - n * apart, low * returned), (-1.0, 2.0 * roof.z + n * apart, high * returned)]
     return tuple(images)
 
 
@@ -447,10 +447,10 @@ def _repeated(
     dipole's own field. Derived here.
     """
     potential = np.zeros(len(points), dtype=complex)
-    far = []
+    distant = []
     for dipole in dipoles:
         if abs(float(points[0, 2]) - dipole.height) >= height:
-            far.append(dipole)
+            distant.append(dipole)
             continue
         around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
         neighbours = (points - around[:, None]).reshape(-1, 3)
@@ -458,17 +458,17 @@ def _repeated(
         # a uniform field B along z has the potential B x r / 2, or i B (x + i y) / 2 as a complex number
         even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
         potential += 0.5j * even * (points[:, 0] + 1j * points[:, 1])
-    if not far:
+    if not distant:
         return potential
-    along = 2.0 * math.pi / side * np.arange(-WAVES, WAVES + 1)
-    k = np.hypot(along[:, None], along)
+    components = 2.0 * math.pi / side * np.arange(-WAVES, WAVES + 1)
+    k = np.hypot(components[:, None], components)
     k[WAVES, WAVES] = math.inf  # no constant term: a uniform potential drives no current
     every = np.zeros(k.shape, dtype=complex)
-    for dipole in far:
+    for dipole in distant:
         decay = np.exp(-k * abs(float(points[0, 2]) - dipole.height)) / k
-        every += decay * (dipole.moment * (along + 1j * along[:, None]) + dipole.ends)
+        every += decay * (dipole.moment * (components + 1j * components[:, None]) + dipole.ends)
         potential -= _dipole_potential(points, dipole)
-    waves = np.exp(1j * place[:, None] * along)
+    waves = np.exp(1j * place[:, None] * components)
     return np.asarray(potential + (0.5 * MU0 / side**2) * (waves @ every @ waves.T).ravel())
 
 

@@ -206,15 +206,15 @@ class DiscClass:
         faces = rings[:count] - self.functions.parity * rings[count : 2 * count]
         round_face, out_face, round_wall, up_wall = self.functions.projections
         on_face, on_wall = self._waves
-        along, out = (on_face @ faces).swapaxes(0, 1)
+        azimuthal, out = (on_face @ faces).swapaxes(0, 1)
         round_it, up = (on_wall @ rings[2 * count :]).swapaxes(0, 1)
-        return np.asarray(round_face.T @ along + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
+        return np.asarray(round_face.T @ azimuthal + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
 
     def spread(self, functions: Array) -> Array:
         """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
-        along, out, round_it, up = (one @ functions for one in self.functions.projections)
+        azimuthal, out, round_it, up = (projection @ functions for projection in self.functions.projections)
         on_face, on_wall = self._waves
-        face = on_face[0, :, None] * along[:, None] + on_face[1, :, None] * out[:, None]
+        face = on_face[0, :, None] * azimuthal[:, None] + on_face[1, :, None] * out[:, None]
         wall = on_wall[0, :, None] * round_it[:, None] + on_wall[1, :, None] * up[:, None]
         return np.concatenate([face, -self.functions.parity * face, wall]).reshape(-1, 3, functions.shape[1])
 
@@ -446,15 +446,15 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
     image = np.array([1.0, side])
     places, weights = shape.places, shape.weights
     # each pair of points once
-    one, two = np.triu_indices(len(places))
-    square = np.sum((places[one] - places[two] * image) ** 2, axis=1)
+    first, second = np.triu_indices(len(places))
+    square = np.sum((places[first] - places[second] * image) ** 2, axis=1)
     if side > 0.0:
-        square[one == two] = np.repeat((COINCIDENT * shape.lengths) ** 2, POINTS)
-    mean = np.sqrt(places[one, 0] * places[two, 0])
+        square[first == second] = np.repeat((COINCIDENT * shape.lengths) ** 2, POINTS)
+    mean = np.sqrt(places[first, 0] * places[second, 0])
     means = toroidal(0.5 * square / mean**2, orders)
-    means *= 2.0 / mean * weights[one] * weights[two]
+    means *= 2.0 / mean * weights[first] * weights[second]
     which = np.empty((len(places), len(places)), dtype=np.intp)
-    which[one, two] = which[two, one] = np.arange(one.size)
+    which[first, second] = which[second, first] = np.arange(first.size)
     integrals = np.take(means, which, axis=1)
     starts, ends = shape.starts * image, shape.ends * image
     middle = 0.5 * (starts + ends)
@@ -477,15 +477,15 @@ def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
     The function is given at the piece's Gauss points, and the piece's length is 1. Points are graded like x^4 about the
     nearest place.
     """
-    along = ends - starts
-    nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)
+    sides = ends - starts
+    nearest = np.clip(np.einsum("nc,nc->n", points - starts, sides) / np.einsum("nc,nc->n", sides, sides), 0.0, 1.0)
     at, share = gauss(16)
     grade = 0.5 * (1.0 + at)
     weights = np.zeros((len(points), POINTS))
     for end in (0.0, 1.0):
         span = (end - nearest)[:, None]
         x = nearest[:, None] + span * grade**4
-        offset = starts[:, None] + x[..., None] * along[:, None] - points[:, None]
+        offset = starts[:, None] + x[..., None] * sides[:, None] - points[:, None]
         distance = np.maximum(np.hypot(offset[..., 0], offset[..., 1]), 1e-300)
         weight = np.log(distance) * np.abs(span) * 2.0 * share * grade**3
         through = interpolation(POINTS, (2.0 * x - 1.0).ravel()).reshape(*x.shape, POINTS)

@@ -199,17 +199,17 @@ class GradedLine:
         steps = np.round(apart / (EQUAL * self.half)).astype(np.int64)
         _, distinct, which = np.unique(steps, return_index=True, return_inverse=True)
         which = which.reshape(apart.shape)
-        one, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
+        first_integral, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
         ends = [share * self.bends(parity)[middle:] for parity in PARITIES]
         masses, slopes = (_sandwiched(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
         integrals = {}
         for parity, bends, mass, slope in zip(PARITIES, ends, masses, slopes, strict=True):
-            first, third = (part[:, which[0, -1]] + parity * part[:, which[1, -1]] for part in (one, three))
+            first, third = (part[:, which[0, -1]] + parity * part[:, which[1, -1]] for part in (first_integral, three))
             at_end = self.values[parity][-1]
             mixed = at_end[:, None] * (third @ bends)[:, None]
             corner = two[:, which[0, -1, -1]] - parity * two[:, which[1, -1, -1]]
-            both = mixed + mixed.transpose(0, 2, 1) - corner[:, None, None] * np.outer(at_end, at_end)
-            integrals[parity] = LineIntegrals(2.0 * (mass + both), -2.0 * slope, first @ bends)
+            crossed = mixed + mixed.transpose(0, 2, 1) - corner[:, None, None] * np.outer(at_end, at_end)
+            integrals[parity] = LineIntegrals(2.0 * (mass + crossed), -2.0 * slope, first @ bends)
         return integrals
 
     def grams(self, parity: int) -> tuple[Array, Array]:
@@ -240,8 +240,8 @@ def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> lis
     half.
     """
     results = []
-    for one, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
-        results.append(((one.T @ between).reshape(-1, len(one)) @ one).reshape(len(here), one.shape[1], -1))
+    for table, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
+        results.append(((table.T @ between).reshape(-1, len(table)) @ table).reshape(len(here), table.shape[1], -1))
     return results
 
 
@@ -295,8 +295,8 @@ def graded_line(half: float, first: float, widest: float, finer: int = FINER) ->
         basis = up * basis[:, :n] + down * basis[:, 1:]
     splines = np.asarray(basis)
     count = splines.shape[1]
-    right, left = splines[:, count // 2 :], splines[:, ::-1][:, count // 2 :]
-    even, odd = right + left, right - left
+    splines_ahead, mirrored = splines[:, count // 2 :], splines[:, ::-1][:, count // 2 :]
+    even, odd = splines_ahead + mirrored, splines_ahead - mirrored
     if count % 2:
         even[:, 0] *= 0.5
         odd = odd[:, 1:]

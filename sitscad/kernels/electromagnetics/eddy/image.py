@@ -51,10 +51,10 @@ class Folding:
         `points` (all, 3; m) cover the whole surface. The first axis is the mirrored copy of the quarter. Values are
         weighted so that points in a plane count once.
         """
-        shares = 0.25 * self.share[:, None] * self.share
-        each = [inverse_distances(points[self.kept], points[one], mirror) for one in self.numbers]
-        along = np.stack([shares * one for one, _ in each])
-        return along, along if mirror.roof is None else np.stack([shares * one for _, one in each])
+        weights = 0.25 * self.share[:, None] * self.share
+        each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.numbers]
+        horizontal = np.stack([weights * inverse for inverse, _ in each])
+        return horizontal, horizontal if mirror.roof is None else np.stack([weights * inverse for _, inverse in each])
 
 
 def folding(surface: Surface) -> Folding | None:
@@ -89,13 +89,13 @@ def signs(parity: tuple[int, int]) -> Array:
 
 def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
     """Return sums (n, n; 1/m) of `Folding.kernels` for the x, y and z components of currents of a parity."""
-    along, across = kernels
-    if along is across:
-        return list(np.tensordot(signs(parity).T, along, axes=1))
-    return [*np.tensordot(signs(parity).T[:2], along, axes=1), np.tensordot(signs(parity).T[2], across, axes=1)]
+    horizontal, vertical = kernels
+    if horizontal is vertical:
+        return list(np.tensordot(signs(parity).T, horizontal, axes=1))
+    return [*np.tensordot(signs(parity).T[:2], horizontal, axes=1), np.tensordot(signs(parity).T[2], vertical, axes=1)]
 
 
-def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
+def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernels:
     """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the images of others (m, 3; m).
 
     The first sum is for currents along the mirrors, the second for currents across them.
@@ -106,23 +106,23 @@ def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
     image has the sign of the current itself. A single mirror's only image counts with strength 1.
     """
     if mirror.roof is None:
-        inverse = inverse_distance(points, others, *mirror.images[0][:2])
+        inverse = inverse_distance(points, others_at, *mirror.images[0][:2])
         return inverse, inverse
     is_real = all(strength.imag == 0.0 for _, _, strength in mirror.images)
-    along, across = np.zeros((2, len(points), len(others)), dtype=float if is_real else complex)
+    horizontal, vertical = np.zeros((2, len(points), len(others_at)), dtype=float if is_real else complex)
     for way, shift, strength in mirror.images:
-        one = (strength.real if strength.imag == 0.0 else strength) * inverse_distance(points, others, way, shift)
-        along -= way * one
-        across += one
-    return along, across
+        term = (strength.real if strength.imag == 0.0 else strength) * inverse_distance(points, others_at, way, shift)
+        horizontal -= way * term
+        vertical += term
+    return horizontal, vertical
 
 
-def inverse_distance(points: Array, others: Array, way: float, shift: float) -> Array:
+def inverse_distance(points: Array, image_points: Array, way: float, shift: float) -> Array:
     """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from others (m, 3; m) that are mirrored and shifted.
 
     The z of the others is multiplied by `way` (1 or -1), then `shift` (m) is added.
     """
-    image = others * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
+    image = image_points * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
     square = np.zeros((len(points), len(image)))
     for axis in range(3):
         offset = points[:, None, axis] - image[:, axis]
@@ -204,11 +204,11 @@ class Mirror:
         if math.isinf(self.floor):
             return tuple(images)
         (z, strength), images = self.roof.far, floor + images
-        apart, both = 2.0 * (z - self.floor), self.strength * strength
+        apart, returned = 2.0 * (z - self.floor), self.strength * strength
         for n in range(1, FURTHER + 1):
-            images += [(1.0, n * apart, both**n), (1.0, -n * apart, both**n)]
-            images.append((-1.0, 2.0 * self.floor - n * apart, self.strength * both**n))
-            images.append((-1.0, 2.0 * z + n * apart, strength * both**n))
+            images += [(1.0, n * apart, returned**n), (1.0, -n * apart, returned**n)]
+            images.append((-1.0, 2.0 * self.floor - n * apart, self.strength * returned**n))
+            images.append((-1.0, 2.0 * z + n * apart, strength * returned**n))
         return tuple(images)
 
     @property
@@ -256,8 +256,8 @@ class ImageModes:
         if fold is None or turn[2, 2] != 1.0:
             points = self.points @ turn.T + place
             currents = np.tensordot(turn, self.currents, axes=(1, 1))
-            along, across = inverse_distances(points, points, mirror)
-            return _coupling([along, along, across], currents) * mirror.scale
+            horizontal, vertical = inverse_distances(points, points, mirror)
+            return _coupling([horizontal, horizontal, vertical], currents) * mirror.scale
         # a level target's symmetries stay independent, and a turn about z changes nothing
         kernels = fold.kernels(self.points + place, mirror)
         matrix, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
@@ -290,18 +290,18 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     seen_in = mirror.in_phase
     kernels = inverse_distances(high, high, seen_in) if fold is None else fold.kernels(high, seen_in)
     groups: dict[Any, list[int]] = {}
-    for number, one in enumerate(surface.classes):
-        groups.setdefault(one.in_plane, []).append(number)
+    for number, current_class in enumerate(surface.classes):
+        groups.setdefault(current_class.in_plane, []).append(number)
     solutions = []
     for parity, group in groups.items():
-        classes, seen = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
+        classes, coarse_classes = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
         if fold is None:
-            solutions.append(_modes(classes, seen, [kernels[0], *kernels]))
+            solutions.append(_modes(classes, coarse_classes, [kernels[0], *kernels]))
         else:
-            within, quarter = _modes(classes, seen, by_axis(kernels, parity), fold)
+            within, quarter = _modes(classes, coarse_classes, by_axis(kernels, parity), fold)
             solutions.append((within, _unfolded(quarter, fold, parity)))
     ends = np.cumsum([currents.shape[2] for _, currents in solutions])
-    within = [np.zeros((len(one.functions.inductance), int(ends[-1]))) for one in surface.classes]
+    within = [np.zeros((len(current_class.functions.inductance), int(ends[-1]))) for current_class in surface.classes]
     for group, (parts, currents), end in zip(groups.values(), solutions, ends, strict=True):
         for number, part in zip(group, parts, strict=True):
             within[number][:, end - currents.shape[2] : end] = part
@@ -331,16 +331,16 @@ def _modes(
     They are the eigenvectors of the coupling (`_coupling`) over a current's own energy. `inverse` are inverse distances
     (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by `Folding.share`.
     """
-    factors = [_factor(one.functions.inductance) for one in classes]
-    seen = np.concatenate([_by_energy(one, factor, fold) for one, factor in zip(coarse, factors, strict=True)])
-    basis = _range(seen, inverse)
-    coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))
+    factors = [_factor(currents.functions.inductance) for currents in classes]
+    densities = np.concatenate([_by_energy(each, factor, fold) for each, factor in zip(coarse, factors, strict=True)])
+    basis = _range(densities, inverse)
+    coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", densities, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
     within, start = [], 0
     for factor in factors:
         within.append(factor @ basis[start : start + len(factor)])
         start += len(factor)
-    return within, np.einsum("npc,nk->pck", seen, basis, optimize=True)
+    return within, np.einsum("npc,nk->pck", densities, basis, optimize=True)
 
 
 def _factor(inductance: Array) -> Array:
@@ -360,7 +360,7 @@ def _factor(inductance: Array) -> Array:
         return np.asarray(turned * np.sqrt(np.maximum(energies, least)))
 
 
-def _range(seen: Array, inverse: Sequence[Array]) -> Array:
+def _range(densities: Array, inverse: Sequence[Array]) -> Array:
     """Return an orthonormal basis of the currents (n, points, 3; A m) with a significant reflected potential.
 
     Notes
@@ -373,16 +373,16 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
         parts = [sign * (currents[..., axis] @ inverse[axis]) for axis, sign in enumerate(MIRRORED)]
         return MU0 / (4.0 * math.pi) * np.stack(parts, axis=2).reshape(len(currents), -1)
 
-    count, response = AMONG, seen
-    while count < len(seen):
-        flat = seen.reshape(len(seen), -1)
-        subspace = np.linalg.qr(flat @ returned(_mixed(count, *seen.shape[1:])).T)[0]
-        projected = returned((subspace.T @ flat).reshape(-1, *seen.shape[1:]))
+    count, response = AMONG, densities
+    while count < len(densities):
+        flat = densities.reshape(len(densities), -1)
+        subspace = np.linalg.qr(flat @ returned(_mixed(count, *densities.shape[1:])).T)[0]
+        projected = returned((subspace.T @ flat).reshape(-1, *densities.shape[1:]))
         size, vectors = np.linalg.eigh(projected @ projected.T)
         if np.count_nonzero(_is_kept(size)) <= count // 3:
             return np.asarray(subspace @ vectors[:, _is_kept(size)])
         count *= 2
-    response = returned(seen)
+    response = returned(densities)
     size, basis = np.linalg.eigh(response @ response.T)
     return basis[:, _is_kept(size)]
 
@@ -398,16 +398,16 @@ def _is_kept(size: Array) -> Flags:
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
-def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
+def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> Array:
     """Return currents at the points (n, points, 3; A m) of functions that each store one unit of energy.
 
     The functions are orthogonal in energy. With a `fold`, points cover a quarter, and currents are weighted.
     """
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
-    spread = one.spread(unit)
+    densities = currents.spread(unit)
     if fold is not None:
-        spread = spread[fold.kept] * fold.share[:, None, None]
-    return np.moveaxis(spread, 2, 0)
+        densities = densities[fold.kept] * fold.share[:, None, None]
+    return np.moveaxis(densities, 2, 0)
 
 
 def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
@@ -415,7 +415,8 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
 
     `inverse` are inverse distances (1/m) by axis. The list of currents may be empty.
     """
-    total = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
+    total = sum(sign * (component.T @ (near @ component))
+                for near, component, sign in zip(inverse, currents, MIRRORED, strict=True))
     return np.asarray(MU0 / (4.0 * math.pi) * total)
 
 

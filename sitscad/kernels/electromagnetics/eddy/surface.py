@@ -122,7 +122,7 @@ def energies(inductance: Array, body: BodyEnergies) -> Energies:
     return Energies(vacuum, np.asarray(inverse, dtype=float), np.eye(len(vacuum)) - inverse @ inductance)
 
 
-def answer(one: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
+def answer(currents: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
     """Solve the currents (n, m; A) that linkages `drives` (n, m; Wb) cause in a class of currents in metal.
 
     Notes
@@ -132,8 +132,8 @@ def answer(one: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
     current = (S - T) S^-1 times the drive (derived here). It avoids the inverses of S - T, nearly singular in poor
     conductors, and of S - L, nearly singular in foils.
     """
-    jump, known = MU0 * one.functions.body.jump(metal.square, metal.permeability), one.functions.energies
-    real, imaginary = jump @ known.outside
-    system = (known.vacuum - real) - 1j * imaginary
-    real, imaginary = jump @ (known.inverse @ drives)
+    jump, energies = MU0 * currents.functions.body.jump(metal.square, metal.permeability), currents.functions.energies
+    real, imaginary = jump @ energies.outside
+    system = (energies.vacuum - real) - 1j * imaginary
+    real, imaginary = jump @ (energies.inverse @ drives)
     return np.linalg.solve(system, real + 1j * imaginary)

@@ -50,8 +50,8 @@ class SolvedTarget:
 
         They serve many poses. Real and imaginary parts are separate because the drives are real.
         """
-        currents = [answer(one, self.metal, np.eye(len(one.functions.inductance))) for one in self.surface.classes]
-        return tuple(np.concatenate([one.real, one.imag]) for one in currents)
+        currents = [answer(each, self.metal, np.eye(len(each.functions.inductance))) for each in self.surface.classes]
+        return tuple(np.concatenate([current.real, current.imag]) for current in currents)
 
     @cached_property
     def image_answers(self) -> tuple[Array, ...]:
@@ -60,8 +60,8 @@ class SolvedTarget:
         Real parts come first. Empty if there is no mirror.
         """
         parts = () if self.images is None else self.images.within
-        both = (np.split(reply @ one, 2) for reply, one in zip(self.answers, parts, strict=False))
-        return tuple(np.concatenate(parts, axis=1) for parts in both)
+        halves = (np.split(reply @ combinations, 2) for reply, combinations in zip(self.answers, parts, strict=False))
+        return tuple(np.concatenate(parts, axis=1) for parts in halves)
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
@@ -89,23 +89,23 @@ class SolvedTarget:
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(
-        self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], once: bool
+        self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], is_single_use: bool
     ) -> ComplexArray:
         """Return the change (poses, coils, coils; H) from linkages and the image's couplings in every pose.
 
         `linked` are the coils' linkages (Wb) with every class. The couplings enter by Woodbury's formula (Golub and Van
-        Loan, Matrix Computations, section 2.1). With `once`, the systems are solved without their inverses.
+        Loan, Matrix Computations, section 2.1). With `is_single_use`, the systems are solved without their inverses.
         """
-        total, driven, among = self._answered_once(linked, shape) if once else self._answered(linked, shape)
+        total, driven, among = self._answered_once(linked, shape) if is_single_use else self._answered(linked, shape)
         if driven is None or among is None:
             return total
         for pose, coupling in enumerate(couplings):
             if np.iscomplexobj(coupling):
-                both = coupling @ among
+                system = coupling @ among
             else:  # two products of real numbers cost half
-                both = coupling @ among.real + 1j * (coupling @ among.imag)
-            both[np.diag_indices(len(both))] += 1.0
-            total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
+                system = coupling @ among.real + 1j * (coupling @ among.imag)
+            system[np.diag_indices(len(system))] += 1.0
+            total[pose] += driven[:, pose].T @ np.linalg.solve(system, coupling @ driven[:, pose])
         return total
 
     def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
@@ -120,10 +120,10 @@ class SolvedTarget:
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         for drive, reply in zip(linked, self.answers, strict=True):
-            ways = drive.reshape(-1, *shape).transpose(1, 2, 0)
+            linkages = drive.reshape(-1, *shape).transpose(1, 2, 0)
             real, imaginary = (reply @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
-            total.real -= ways @ real
-            total.imag -= ways @ imaginary
+            total.real -= linkages @ real
+            total.imag -= linkages @ imaginary
         if self.images is None:
             return total, None, None
         # the systems are symmetric: coils drive a combination as much as the combination drives the coils
@@ -146,17 +146,18 @@ class SolvedTarget:
         """
         images = self.images
         driven_classes = list(zip(self.surface.classes, linked, strict=True))
-        size = [np.sum(drive**2 / np.diag(one.functions.inductance)[:, None], axis=0) for one, drive in driven_classes]
+        size = [np.sum(drive**2 / np.diag(each.functions.inductance)[:, None], axis=0)
+                for each, drive in driven_classes]
         least = NOTHING * np.max(size, axis=0)
         responses: list[ComplexArray] = []
         driven: list[ComplexArray] = []
-        for number, (one, drive) in enumerate(driven_classes):
+        for number, (each, drive) in enumerate(driven_classes):
             if images is None and np.all(size[number] <= least):
                 responses.append(np.zeros(drive.shape, dtype=complex))
                 continue
             within = np.zeros((len(drive), 0)) if images is None else images.within[number]
             coupled = np.any(within != 0.0, axis=0)
-            currents = answer(one, self.metal, np.concatenate([drive, within[:, coupled]], axis=1))
+            currents = answer(each, self.metal, np.concatenate([drive, within[:, coupled]], axis=1))
             responses.append(currents[:, : drive.shape[1]])
             driven.append(np.zeros(within.shape, dtype=complex))
             driven[-1][:, coupled] = currents[:, drive.shape[1] :]
@@ -175,15 +176,15 @@ class SolvedTarget:
         for number, (coil, (x, y)) in enumerate(zip(coils, centres, strict=True)):
             from_coil = (points - np.array([x, y, 0.0])).reshape(-1, 3)
             flat[:, number] = coil(from_coil).reshape(len(places), -1)
-        both = np.stack([flat.real, flat.imag], axis=-1)
-        fields = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
+        components = np.stack([flat.real, flat.imag], axis=-1)
+        fields = np.einsum("pcni,pij->njpc", components, turns[:, :2], optimize=True)
         potential = fields.reshape(len(local), 3, -1)
-        return [one.drive(potential).reshape(-1, *fields.shape[2:]) for one in surface.classes]
+        return [current_class.drive(potential).reshape(-1, *fields.shape[2:]) for current_class in surface.classes]
 
 
 def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
-    once: bool = False, returned: Sequence[CoilPotential] = (),
+    is_single_use: bool = False, returned: Sequence[CoilPotential] = (),
 ) -> ComplexArray:
     """Return `SolvedTarget.changes` (targets, poses, coils, coils; H) of one target solved at several frequencies.
 
@@ -201,7 +202,7 @@ def changes_at(
         see `SolvedTarget.changes`
     centres : array
         see `SolvedTarget.changes`
-    once : bool, optional
+    is_single_use : bool, optional
         whether to avoid the inverses of the systems. For few poses it saves two thirds of the work, and their memory.
     returned : sequence of CoilPotential, optional
         potentials of reflected fields alone, at the same centres. They follow the coils in the result.
@@ -219,13 +220,13 @@ def changes_at(
         linked = first._linked(first.surface, *posed, coils, centres)
         if returned:
             more = first._linked(first.smooth or first.surface, *posed, returned, centres)
-            linked = [np.concatenate(both, axis=2) for both in zip(linked, more, strict=True)]
+            linked = [np.concatenate(tables, axis=2) for tables in zip(linked, more, strict=True)]
         couplings = []
         if first.images is not None and first.mirror is not None:
             couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in zip(*posed, strict=True)]
-        flat = [one.reshape(len(one), -1) for one in linked]
+        flat = [table.reshape(len(table), -1) for table in linked]
         for number, target in enumerate(targets):
-            changes[number, some] = target._changes(flat, couplings, (len(places[some]), count), once)
+            changes[number, some] = target._changes(flat, couplings, (len(places[some]), count), is_single_use)
     return changes
 
 
@@ -235,16 +236,16 @@ def turned(angles: Array) -> Array:
     A matrix applies to a point of the target.
     """
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
-    one, none = np.ones_like(cx), np.zeros_like(cx)
-    about_x = _stacked((one, none, none), (none, cx, -sx), (none, sx, cx))
-    about_y = _stacked((cy, none, sy), (none, one, none), (-sy, none, cy))
-    about_z = _stacked((cz, -sz, none), (sz, cz, none), (none, none, one))
+    ones, zeros = np.ones_like(cx), np.zeros_like(cx)
+    about_x = _stacked((ones, zeros, zeros), (zeros, cx, -sx), (zeros, sx, cx))
+    about_y = _stacked((cy, zeros, sy), (zeros, ones, zeros), (-sy, zeros, cy))
+    about_z = _stacked((cz, -sz, zeros), (sz, cz, zeros), (zeros, zeros, ones))
     return np.asarray(about_x @ about_y @ about_z)
 
 
-def _summed(one: Sequence[Array], other: Sequence[Array]) -> Array:
+def _summed(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
     """Return the sum over classes of a' b, in the product of their units."""
-    return np.asarray(sum(a.T @ b for a, b in zip(one, other, strict=True)))
+    return np.asarray(sum(a.T @ b for a, b in zip(left_tables, right_tables, strict=True)))
 
 
 def _complex(parts: Array, axis: int) -> ComplexArray:

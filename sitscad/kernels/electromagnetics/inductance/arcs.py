@@ -103,44 +103,44 @@ def _far_rule(arcs: Array) -> Rule:
     return _plain(next(number for most, number in POINTS if turn <= most))
 
 
-def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """Return lower bounds (n; m) of the distance in the plane of pairs of arcs.
 
     The bound is the distance of their middles less both half lengths. It is negative if they may touch.
     """
-    a, b = one.arcs, other.arcs
+    a, b = first.arcs, second.arcs
     offset = middles(a)[pairs.first] - middles(b)[pairs.second]
     return np.asarray(np.hypot(*offset.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
 
 
-def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+def arc_side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """Return lower bounds (n; m) of the distance of the first track's arcs from the second track's sides."""
-    arcs = one.arcs
-    return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
+    arcs = first.arcs
+    return np.asarray(_middle_distances(first, second, pairs) - half_lengths(arcs)[pairs.first])
 
 
-def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """Return distances (n; m) of arcs' middles from sides."""
-    start, end = other.starts[pairs.second], other.ends[pairs.second]
+    start, end = second.starts[pairs.second], second.ends[pairs.second]
     t = directions(end - start)
-    offset = middles(one.arcs)[pairs.first] - start
+    offset = middles(first.arcs)[pairs.first] - start
     beyond = np.clip(_dot(offset, t), 0.0, _dot(end - start, t))
     return np.asarray(np.hypot(*(offset - beyond[:, None] * t).T))
 
 
-def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
     """Return the integral of t1.t2 / distance (m) over pairs of the first track's arcs and the second track's sides.
 
     Arcs are summed at Gauss points in the closed potential of the sides.
     """
     if not pairs.first.size:
         return 0.0
-    apart, half = _middle_distances(one, other, pairs), half_lengths(one.arcs)[pairs.first]
-    far = (apart >= FAR * half) & (apart - half >= CLEAR * max(one.width, other.width))
-    middling = ~far & (apart >= MIDDLING * half)
-    rules = (far, _far_rule(one.arcs)), (middling, _plain(MIDDLING_POINTS)), (~far & ~middling, _crowded(14))
+    apart, half = _middle_distances(first, second, pairs), half_lengths(first.arcs)[pairs.first]
+    distant = (apart >= FAR * half) & (apart - half >= CLEAR * max(first.width, second.width))
+    middling = ~distant & (apart >= MIDDLING * half)
+    rules = (distant, _far_rule(first.arcs)), (middling, _plain(MIDDLING_POINTS)), (~distant & ~middling, _crowded(14))
     return math.fsum(
-        _some_arcs_with_sides(one.arcs, other, pairs.where(chosen).where(part), strands, rule)
+        _some_arcs_with_sides(first.arcs, second, pairs.where(chosen).where(part), strands, rule)
         for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
     )
 
@@ -158,68 +158,68 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bund
     t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
     reach = _dot(end - start, t)[..., None]
     offset = where - start[:, :, None, :]
-    along, across = _dot(offset, t[:, :, None]), offset[..., 0] * t[..., 1:] - offset[..., 1] * t[..., :1]
+    parallel, lateral = _dot(offset, t[:, :, None]), offset[..., 0] * t[..., 1:] - offset[..., 1] * t[..., :1]
     moved = strands.offsets[0] - strands.offsets[1]
-    ends = np.minimum(np.abs(across[..., 0] + moved), np.abs(across[..., -1] + moved))
-    square = across**2 + strands.clearance(ends)[..., None]
-    beyond, times = reach - along, strands.at_heights(pairs.times)
+    ends = np.minimum(np.abs(lateral[..., 0] + moved), np.abs(lateral[..., -1] + moved))
+    square = lateral**2 + strands.clearance(ends)[..., None]
+    beyond, times = reach - parallel, strands.at_heights(pairs.times)
     share = _dot(tangent, t[:, :, None]) * length * strands.shares[:, None]
     total = 0.0
     for k, height in enumerate(strands.heights):
         rho = np.sqrt(np.maximum(square + height * height, FLOOR))
-        potential = np.arcsinh(beyond / rho) + np.arcsinh(along / rho)
+        potential = np.arcsinh(beyond / rho) + np.arcsinh(parallel / rho)
         total += float(np.einsum("nkp,nkp->n", potential, share) @ times[:, k])
     return total
 
 
-def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
     """Return the integral of t1.t2 / distance (m; Neumann's) over pairs of arcs.
 
     The distance of each pair decides on the method and the number of points.
     """
     if not pairs.first.size:
         return 0.0
-    far = _far_rule(np.concatenate([one.arcs, other.arcs]))
-    methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=far), far[0].size ** 2), *METHODS)
+    rule = _far_rule(np.concatenate([first.arcs, second.arcs]))
+    methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=rule), rule[0].size ** 2), *METHODS)
     total = 0.0
-    for chosen, (method, points) in zip(_sorted(one, other, pairs), methods, strict=True):
+    for chosen, (method, points) in zip(_sorted(first, second, pairs), methods, strict=True):
         some = pairs.where(chosen)
         for part in strands.blocks(some.first.size, points):
             times = strands.at_heights(some.times[part])
-            total += method(one.arcs[some.first[part]], other.arcs[some.second[part]], strands, times)
+            total += method(first.arcs[some.first[part]], second.arcs[some.second[part]], strands, times)
     return total
 
 
-def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
+def _sorted(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, ...]:
     """Return flags (n,; no unit) of the pairs of each method: far pairs first, then the entries of METHODS in order."""
-    a, b = one.arcs[pairs.first], other.arcs[pairs.second]
+    a, b = first.arcs[pairs.first], second.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
     turn = np.abs(np.remainder(low - other_low + math.pi, 2.0 * math.pi) - math.pi)
     concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, 5] - b[:, 5]) < 1e-9)
-    width, half, other_half = max(one.width, other.width), half_lengths(a), half_lengths(b)
+    width, half, other_half = max(first.width, second.width), half_lengths(a), half_lengths(b)
     between = np.hypot(*(middles(a) - middles(b)).T)
     ratio = np.minimum((between - other_half) / half, (between - half) / other_half)
-    far = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)
-    middling = ~concentric & ~far & (ratio >= MIDDLING)
-    rest = ~(concentric | far | middling)
+    distant = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)
+    middling = ~concentric & ~distant & (ratio >= MIDDLING)
+    rest = ~(concentric | distant | middling)
     spaces = np.full(rest.shape, np.inf)
     spaces[rest] = _distances(a[rest], b[rest]) / np.maximum(half, other_half)[rest]
     middling |= rest & (spaces >= APART)
-    beside = (one.z != other.z) & (apart < a[:, 2] + b[:, 2] + width)
+    beside = (first.z != second.z) & (apart < a[:, 2] + b[:, 2] + width)
     opposite = rest & ~middling & (apart > 0.3 * np.maximum(a[:, 2], b[:, 2])) & ~beside
     rest &= ~middling & ~opposite
     spaced = rest & (spaces >= SPACED)
     clear = rest & ~spaced & (spaces >= BESIDE)
-    return far, concentric, middling, opposite, spaced, clear, rest & ~spaced & ~clear
+    return distant, concentric, middling, opposite, spaced, clear, rest & ~spaced & ~clear
 
 
 def _distances(a: Array, b: Array) -> Array:
     """Return least distances (n; m) of pairs of arcs (n, 6), from SAMPLES points of each."""
-    one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
+    points, other_points = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     least = np.empty(len(a))
     for part in slices(len(a), 500):
-        offset = one[part, :, None] - other[part, None, :]
+        offset = points[part, :, None] - other_points[part, None, :]
         least[part] = np.sqrt(np.min(_dot(offset, offset), axis=(1, 2)))
     return least
 
@@ -233,8 +233,8 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
     x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
     clearance = strands.clearance(np.sqrt(np.min(x * x + y * y, axis=(1, 2, 3))))
-    p, t, along = _arc_points(a, strands.offsets[0], rule)
-    q, u, other_along = _arc_points(b, strands.offsets[1], rule)
+    p, t, elements = _arc_points(a, strands.offsets[0], rule)
+    q, u, other_elements = _arc_points(b, strands.offsets[1], rule)
     x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
     apart = x * x
     y *= y
@@ -247,7 +247,7 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
         np.maximum(np.add(apart, height * height, out=x), FLOOR, out=x)
         np.divide(1.0, np.sqrt(x, out=x), out=x)
         x *= dot[:, None]
-        inner = np.sum(np.matmul(x, other_along[..., None])[..., 0] * along, axis=2)
+        inner = np.sum(np.matmul(x, other_elements[..., None])[..., 0] * elements, axis=2)
         total += float(times[:, k] @ (inner @ strands.shares))
     return total
 
@@ -339,9 +339,9 @@ class _TurnedTangents:
         jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
         half = np.tan(0.5 * (self.away - v))
         square = half * half
-        both = 1.0 / (1.0 + square)
-        dot = (self.sine * (1.0 - square) + 2.0 * self.cosine * half) * both
-        return np.asarray(np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3))
+        double = 1.0 / (1.0 + square)
+        dot = (self.sine * (1.0 - square) + 2.0 * self.cosine * half) * double
+        return np.asarray(np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * double, FLOOR)), axis=3))
 
 
 SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))

@@ -40,12 +40,13 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
 
     `layers` are rows (any shape; m, rad) that define where each layer runs. Often every second layer repeats a plan.
     """
-    known: list[Array] = []
+    plans: list[Array] = []
     numbers = []
     for layer in layers:
-        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
-        numbers += same[:1] or [len(known)]
-        known += [] if same else [layer]
+        same = [k for k, plan in enumerate(plans)
+                if plan.shape == layer.shape and np.all(np.abs(plan - layer) <= ALIKE)]
+        numbers += same[:1] or [len(plans)]
+        plans += [] if same else [layer]
     return numbers
 
 
@@ -103,8 +104,8 @@ class Cluster:
         nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
         x, y = (shares(points, at[:, k]) for k, points in enumerate(axes))
-        both = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
-        weighed = both.T @ self.elements.reshape(len(at), -1)
+        products = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
+        weighed = products.T @ self.elements.reshape(len(at), -1)
         return nodes, weighed.reshape(-1, *self.elements.shape[1:])
 
 
@@ -120,8 +121,8 @@ def neumann_sum(first: Plans, second: Plans) -> float:
     thicknesses.
     """
     heights = _Heights(first, second)
-    one, other = (_whole(plans) for plans in (first, second))
-    return math.fsum(heights.sum(*pair) for pair in _pairs(one, other))
+    first_cluster, second_cluster = (_whole(plans) for plans in (first, second))
+    return math.fsum(heights.sum(*pair) for pair in _pairs(first_cluster, second_cluster))
 
 
 class _Heights:
@@ -131,8 +132,8 @@ class _Heights:
         counts: dict[tuple[int, int, float], float] = {}
         for a, z, thickness in first.layers:
             for b, other, other_thickness in second.layers:
-                spread = math.sqrt((thickness**2 + other_thickness**2) / 12.0)
-                for height in (abs(z - other) - spread, abs(z - other) + spread):
+                deviation = math.sqrt((thickness**2 + other_thickness**2) / 12.0)
+                for height in (abs(z - other) - deviation, abs(z - other) + deviation):
                     key = a, b, round(height * height, 18)
                     counts[key] = counts.get(key, 0.0) + 0.5
         self.squares = np.array(sorted({square for _, _, square in counts}))
@@ -154,15 +155,15 @@ class _Heights:
             return self.known[count]
         return self.squares, self.times
 
-    def sum(self, one: Points, other: Points, apart: float) -> float:
+    def sum(self, first: Points, second: Points, apart: float) -> float:
         """Return the sum (m) of dp.dq / distance over all pairs of points.
 
         Both sets have points (n, 2; m) with line elements (n, plans, 2; m). They are at least `apart` (m) from each
         other.
         """
-        middle = 0.5 * (one[0].mean(axis=0) + other[0].mean(axis=0))
-        p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
-        elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
+        middle = 0.5 * (first[0].mean(axis=0) + second[0].mean(axis=0))
+        p, q, elements, other_elements = first[0] - middle, second[0] - middle, first[1], second[1]
+        elements, other_elements = elements.reshape(len(p), -1), other_elements.reshape(len(q), -1)
         # squared distances as a single matrix product: (-2 p, p^2, 1) with (q, 1, q^2)
         rows = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
         square = rows @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
@@ -170,7 +171,7 @@ class _Heights:
         for height, times in zip(*self.nodes(apart), strict=True):
             np.sqrt(np.add(square, height, out=inverse), out=inverse)
             np.divide(1.0, inverse, out=inverse)
-            mutual = (elements.T @ (inverse @ others)).reshape(*times.shape[:1], 2, times.shape[1], 2)
+            mutual = (elements.T @ (inverse @ other_elements)).reshape(*times.shape[:1], 2, times.shape[1], 2)
             total += float(np.sum((mutual[:, 0, :, 0] + mutual[:, 1, :, 1]) * times))
         return total
 
@@ -188,17 +189,17 @@ def _cluster(places: Array, elements: Array) -> Cluster:
     return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
 
 
-def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
+def _pairs(first: Cluster, second: Cluster) -> list[tuple[Points, Points, float]]:
     """Return pairs of point sets that together cover two clusters, and the least distance (m) of each pair.
 
     The distance is between the bounding boxes. Distant clusters are represented by their nodes.
     """
-    gaps = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
-    size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*gaps.tolist())
+    gaps = np.maximum(np.abs(first.centre - second.centre) - first.half - second.half, 0.0)
+    size, other_size, gap = float(first.half.max()), float(second.half.max()), math.hypot(*gaps.tolist())
     if gap >= APART * max(size, other_size, 1e-300):
-        return [(one.seen, other.seen, gap)]
-    if not (one.parts or other.parts):
-        return [((one.places, one.elements), (other.places, other.elements), gap)]
-    if one.parts and (size >= other_size or not other.parts):
-        return [pair for part in one.parts for pair in _pairs(part, other)]
-    return [pair for part in other.parts for pair in _pairs(one, part)]
+        return [(first.seen, second.seen, gap)]
+    if not (first.parts or second.parts):
+        return [((first.places, first.elements), (second.places, second.elements), gap)]
+    if first.parts and (size >= other_size or not second.parts):
+        return [pair for part in first.parts for pair in _pairs(part, second)]
+    return [pair for part in second.parts for pair in _pairs(first, part)]

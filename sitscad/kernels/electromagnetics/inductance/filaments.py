@@ -57,8 +57,8 @@ def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
     """
     span = ends - starts
     offset = points - starts
-    along = np.clip(np.sum(offset * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
-    return np.asarray(np.hypot(*np.moveaxis(offset - along[..., None] * span, -1, 0)))
+    part = np.clip(np.sum(offset * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
+    return np.asarray(np.hypot(*np.moveaxis(offset - part[..., None] * span, -1, 0)))
 
 
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
@@ -82,15 +82,15 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
     length, start, end, square = np.broadcast_arrays(length, start, end, distance_squared)
     reach = np.maximum(np.abs(length), np.abs(end - start))
     gap = np.maximum(np.maximum(np.minimum(start, end) - length, -np.maximum(start, end)), 0.0)
-    far = square + gap * gap > (FAR * reach) ** 2
+    distant = square + gap * gap > (FAR * reach) ** 2
     rho = np.sqrt(square)
     result = _twice(end, rho) - _twice(start, rho) - _twice(end - length, rho) + _twice(start - length, rho)
-    if far.any():
+    if distant.any():
         nodes, weights = gauss(4)
         u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
         v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
         summed = np.sum(weights[:, None] * weights / np.sqrt((u - v) ** 2 + square[..., None, None]), axis=(-1, -2))
-        result = np.where(far, 0.25 * length * (end - start) * summed, result)
+        result = np.where(distant, 0.25 * length * (end - start) * summed, result)
     return MU0 / (4.0 * math.pi) * result
 
 
@@ -135,11 +135,11 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
     t, _ = _directions((starts, ends))
     normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
     clearance = np.abs(normal @ (0.5 * (starts + ends)).T - np.sum(normal * starts, axis=1)[:, None])
-    for i, one in enumerate(sets):
-        for j, other in enumerate(sets):
-            height = round(abs(one.z - other.z), 12)  # equal heights share a table
-            widths = (min(one.width, other.width), max(one.width, other.width))
-            thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
+    for i, first in enumerate(sets):
+        for j, second in enumerate(sets):
+            height = round(abs(first.z - second.z), 12)  # equal heights share a table
+            widths = (min(first.width, second.width), max(first.width, second.width))
+            thicknesses = (min(first.thickness, second.thickness), max(first.thickness, second.thickness))
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
             clearance[block] = height**2 + np.interp(clearance[block], *clearance_table(height, widths, thicknesses, 1))
     count = max(groups) + 1
@@ -231,15 +231,16 @@ def inclined_integral(
         term -= height / sine * np.arctan((square * cosine + u * v * sine**2) / (height * distance * sine))
         result += sign * term
     middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
-    far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
-    if far.any():
-        far = np.broadcast_to(far, result.shape)
-        u0, u1, v0, v1, cosine, square = (np.broadcast_to(x, far.shape)[far] for x in (u0, u1, v0, v1, cosine, square))
+    apart = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
+    if apart.any():
+        apart = np.broadcast_to(apart, result.shape)
+        u0, u1, v0, v1, cosine, square = (
+            np.broadcast_to(x, apart.shape)[apart] for x in (u0, u1, v0, v1, cosine, square))
         nodes, weights = gauss(4)
         u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
         v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
         distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
-        result[far] = 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
+        result[apart] = 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
     return result
 
 
@@ -282,13 +283,14 @@ def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, cle
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])
     axis = (sides / lengths[:, None]).T
-    left = np.stack([axis[1], -axis[0]])
-    along = points[:, :2] @ axis - np.sum(segments.starts.T * axis, axis=0)
-    lateral = points[:, :2] @ left - np.sum(segments.starts.T * left, axis=0)
+    normal = np.stack([axis[1], -axis[0]])
+    parallel = points[:, :2] @ axis - np.sum(segments.starts.T * axis, axis=0)
+    lateral = points[:, :2] @ normal - np.sum(segments.starts.T * normal, axis=0)
     square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + max(clearance, TOUCHING) ** 2
     # asinh(a / rho) + asinh(b / rho) as a single logarithm, without cancellation on the segment's axis
-    rest = lengths - along
-    one = np.sqrt(along**2 + square) + np.abs(along)
-    other = np.sqrt(rest**2 + square) + np.abs(rest)
-    ratio = np.where(along < 0.0, other / one, np.where(rest < 0.0, one / other, one * other / square))
+    rest = lengths - parallel
+    start_sum = np.sqrt(parallel**2 + square) + np.abs(parallel)
+    end_sum = np.sqrt(rest**2 + square) + np.abs(rest)
+    ahead = np.where(rest < 0.0, start_sum / end_sum, start_sum * end_sum / square)
+    ratio = np.where(parallel < 0.0, end_sum / start_sum, ahead)
     return float(np.sum((elements @ axis) * np.log(ratio)))

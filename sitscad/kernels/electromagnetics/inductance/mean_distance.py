@@ -55,10 +55,10 @@ def log_mean_distance(
     d = np.abs(np.asarray(across, dtype=float)) / unit
     h, w, t = abs(height) / unit, (widths[0] / unit, widths[1] / unit), (thicknesses[0] / unit, thicknesses[1] / unit)
     reach = 0.5 * (math.hypot(w[0], t[0]) + math.hypot(w[1], t[1]))
-    far = np.hypot(d, h) > SERIES_FROM * reach
+    distant = np.hypot(d, h) > SERIES_FROM * reach
     result = np.empty_like(d)
     # <Re ln(zeta + xi)> (lengths in m) with xi = x - x' + i (z - z')
-    zeta = d[far] + 1j * h
+    zeta = d[distant] + 1j * h
     moments = _even_moments(w, t)
     inverse = 1.0 / (zeta * zeta)
     total = np.zeros_like(zeta)
@@ -66,8 +66,8 @@ def log_mean_distance(
     for order, moment in enumerate(moments, start=1):
         total -= moment / (2 * order) * power
         power = power * inverse
-    result[far] = np.log(np.abs(zeta)) + total.real
-    near = ~far
+    result[distant] = np.log(np.abs(zeta)) + total.real
+    near = ~distant
     if near.any():
         result[near] = _closed(d[near], h, w, t)
     return result + math.log(unit)
@@ -106,7 +106,7 @@ def strand_clearance(
     radius of curvature. Two levels keep the mean distance, too, on which the ends and corners of tracks above each
     other depend.
     """
-    wanted = 2.0 * log_mean_distance(across, height, widths, thicknesses)
+    log_square = 2.0 * log_mean_distance(across, height, widths, thicknesses)
     d = np.asarray(across, dtype=float)
     nodes, weights = gauss(strands)
     offsets = 0.5 * (widths[0] * nodes[:, None] - widths[1] * nodes[None, :])
@@ -115,17 +115,17 @@ def strand_clearance(
     squares = np.concatenate([(d[..., None] + offsets.ravel()) ** 2 + h * h for h in heights], axis=-1)
     share = np.tile(share, levels) / levels
     if strands == levels == 1:
-        return np.exp(wanted) - squares[..., 0]
+        return np.exp(log_square) - squares[..., 0]
     # Newton's method for the clearance c with the required mean of ln(a + c)
     smallest = squares.min(axis=-1)
-    clearance = np.maximum(-0.5 * smallest, np.exp(np.minimum(wanted, 600.0)) * 1e-3 - smallest)
+    clearance = np.maximum(-0.5 * smallest, np.exp(np.minimum(log_square, 600.0)) * 1e-3 - smallest)
     start = np.sum(share * np.log(squares + clearance[..., None]), axis=-1)
-    clearance = np.where(start > wanted, -smallest * (1.0 - 1e-9) + 1e-9 * np.exp(wanted), clearance)
+    clearance = np.where(start > log_square, -smallest * (1.0 - 1e-9) + 1e-9 * np.exp(log_square), clearance)
     for _ in range(40):
         inside = squares + clearance[..., None]
-        step = (wanted - np.sum(share * np.log(inside), axis=-1)) / np.sum(share / inside, axis=-1)
+        step = (log_square - np.sum(share * np.log(inside), axis=-1)) / np.sum(share / inside, axis=-1)
         clearance = np.maximum(clearance + step, -smallest * (1.0 - 1e-9))
-        if np.all(np.abs(step) <= 1e-12 * np.exp(wanted)):
+        if np.all(np.abs(step) <= 1e-12 * np.exp(log_square)):
             break
     return clearance
 
@@ -146,8 +146,8 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
     """
     if levels == 1:
         return (height,)
-    spread = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
-    return abs(height) - spread, abs(height) + spread
+    deviation = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
+    return abs(height) - deviation, abs(height) + deviation
 
 
 @lru_cache(maxsize=256)
@@ -162,8 +162,9 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
     follow by the binomial theorem.
     """
 
-    def of_difference(one: float, other: float) -> list[float]:
-        first, second = ([(width / 2) ** (2 * n) / (2 * n + 1) for n in range(6)] for width in (one, other))
+    def of_difference(first_width: float, second_width: float) -> list[float]:
+        widths = first_width, second_width
+        first, second = ([(width / 2) ** (2 * n) / (2 * n + 1) for n in range(6)] for width in widths)
         return [sum(math.comb(2 * n, 2 * k) * first[n - k] * second[k] for k in range(n + 1)) for n in range(6)]
 
     x, z = of_difference(*w), of_difference(*t)

@@ -66,7 +66,7 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
     """
     rings, first = mean_rings(layers), layers[0]
     z, sense, angle, circulation, thickness = np.array(
-        [(one.z, one.sense, one.angle, one.circulation, one.thickness) for one in layers]).T[:, rings.layer]
+        [(layer.z, layer.sense, layer.angle, layer.circulation, layer.thickness) for layer in layers]).T[:, rings.layer]
     gap, height = rings.radii[:, None] - rings.radii, z[:, None] - z
     # same sense: ahead by a fraction of a pitch, and for the rest of the turn by that fraction less a pitch
     ahead = (sense * (angle[:, None] - angle) / (2.0 * math.pi)) % 1.0

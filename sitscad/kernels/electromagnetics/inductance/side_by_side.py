@@ -98,8 +98,8 @@ class Pieces:
     def reach(self, headings: Array) -> Array:
         """Return the reach (m) of the centre lines from the origin along headings (2, n)."""
         most = math.ceil(float(self.angles.max()) / SAMPLED)
-        along = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
-        points, _ = self.points(np.arange(len(self.rows)), along, 0.0)
+        parts = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
+        points, _ = self.points(np.arange(len(self.rows)), parts, 0.0)
         return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
 
     def moved(self, dx: float, dy: float) -> Pieces:
@@ -107,10 +107,10 @@ class Pieces:
         step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
         return replace(self, rows=self.rows + np.array(step))
 
-    def points(self, index: Index, s: Array, left: float) -> tuple[Array, Array]:
+    def points(self, index: Index, s: Array, offset: float) -> tuple[Array, Array]:
         """Return points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces `index` (k).
 
-        The points are `left` metres to the left of the centre line.
+        The points are `offset` metres to the left of the centre line.
 
         Notes
         -----
@@ -119,7 +119,7 @@ class Pieces:
         """
         rows = self.rows[index][:, None, :]
         if not self.is_curved:
-            start, end = rows[..., :2] + left * rows[..., 4:6], rows[..., 2:4] + left * rows[..., 6:]
+            start, end = rows[..., :2] + offset * rows[..., 4:6], rows[..., 2:4] + offset * rows[..., 6:]
             return start + s[..., None] * (end - start), np.broadcast_to(end - start, (*s.shape, 2))
         centre, (radius, azimuth, direction, angle, fall) = rows[..., :2], np.moveaxis(rows[..., 2:], 2, 0)
         turned = angle * s
@@ -130,8 +130,8 @@ class Pieces:
         speed = np.hypot(r, fall)
         normal = np.stack([-step[..., 1], step[..., 0]], axis=-1) / speed[..., None]
         # a parallel curve is shorter on the inner side, by its curvature
-        shorter = 1.0 - left * direction * (r * r + 2.0 * fall * fall) / speed**3
-        return centre + r[..., None] * outward + left * normal, step * (shorter * angle)[..., None]
+        shorter = 1.0 - offset * direction * (r * r + 2.0 * fall * fall) / speed**3
+        return centre + r[..., None] * outward + offset * normal, step * (shorter * angle)[..., None]
 
     def distance(self, where: Array) -> Array:
         """Return the least distance (m) in the plane of points (k, 2) from the centre lines."""
@@ -208,9 +208,9 @@ def _half_turns(layer: SpiralLayer) -> Array:
     if not layer.inward:
         theta = layer.span - theta
     walk = 1.0 if layer.inward else -1.0
-    one = np.ones(count)
-    return np.stack([0.0 * one, 0.0 * one, layer.radius - slope * theta, layer.angle + layer.sense * theta,
-                     walk * layer.sense * one, step * one, walk * slope * one], axis=1)
+    ones = np.ones(count)
+    return np.stack([0.0 * ones, 0.0 * ones, layer.radius - slope * theta, layer.angle + layer.sense * theta,
+                     walk * layer.sense * ones, step * ones, walk * slope * ones], axis=1)
 
 
 @record
@@ -228,8 +228,8 @@ def spirals_side_by_side(
 
     The second winding's centre is `displacement` (m) from the first one's.
     """
-    (one, layers), (other, others) = spiral_pieces(first), spiral_pieces(second)
-    return _side_by_side([one], layers, [other.moved(*displacement)], others)
+    (pieces, layers), (other_pieces, other_layers) = spiral_pieces(first), spiral_pieces(second)
+    return _side_by_side([pieces], layers, [other_pieces.moved(*displacement)], other_layers)
 
 
 def tracks_side_by_side(
@@ -239,12 +239,14 @@ def tracks_side_by_side(
 
     The second winding is moved by `displacement` (m).
     """
-    (*one, layers), (*other, others) = track_pieces(first), track_pieces(second)
-    moved = [pieces.moved(*displacement) for pieces in other if len(pieces.rows)]
-    return _side_by_side([pieces for pieces in one if len(pieces.rows)], layers, moved, others)
+    (*kinds, layers), (*other_kinds, other_layers) = track_pieces(first), track_pieces(second)
+    moved = [pieces.moved(*displacement) for pieces in other_kinds if len(pieces.rows)]
+    return _side_by_side([pieces for pieces in kinds if len(pieces.rows)], layers, moved, other_layers)
 
 
-def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
+def _side_by_side(
+    first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], other_layers: Layers
+) -> SideBySide:
     """Return the mutual inductance (H) of two windings that do not overlap.
 
     It is mu0 / (4 pi) times Neumann's sum over parts.
@@ -252,8 +254,8 @@ def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Piec
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]
     other_parts = [_parts(pieces, outline) for pieces in second]
-    least = min(one.least for one in (*parts, *other_parts))
-    total = neumann_sum(_sampled(parts, layers), _sampled(other_parts, others))
+    least = min(part.least for part in (*parts, *other_parts))
+    total = neumann_sum(_sampled(parts, layers), _sampled(other_parts, other_layers))
     return SideBySide(MU0 / (4.0 * math.pi) * total, first[0].width / least)
 
 
@@ -303,27 +305,29 @@ class _Parts:
     least: float
 
 
-def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
+def _parts(pieces: Pieces, other: _WindingOutline) -> _Parts:
     """Return pieces (m) halved until each part is short and straight against its distance from the other winding."""
-    index = np.arange(len(own.rows))
+    index = np.arange(len(pieces.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     batches, least = [], math.inf
     for halving in range(HALVINGS):
-        middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
+        middle, _ = pieces.points(index, (low + 0.5 * step)[:, None], 0.0)
         distance = other.distance(middle[:, 0])
         least = min(least, float(distance.min()))
-        ratio, angle = own.lengths[index] * step / np.maximum(distance, 0.25 * own.width), own.angles[index] * step
+        ratio = pieces.lengths[index] * step / np.maximum(distance, 0.25 * pieces.width)
+        angle = pieces.angles[index] * step
         long = (ratio > LONG) | (angle > BEND)
         if halving == HALVINGS - 1:
             long[:] = False
-        batches.append([table[~long] for table in (index, low, step, _counts(ratio, angle), _strands(own, distance))])
+        counted = index, low, step, _counts(ratio, angle), _strands(pieces, distance)
+        batches.append([table[~long] for table in counted])
         index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
         low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
         step = half
         if not index.size:
             break
     index, low, step, counts, strands = (np.concatenate(tables) for tables in zip(*batches, strict=True))
-    return _Parts(own, index, low, step, counts, strands, least)
+    return _Parts(pieces, index, low, step, counts, strands, least)
 
 
 def _counts(ratio: Array, angle: Array) -> Index:
@@ -335,18 +339,18 @@ def _counts(ratio: Array, angle: Array) -> Index:
     return np.minimum(counts, POINTS)
 
 
-def _strands(pieces: Pieces, away: Array) -> Index:
-    """Return numbers of strands (n; no unit) of parts, from the track's width and the distance `away` (n; m)."""
+def _strands(pieces: Pieces, distances: Array) -> Index:
+    """Return numbers of strands (n; no unit) of parts, from the track's width and the distances (n; m)."""
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
-    return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
+    return np.where(pieces.width > NEAR * distances, 3, 2 if pieces.width > WIDE * size else 1)
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
     """Return all parts as points, line elements (m) and plan numbers, with the layers of their winding."""
     samples = [
-        _points(one, count, strands)
-        for one in parts
-        for count, strands in sorted(set(zip(one.counts.tolist(), one.strands.tolist(), strict=True)))
+        _points(part, count, strands)
+        for part in parts
+        for count, strands in sorted(set(zip(part.counts.tolist(), part.strands.tolist(), strict=True)))
     ]
     places, elements, owners = (np.concatenate(tables) for tables in zip(*samples, strict=True))
     return Plans(places, elements, owners, layers)
@@ -359,11 +363,11 @@ def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Inde
     """
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
-    (nodes, weights), (across, shares) = gauss(count), gauss(strands)
+    (nodes, weights), (across, strand_weights) = gauss(count), gauss(strands)
     samples = []
-    for x, share in zip(across.tolist(), shares.tolist(), strict=True):
+    for x, strand_weight in zip(across.tolist(), strand_weights.tolist(), strict=True):
         where, slope = parts.pieces.points(index, low + step * 0.5 * (1.0 + nodes), 0.5 * parts.pieces.width * x)
-        element = slope * (0.25 * share * step * weights)[..., None]
+        element = slope * (0.25 * strand_weight * step * weights)[..., None]
         samples.append((where.reshape(-1, 2), element.reshape(-1, 2)))
     owner = np.tile(np.repeat(parts.pieces.owner[index], count), strands)
     return np.concatenate([where for where, _ in samples]), np.concatenate([element for _, element in samples]), owner

@@ -104,21 +104,21 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
     """
     count = len(layers)
     matrix = np.empty((count, count))
-    known: dict[tuple[object, ...], float] = {}
+    inductances: dict[tuple[object, ...], float] = {}
     for i in range(count):
         for j in range(i + 1):
             # pairs have equal keys if a rotation, a mirror or an exchange maps them to each other
             a, b = layers[i], layers[j]
             turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
             sections = ((a.width, a.thickness), (b.width, b.thickness))
-            alike = a.turns == b.turns
-            turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense and alike else turn
-            section = tuple(sorted(sections)) if alike else sections
+            is_same_length = a.turns == b.turns
+            turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense and is_same_length else turn
+            section = tuple(sorted(sections)) if is_same_length else sections
             key = (a.sense == b.sense, round(turn, 9) % round(2.0 * math.pi, 9), round(abs(a.z - b.z), 12), section,
                     a.radius, b.radius, a.pitch, a.turns, b.turns, a.inward == b.inward)
-            if key not in known:
-                known[key] = spiral_mutual_inductance(layers[i], layers[j], resolution)
-            matrix[i, j] = matrix[j, i] = known[key]
+            if key not in inductances:
+                inductances[key] = spiral_mutual_inductance(layers[i], layers[j], resolution)
+            matrix[i, j] = matrix[j, i] = inductances[key]
     return matrix
 
 
@@ -181,30 +181,31 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
     u = v + centres[owner][:, None]
     start, end = np.maximum(0.0, -u), np.minimum(spans[0], spans[1] - u)
-    nodes, along = gauss(resolution.along)
+    nodes, node_weights = gauss(resolution.along)
     theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
-    weight = (weight * 0.5 * (end - start))[..., None] * along
+    weight = (weight * 0.5 * (end - start))[..., None] * node_weights
     extra = level + clearance[owner][:, None, None]
     step = (rb - ra - b * u)[..., None]
     r1 = ra - b * theta
     r2 = r1 + step
     weight = weight * ((b * b + r1 * r2) * np.cos(v)[..., None] + b * step * np.sin(v)[..., None])
-    one, other = _beside(r1, b, first.width / unit, strands), _beside(r2, b, second.width / unit, strands)
-    return _over_strands(one, other, v, step, 1.0, extra, weight, levels_apart)
+    first_strands = _beside(r1, b, first.width / unit, strands)
+    second_strands = _beside(r2, b, second.width / unit, strands)
+    return _over_strands(first_strands, second_strands, v, step, 1.0, extra, weight, levels_apart)
 
 
 Strand = tuple[float, Array, Array, Array, Array]
 
 
 def _over_strands(
-    one: Sequence[Strand], other: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
+    first: Sequence[Strand], second: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
     """Return the sum (over the unit of length) of `weight` over distance, for all pairs of strands (`_beside`).
 
     Parameters
     ----------
-    one, other : sequence of Strand
+    first, second : sequence of Strand
         strands of both layers
     v : array
         azimuth from the first to the second centre line (rad)
@@ -226,8 +227,8 @@ def _over_strands(
     """
     half, sine = (2.0 * np.sin(0.5 * v) ** 2)[..., None], np.sin(v)[..., None]
     total = 0.0
-    for share, p, a, x1, stretch in one:
-        for other_share, q, ahead, x2, other_stretch in other:
+    for share, p, a, x1, stretch in first:
+        for other_share, q, ahead, x2, other_stretch in second:
             c = sense * ahead
             squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
             squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * (sense * sine))
@@ -301,11 +302,11 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     # the area element of both angles is the element of their sum and the gap, divided by 2 b
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
     extra = level + np.interp(np.abs(gap), *table)
-    both = (ra + rb - b * total_angle)[..., None]
-    r1, r2 = 0.5 * (both + gap), 0.5 * (both - gap)
-    weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * both * np.sin(v)[..., None])
-    one, other = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
-    return _over_strands(one, other, v, -gap, -1.0, extra, weight, levels_apart)
+    radius_sum = (ra + rb - b * total_angle)[..., None]
+    r1, r2 = 0.5 * (radius_sum + gap), 0.5 * (radius_sum - gap)
+    weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * radius_sum * np.sin(v)[..., None])
+    first_strands, second_strands = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
+    return _over_strands(first_strands, second_strands, v, -gap, -1.0, extra, weight, levels_apart)
 
 
 # Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They

@@ -121,13 +121,13 @@ def _tangent(side: Side | BentPiece) -> Array:
     return np.asarray(step / np.hypot(*step))
 
 
-def _mitre(one: Array, other: Array) -> Array:
+def _mitre(incoming: Array, outgoing: Array) -> Array:
     """Return the shift (2,; m per metre of offset to the left) of the joint of sides along two unit vectors.
 
     It is the sum of both normals over 1 + their product (derived here).
     """
-    left, right = np.array([-one[1], one[0]]), np.array([-other[1], other[0]])
-    return np.asarray((left + right) / (1.0 + left @ right))
+    incoming_normal, outgoing_normal = np.array([-incoming[1], incoming[0]]), np.array([-outgoing[1], outgoing[0]])
+    return np.asarray((incoming_normal + outgoing_normal) / (1.0 + incoming_normal @ outgoing_normal))
 
 
 @record(eq=False)
@@ -177,14 +177,14 @@ class Bundle:
         return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
-def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
+def bundle(first: Track, second: Track, count: int, levels: int) -> Bundle:
     """Return all pairs of `count` strands per track, at the Gauss points of its width (m).
 
     The pairs are at `levels` heights (m), with clearances from `mean_distance.strand_clearance`.
     """
-    heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
-    widths, thicknesses = (one.width, other.width), (one.thickness, other.thickness)
-    clearances = clearance_table(abs(one.z - other.z), widths, thicknesses, count, levels)
+    heights = level_heights(first.z - second.z, (first.thickness, second.thickness), levels)
+    widths, thicknesses = (first.width, second.width), (first.thickness, second.thickness)
+    clearances = clearance_table(abs(first.z - second.z), widths, thicknesses, count, levels)
     return Bundle(*_strands(*widths, count), np.array(heights), clearances)
 
 
@@ -208,10 +208,10 @@ def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array
     return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
 
 
-def common_levels(one: Track, other: Track, count: int) -> int:
+def common_levels(first: Track, second: Track, count: int) -> int:
     """Return the number of heights (m) of the strands of two layers: two if the copper is thick, else one."""
-    thick = max(one.thickness, other.thickness) > THICK * min(one.width, other.width)
-    return 2 if one.z != other.z and count > 1 and thick else 1
+    thick = max(first.thickness, second.thickness) > THICK * min(first.width, second.width)
+    return 2 if first.z != second.z and count > 1 and thick else 1
 
 
 def directions(steps: Array) -> Array:
@@ -292,16 +292,16 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
     unchanged.
     """
     step = track.ends - track.starts
-    along = step / np.hypot(step[:, 0], step[:, 1])[:, None]
-    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    tangents = step / np.hypot(step[:, 0], step[:, 1])[:, None]
+    normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
 
-    def seen(points: Array, axis: Array = along) -> Array:
+    def seen(points: Array, axis: Array = tangents) -> Array:
         return np.asarray(np.sum(points * axis, axis=1))
 
-    start, end, aside = seen(track.starts), seen(track.ends), seen(track.starts, left)
+    start, end, lateral = seen(track.starts), seen(track.ends), seen(track.starts, normals)
     before, after = seen(track.before), seen(track.after)
-    rows, mirrored = (start, end, aside, before, after), (-end, -start, aside, -after, -before)
-    return np.stack(rows, axis=1), np.stack(mirrored, axis=1), np.arctan2(along[:, 1], along[:, 0])
+    rows, mirrored = (start, end, lateral, before, after), (-end, -start, lateral, -after, -before)
+    return np.stack(rows, axis=1), np.stack(mirrored, axis=1), np.arctan2(tangents[:, 1], tangents[:, 0])
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
@@ -313,32 +313,32 @@ def _arcs(track: Track) -> tuple[Array, Array, Array]:
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle
     cosine, sine = np.cos(middle), np.sin(middle)
-    out, aside = x * cosine + y * sine, y * cosine - x * sine
+    out, lateral = x * cosine + y * sine, y * cosine - x * sine
     # as for a counter-clockwise arc: the direction has its own column
-    return (np.stack([out, aside, radius, way, angle], axis=1), np.stack([out, -aside, radius, way, angle], axis=1),
+    return (np.stack([out, lateral, radius, way, angle], axis=1), np.stack([out, -lateral, radius, way, angle], axis=1),
             middle + 0.5 * math.pi)
 
 
-def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
+def _numbered(tables: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
     """Return the kinds of pieces: rows (n, 5) that agree to DIGITS places have one kind.
 
-    `found` are the results of `_sides` or `_arcs` for each track, `headings` the numbers of the directions.
+    `tables` are the results of `_sides` or `_arcs` for each track, `headings` the numbers of the directions.
     """
-    rows, mirrored = (np.concatenate([part[k] for part in found]) for k in (0, 1))
-    both = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
-    number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
-    owner = np.repeat(np.arange(len(found)), [len(part[0]) for part in found])
+    rows, mirrored = (np.concatenate([part[k] for part in tables]) for k in (0, 1))
+    all_rows = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
+    number = np.unique(all_rows, axis=0, return_inverse=True)[1].reshape(-1)
+    owner = np.repeat(np.arange(len(tables)), [len(part[0]) for part in tables])
     return Kinds(number[: len(rows)], number[len(rows) :], headings, owner)
 
 
 def distinct_pairs(
-    one: Kinds, other: Kinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
+    kinds: Kinds, other_kinds: Kinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
 ) -> Pairs:
     """Return the distinct pairs of a piece of the first set and a piece of the second set, with their multiplicities.
 
     Parameters
     ----------
-    one, other : Kinds
+    kinds, other_kinds : Kinds
         kinds of both sets of pieces
     turns : Turns
         angles between directions
@@ -346,19 +346,20 @@ def distinct_pairs(
         lists of layer numbers (first, second) with a multiplicity. The result has a column of `times` for each list
     """
     layers_in_all = 1 + max(max(i, j) for layers in relations for i, j, _ in layers)
-    plans, others = _plans(one, layers_in_all), _plans(other, layers_in_all)
-    alike: list[dict[tuple[int, int], float]] = [{} for _ in relations]
-    for layers, count in zip(relations, alike, strict=True):
+    plans, other_plans = _plans(kinds, layers_in_all), _plans(other_kinds, layers_in_all)
+    tallied: list[dict[tuple[int, int], float]] = [{} for _ in relations]
+    for layers, count in zip(relations, tallied, strict=True):
         for i, j, often in layers:
-            count[plans[i], others[j]] = count.get((plans[i], others[j]), 0.0) + often
-    tallies = {pair: list(_counted(one, other, turns, *pair)) for pair in dict.fromkeys(k for c in alike for k in c)}
-    entries = [(codes, where, often * counts, column) for column, count in enumerate(alike)
+            count[plans[i], other_plans[j]] = count.get((plans[i], other_plans[j]), 0.0) + often
+    plan_pairs = dict.fromkeys(pair for count in tallied for pair in count)
+    tallies = {pair: list(_counted(kinds, other_kinds, turns, *pair)) for pair in plan_pairs}
+    entries = [(codes, where, often * counts, column) for column, count in enumerate(tallied)
              for pair, often in count.items() for codes, where, counts in tallies[pair]]
     codes, where, times = (np.concatenate([part[k] for part in entries]) for k in range(3))
     column = np.repeat([part[3] for part in entries], [len(part[0]) for part in entries])
     _, first, which = np.unique(codes, return_index=True, return_inverse=True)
     table = np.bincount(which * len(relations) + column, times, first.size * len(relations)).astype(float)
-    rows, columns = np.divmod(where[first], len(other.number))
+    rows, columns = np.divmod(where[first], len(other_kinds.number))
     return Pairs(rows, columns, table.reshape(first.size, len(relations)))
 
 
@@ -367,41 +368,44 @@ def _plans(kinds: Kinds, count: int) -> list[int]:
 
     Layers may be without pieces, such as a track that leads to a pad has no arcs.
     """
-    known: dict[tuple[bytes, ...], int] = {}
+    numbers: dict[tuple[bytes, ...], int] = {}
     layers = [kinds.owner == layer for layer in range(count)]
     tables = kinds.number, kinds.mirrored, kinds.heading
-    return [known.setdefault(tuple(one[members].tobytes() for one in tables), k) for k, members in enumerate(layers)]
+    return [numbers.setdefault(tuple(table[members].tobytes() for table in tables), k)
+            for k, members in enumerate(layers)]
 
 
-def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
+def _counted(
+    kinds: Kinds, other_kinds: Kinds, turns: Turns, first: int, second: int
+) -> Iterator[tuple[Index, Index, Array]]:
     """Yield codes (no unit) of the distinct pairs of two layers' pieces, their places and their multiplicities.
 
     A place is an index into the table of all pairs. Each step handles some rows.
     """
-    rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
+    rows, columns = np.nonzero(kinds.owner == first)[0], np.nonzero(other_kinds.owner == second)[0]
     for part in slices(rows.size, AT_ONCE // max(1, columns.size)):
         here = rows[part, None]
-        where = (here * len(other.number) + columns).ravel()
-        codes, space = _codes(one, other, turns, here, columns)
+        where = (here * len(other_kinds.number) + columns).ravel()
+        codes, space = _codes(kinds, other_kinds, turns, here, columns)
         distinct, index, counts = _tallied(codes.ravel(), space)
         yield distinct, where[index], counts.astype(float)
 
 
-def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
+def _codes(kinds: Kinds, other_kinds: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
     """Return codes that equivalent pairs share, and the number of possible codes.
 
     A code is the least number of the pair, its mirror image, and both with the pieces exchanged.
     """
     angles = turns.opposite.size
-    turn = turns.between[one.heading[i], other.heading[j]]
+    turn = turns.between[kinds.heading[i], other_kinds.heading[j]]
     back = turns.opposite[turn]
-    a, b, c, d = one.number[i], other.number[j], one.mirrored[i], other.mirrored[j]
-    count, others = one.count, other.count
-    codes = np.minimum((a * others + b) * angles + turn, (c * others + d) * angles + back)
-    if one is other:
-        np.minimum(codes, (b * others + a) * angles + back, out=codes)
-        np.minimum(codes, (d * others + c) * angles + turn, out=codes)
-    return codes, count * others * angles
+    a, b, c, d = kinds.number[i], other_kinds.number[j], kinds.mirrored[i], other_kinds.mirrored[j]
+    count, other_count = kinds.count, other_kinds.count
+    codes = np.minimum((a * other_count + b) * angles + turn, (c * other_count + d) * angles + back)
+    if kinds is other_kinds:
+        np.minimum(codes, (b * other_count + a) * angles + back, out=codes)
+        np.minimum(codes, (d * other_count + c) * angles + turn, out=codes)
+    return codes, count * other_count * angles
 
 
 def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:

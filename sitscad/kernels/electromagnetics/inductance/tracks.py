@@ -82,54 +82,55 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
 
     At that distance, layers differ by squared heights (m2) alone. `pairs` have a multiplicity for each height.
     """
-    far = apart > FAR * track.width
+    is_distant = apart > FAR * track.width
     return math.fsum(
         _sum(track, track, part, distant_bundle(track.width, strands, squares))
-        for chosen, strands in ((~far, count), (far, 1))
+        for chosen, strands in ((~is_distant, count), (is_distant, 1))
         for part in pairs.where(chosen).parts(BLOCK)
     )
 
 
-def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
+def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
     """Return the number of heights (1 or 2; no unit) of the strands of two layers.
 
     Ends and corners of tracks above each other need two heights. Smooth joints with arcs need the same number for all
     pieces.
     """
     if count > 2 and not smooth:
-        return 1 if one.z == other.z else 2
-    return common_levels(one, other, count)
+        return 1 if first.z == second.z else 2
+    return common_levels(first, second, count)
 
 
-def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+def _part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides.
 
     Near pairs get more strands.
     """
-    near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
+    near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum(
-        one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
+        first, second, pairs.where(~near), bundle(first, second, strands[0], _levels(first, second, strands[0], smooth))
     )
     return usual + math.fsum(
-        share * _sum(one, other, pairs.where(near), bundle(one, other, count, _levels(one, other, count, smooth)))
-        for count, share in _near_strands(one, other, strands, smooth)
+        share * _sum(first, second, pairs.where(near),
+                     bundle(first, second, count, _levels(first, second, count, smooth)))
+        for count, share in _near_strands(first, second, strands, smooth)
     )
 
 
-def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+def _sum(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
     """Return the sum (m) of Neumann's integrals over pairs of sides with one bundle of strands.
 
     Parallel and inclined sides are summed separately. Sides at right angles contribute nothing.
     """
-    t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
+    t1, t2 = directions(first.ends - first.starts)[pairs.first], directions(second.ends - second.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9
-    total = _parallel_sides(one, other, pairs.where(parallel), t1[parallel], strands)
+    total = _parallel_sides(first, second, pairs.where(parallel), t1[parallel], strands)
     inclined = ~parallel & (np.abs(cosine) > 1e-9)
-    return total + _inclined_sides(one, other, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
+    return total + _inclined_sides(first, second, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
 
 
-def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
+def _near_strands(first: Track, second: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
     """Return numbers of strands for near pairs, and the weight of each sum (no unit).
 
     Notes
@@ -138,14 +139,14 @@ def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bo
     the finer sum less the coarser sum approaches the limit (Richardson extrapolation; its order was found here by
     comparison).
     """
-    wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
+    wide = max(first.width, second.width) / max(abs(first.z - second.z), FLOOR)
     enough = [strands for least, strands in WIDE if wide >= least]
-    if smooth or strands[1] < 3 or one.z == other.z or not enough:
+    if smooth or strands[1] < 3 or first.z == second.z or not enough:
         return ((strands[0] if smooth else strands[1], 1.0),)
     return ((enough[-1] + 1, 2.0), (enough[-1], -1.0))
 
 
-def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+def side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """Return distances (n; m) in the plane of pairs of sides.
 
     Notes
@@ -154,7 +155,7 @@ def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
     the other side is used.
     """
     i, j = pairs.first, pairs.second
-    p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
+    p, q = (first.starts[i], first.ends[i]), (second.starts[j], second.ends[j])
     return np.asarray(np.sqrt(np.minimum(_points_to_sides(*p, *q), _points_to_sides(*q, *p))))
 
 
@@ -166,26 +167,26 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
     least = np.full(len(start), np.inf)
     for points in (start, end, 0.5 * (start + end)):
         dx, dy = points[:, 0] - other_start[:, 0], points[:, 1] - other_start[:, 1]
-        along = dx * tx + dy * ty
+        parallel = dx * tx + dy * ty
         across = dx * ty - dy * tx
-        beyond = np.maximum(np.maximum(-along, along - length), 0.0)
+        beyond = np.maximum(np.maximum(-parallel, parallel - length), 0.0)
         least = np.minimum(least, across * across + beyond * beyond)
     return least
 
 
-def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
+def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, strands: Bundle) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of parallel sides, by the closed form of `parallel_filaments`.
 
-    `along` (n, 2) are the first sides' directions.
+    `tangents` (n, 2) are the first sides' directions.
     """
-    offset = other.starts[pairs.second] - one.starts[pairs.first]
-    lateral = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0])
+    offset = second.starts[pairs.second] - first.starts[pairs.first]
+    lateral = np.abs(tangents[:, 0] * offset[:, 1] - tangents[:, 1] * offset[:, 0])
     clearance = strands.clearance(lateral)[:, None, None]
     total = 0.0
-    for part in strands.blocks(len(along)):
-        p0, p1 = strands.ends(one, pairs.first[part], 0)
-        q0, q1 = strands.ends(other, pairs.second[part], 1)
-        axis = along[part, None, :]
+    for part in strands.blocks(len(tangents)):
+        p0, p1 = strands.ends(first, pairs.first[part], 0)
+        q0, q1 = strands.ends(second, pairs.second[part], 1)
+        axis = tangents[part, None, :]
         to_start, to_end = q0 - p0, q1 - p0
         length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
         gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
@@ -194,17 +195,20 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
     return total * 4.0 * math.pi / MU0
 
 
-def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
+def _inclined_sides(
+    first: Track, second: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle
+) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of inclined sides, by the closed form of `inclined_integral`.
 
     `directions` (n, 2 each) belong to both sides. Over crossing tracks the mean of 1/distance needs no heights (to 4th
     order).
     """
-    extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
+    is_level = first.z == second.z
+    extra = strands.clearance(side_distances(first, second, pairs)) if is_level else np.zeros(pairs.first.size)
     total = 0.0
     for part in strands.blocks(extra.size):
-        p0, p1 = strands.ends(one, pairs.first[part], 0)
-        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        p0, p1 = strands.ends(first, pairs.first[part], 0)
+        q0, q1 = strands.ends(second, pairs.second[part], 1)
         t1, t2 = (t[part, None, :] for t in directions)
         c, s = np.sum(t1 * t2, axis=2), t1[..., 0] * t2[..., 1] - t1[..., 1] * t2[..., 0]
         offset = q0 - p0
@@ -218,15 +222,15 @@ def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Ar
     return total
 
 
-def ends_and_corners(one: Track, strands: int) -> float:
+def ends_and_corners(track: Track, strands: int) -> float:
     """Return the error (m) of two or three strands in a track's own integral, from ENDS_AND_CORNERS.
 
     It is in proportion to the width: at the open ends, and for three strands also at the corners.
     """
     row = ENDS_AND_CORNERS
-    at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 6)]
-    corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
-    return one.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
+    at = [float(np.interp(track.thickness / track.width, row[:, 0], row[:, k])) for k in range(1, 6)]
+    corners = np.interp(track.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
+    return track.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
 
 
 Layers = tuple[int, int, float]
@@ -287,16 +291,16 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
     # distinct relations of layers, with the heights (m) between them
     groups: dict[tuple[float, ...], list[Layers]] = {}
     for i, j, times in layers:
-        one, other = scaled[i], scaled[j]
-        key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
+        first, second = scaled[i], scaled[j]
+        key = round(abs(first.z - second.z) / first.width, 9), *sorted((first.thickness, second.thickness))
         groups.setdefault(key, []).append((i, j, times))
     relations = list(groups.values())
     heights = [level_heights(scaled[i].z - scaled[j].z, (scaled[i].thickness, scaled[j].thickness), 2)
                for (i, j, _), *_ in relations]
     squares, which = np.unique(np.square(heights), return_inverse=True)
-    spread = np.zeros((len(relations), squares.size))
-    np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
-    total = math.fsum(_sums(_Stack(scaled, relations, pool(scaled), strands, squares, spread)))
+    square_weights = np.zeros((len(relations), squares.size))
+    np.add.at(square_weights, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
+    total = math.fsum(_sums(_Stack(scaled, relations, pool(scaled), strands, squares, square_weights)))
     if strands[1] in (2, 3):
         total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
     return MU0 / (4.0 * math.pi) * size * total
@@ -325,7 +329,7 @@ class _Stack:
     @property
     def distant(self) -> float:
         """Distance (m) from which layers differ by their heights alone."""
-        return max(CLEAR * self.whole.width, DISTANT * max(abs(one.z - other.z) for one, other in self.examples))
+        return max(CLEAR * self.whole.width, DISTANT * max(abs(first.z - second.z) for first, second in self.examples))
 
     @property
     def is_smooth(self) -> bool:
@@ -333,12 +337,12 @@ class _Stack:
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
         """Yield all pieces (m) of every relation twice, at the heights of its two layers, and their strands."""
-        for one, other in self.examples:
+        for first, second in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:
-                strands = (_bent_strands(one, other),) * 2
-            yield (replace(self.whole, z=one.z, thickness=one.thickness),
-                   replace(self.whole, z=other.z, thickness=other.thickness), strands)
+                strands = (_bent_strands(first, second),) * 2
+            yield (replace(self.whole, z=first.z, thickness=first.thickness),
+                   replace(self.whole, z=second.z, thickness=second.thickness), strands)
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
@@ -351,18 +355,18 @@ def _sums(stack: _Stack) -> Iterator[float]:
     if len(stack.whole.starts):
         pairs = distinct_pairs(sides, sides, turns, stack.relations)
         apart = side_distances(stack.whole, stack.whole, pairs)
-        for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+        for (first, second, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
             # `strands` across the width: for distant pairs of sides, and for pairs that nearly touch. In a `smooth`
             # track, whose sides continue in arcs, all sides have the first number and a single height, like arcs
-            yield math.fsum(_part(one, other, part, strands, smooth) for part in some.parts(BLOCK))
+            yield math.fsum(_part(first, second, part, strands, smooth) for part in some.parts(BLOCK))
         for some, distances, squares in _distant(stack, pairs, apart):
             yield distant_sides(stack.whole, some, distances, min(stack.strands[0], 2), squares)
     if smooth:
         pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
         yield from _by_points(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), arcs_with_arcs)
     if smooth and len(stack.whole.starts):
-        both = [[*layers, *((j, i, times) for i, j, times in layers)] for layers in stack.relations]
-        pairs = distinct_pairs(arcs, sides, turns, both)
+        directed = [[*layers, *((j, i, times) for i, j, times in layers)] for layers in stack.relations]
+        pairs = distinct_pairs(arcs, sides, turns, directed)
         yield from _by_points(stack, pairs, arc_side_distances(stack.whole, stack.whole, pairs), arcs_with_sides)
 
 
@@ -371,8 +375,8 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
     `summed` is applied to near pairs of each relation, and to distant pairs of all layers together.
     """
-    for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
-        yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
+    for (first, second, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+        yield summed(first, second, some, bundle(first, second, strands[0], common_levels(first, second, strands[0])))
     for some, _, squares in _distant(stack, pairs, apart):
         yield summed(stack.whole, stack.whole, some,
                      distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))
@@ -394,18 +398,18 @@ def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs,
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():
         chosen = enough == count
-        squares, shares = height_nodes(stack.squares, count)
-        times = pairs.times[chosen] @ (stack.spread @ shares)
+        squares, node_weights = height_nodes(stack.squares, count)
+        times = pairs.times[chosen] @ (stack.spread @ node_weights)
         yield Pairs(pairs.first[chosen], pairs.second[chosen], times), apart[chosen], squares
 
 
-def _bent_strands(one: Track, other: Track) -> int:
+def _bent_strands(first: Track, second: Track) -> int:
     """Return the number of strands (no unit) of the tracks of two layers that have arcs."""
-    pieces = len(one.starts) + len(one.arcs)
-    if one.z == other.z:
-        return next((strands for most, strands in OWN if one is other and pieces <= most), 2)
-    wide = max(one.width, other.width) / abs(one.z - other.z)
+    pieces = len(first.starts) + len(first.arcs)
+    if first.z == second.z:
+        return next((strands for most, strands in OWN if first is second and pieces <= most), 2)
+    wide = max(first.width, second.width) / abs(first.z - second.z)
     count = max([2, *(strands for least, strands in BENT if wide >= least)])
     # half circles do not count: strands of two layers cross far from their ends, and more strands need more points
-    rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
+    rounded = len(first.arcs) and float(np.max(first.arcs[:, 5])) < 0.9 * math.pi
     return count + (FEW_CORNERS[1] if pieces <= FEW and rounded and wide >= FEW_CORNERS[0] else 0)

@@ -107,7 +107,7 @@ class _Chords:
 
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-                      alike: int = 1) -> ProximityLoss:
+                      repetitions: int = 1) -> ProximityLoss:
     """Return the skin and proximity effect (ohm, H) of tracks in series.
 
     Parameters
@@ -122,7 +122,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
         cuts of each straight side, an even number
     steps : int
         largest number of steps of the Lanczos runs
-    alike : int
+    repetitions : int
         number of parts of the winding that are images of each other. With 2, sides of the first half turn of direction
         represent the opposite sides as well. With 4, one half of each side also represents the other half: the half at
         the start and the half at the end alternately
@@ -135,14 +135,15 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
     parts = []
     for key in range(int(sides.key.max()) + 1):
         index = np.nonzero(sides.key == key)[0]
-        if alike == 1 or sides.heading[key] < math.pi - 1e-3:
-            parts += _group_losses(sides, index, cuts, conductivity, modes, steps, key % 2 if alike == 4 else None)
-    found = joined(parts)
-    if alike == 1:
-        return found
+        if repetitions == 1 or sides.heading[key] < math.pi - 1e-3:
+            half = key % 2 if repetitions == 4 else None
+            parts += _group_losses(sides, index, cuts, conductivity, modes, steps, half)
+    loss = joined(parts)
+    if repetitions == 1:
+        return loss
     area = sides.section[:, 1] * sides.section[:, 2]
     whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
-    return found.scaled(whole)
+    return loss.scaled(whole)
 
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
@@ -178,7 +179,7 @@ def _crowded(count: int, scale: float) -> tuple[Array, Array]:
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
     """Return all tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
     rows, keys, block, few, number = [], [], [], [], 0
-    known: list[tuple[float, int]] = []
+    groups: list[tuple[float, int]] = []
     shapes: dict[bytes, list[Block]] = {}
     for track in tracks:
         most = 1.0 / (TIGHTEST * track.width)
@@ -187,17 +188,17 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
             shapes[shape] = list(_blocks(track))
         for nodes, length, turn, heading in shapes[shape]:
             parts = len(nodes) - 1
-            group = _group(known, heading, 1 if turn else 0)
+            group = _group(groups, heading, 1 if turn else 0)
             curvature = max(-most, min(turn / length, most))
             for k in range(parts):
                 keys.append(group if k == parts // 2 else -1)
                 rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
             block += [number] * parts
             some = [nodes[round(parts * k / -(-parts // 3))] for k in range(-(-parts // 3) + 1)]
-            few += [(*one, *other, track.z, track.width, number) for one, other in pairwise(some)]
+            few += [(*start, *end, track.z, track.width, number) for start, end in pairwise(some)]
             number += 1
     table, less, of = np.array(rows), np.array(few), np.array(block)
-    headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
+    headings = [(heading - groups[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in groups]
     first, last = np.searchsorted(of, np.arange(number)), np.searchsorted(of, np.arange(number), side="right") - 1
     ends = table[first, :2], table[last, 2:4]
     return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings, of,
@@ -275,24 +276,24 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
     The start of the chord is turned about the centre of the arc (derived here).
     """
     span = end - start
-    left = np.stack([-span[:, 1], span[:, 0]], axis=1)
-    centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
+    normals = np.stack([-span[:, 1], span[:, 0]], axis=1)
+    centre = 0.5 * (start + end) + normals * (0.5 / np.tan(0.5 * turn))[:, None]
     arm, angle = start - centre, turn * fraction
     cosine, sine = np.cos(angle), np.sin(angle)
     turned = np.stack([arm[:, 0] * cosine - arm[:, 1] * sine, arm[:, 0] * sine + arm[:, 1] * cosine], axis=1)
     return np.asarray(centre + turned)
 
 
-def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
+def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
     """Return number of the group of a direction (rad), separate for straight sides and arcs.
 
     A new group if none is near.
     """
-    for number, (other, kind) in enumerate(known):
+    for number, (other, kind) in enumerate(groups):
         if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
             return number
-    known.append((heading, part))
-    return len(known) - 1
+    groups.append((heading, part))
+    return len(groups) - 1
 
 
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
@@ -318,13 +319,13 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset, normal = 0.5 * cut.width[:, None] * field_nodes(modes), np.array([tangent[1], -tangent[0]])
-    along = place @ tangent
+    tangential = place @ tangent
     # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
-    point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
-    chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
-    filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
+    point = tangential[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
+    chords, own_chords = _seen(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
+    filaments = _straight(chords, own_chords, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
     root = np.sqrt(cut.length)
     total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
     flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
@@ -357,8 +358,8 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     field = np.empty_like(near)
     for i, (r, beta) in enumerate(zip(radius, half, strict=True)):
         angle = beta + (math.pi - beta) * (0.5 * (1.0 + t)) ** 2
-        both = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
-        field[i] = arc_field(near[i], np.full(t.size, r), angle, both, np.zeros(near.shape[1]))
+        weights = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
+        field[i] = arc_field(near[i], np.full(t.size, r), angle, weights, np.zeros(near.shape[1]))
     return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
 
 
@@ -371,22 +372,22 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.chords.block]
     rest = sides.chords
-    return _Chords(*(np.concatenate([one[many], other[few]]) for one, other in (
+    return _Chords(*(np.concatenate([table[many], other[few]]) for table, other in (
         (sides.start, rest.start), (sides.end, rest.end), (sides.section[:, 0], rest.height),
         (sides.section[:, 1], rest.width), (sides.block, rest.block),
     ))), np.cumsum(many)[index] - 1
 
 
-def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
+def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
     """Return chords as straight filaments in the plane, each with its squared least distance (m2)."""
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
     turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])
     clear = np.maximum(turned * CORNER * chords.width, least) ** 2
-    clear[own] = least**2
+    clear[own_chords] = least**2
     # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
     block = chords.block if is_curved else np.full(len(axis), -1)
-    return Filaments(chords.start, chords.end, chords.height, clear, own, block)
+    return Filaments(chords.start, chords.end, chords.height, clear, own_chords, block)
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
@@ -398,7 +399,7 @@ def _straight_potential(cut: Cut, offset: Array) -> Array:
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
     square = np.maximum(square / cut.unit**2, 1e-20)
-    own = np.arange(cut.across.size)
-    square[own, :, own] = 1.0
+    tracks = np.arange(cut.across.size)
+    square[tracks, :, tracks] = 1.0
     ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
     return np.asarray(-MU0 / (4.0 * math.pi) * np.sum(ratio[:, None, :] * np.log(square), axis=2))

@@ -122,9 +122,9 @@ def points(turn: float, radius: float = 0.0) -> Array:
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
-    found = np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
-    found.setflags(write=False)
-    return found
+    rows = np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
+    rows.setflags(write=False)
+    return rows
 
 
 @lru_cache(maxsize=256)

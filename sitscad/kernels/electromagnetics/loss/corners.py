@@ -113,13 +113,13 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
     `loss` is that of the `mitred` tracks, `tracks` are the real ones. The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
-    found: dict[tuple[float, float, float, float], int] = {}
+    counts: dict[tuple[float, float, float, float], int] = {}
     for track in tracks:
         for bend in _bends(track):
             if bend.is_between_sides:
                 key = round(abs(bend.turn), 6), track.width, track.thickness, round(bend.radius, 6)
-                found[key] = found.get(key, 0) + 1
-    rows = [(count * lost, time) for key, count in found.items() for lost, time in [relaxation(*key, conductivity)]]
+                counts[key] = counts.get(key, 0) + 1
+    rows = [(count * lost, time) for key, count in counts.items() for lost, time in [relaxation(*key, conductivity)]]
     lost, times = np.array(rows).reshape(-1, 2).T
     return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
                    direct_change=loss.direct_change + corner_inductance(tracks),
@@ -150,12 +150,12 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
 
 def mitred(track: BentTrack) -> BentTrack:
     """Return the track (m) with arcs that are tight enough to count as corners replaced by corners."""
-    starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
+    starts, ends, is_side = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
     for bend in _bends(track):
         if bend.is_tight and bend.radius:
-            kept[bend.piece] = False
+            is_side[bend.piece] = False
             ends[bend.piece - 1] = starts[bend.piece + 1] = bend.corner
-    return replace(track, starts=starts[kept], ends=ends[kept], turns=track.turns[kept])
+    return replace(track, starts=starts[is_side], ends=ends[is_side], turns=track.turns[is_side])
 
 
 def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
@@ -184,9 +184,9 @@ def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> Be
     for bend in bends:
         k, corner = bend.piece, np.array(bend.corner)
         onwards = radius * track.width * math.tan(0.5 * abs(bend.turn))
-        one, other = corner - track.starts[k - 1], track.ends[k + 1] - corner
-        ends[k - 1] = starts[k] = corner - onwards * one / np.hypot(*one)
-        starts[k + 1] = ends[k] = corner + onwards * other / np.hypot(*other)
+        incoming, outgoing = corner - track.starts[k - 1], track.ends[k + 1] - corner
+        ends[k - 1] = starts[k] = corner - onwards * incoming / np.hypot(*incoming)
+        starts[k + 1] = ends[k] = corner + onwards * outgoing / np.hypot(*outgoing)
     return replace(track, starts=starts, ends=ends)
 
 
@@ -219,11 +219,11 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     pairs: list[tuple[Index, Index]] = []
     for part in slices(field.size, BLOCK // len(filaments.start)):
         point = corners.middle[part, None]
-        far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
+        far_field = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
         near = distances_in_plane(point, filaments.start, filaments.end) < NEAR * corners.width[part, None]
         numbers = np.arange(len(filaments.start))
         near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
-        field[part] = np.sum(np.where(near, 0.0, far), axis=1)
+        field[part] = np.sum(np.where(near, 0.0, far_field), axis=1)
         i, j = np.nonzero(near)
         pairs.append((part.start + i, j))
     first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
@@ -244,9 +244,9 @@ def bend_loops(track: BentTrack, nearest: float) -> Loops:
     places, moments = [np.zeros((0, 2))], [np.zeros(0)]
     for bend in _bends(track):
         if bend.is_tight:
-            middle, _, size, eight, shares, _, _ = _corner(track, bend)
+            middle, _, size, eight, loop_parts, _, _ = _corner(track, bend)
             places.append(middle[None] if whole else eight)
-            moments.append(np.array([size]) if whole else size * shares)
+            moments.append(np.array([size]) if whole else size * loop_parts)
         elif bend.radius:
             k, count = bend.piece, max(1, math.ceil(abs(bend.turn) / CHORD))
             on = [_on_arc(track.starts[k], track.ends[k], bend.turn, (i + 0.5) / count) for i in range(count)]
@@ -281,9 +281,9 @@ def _bends(track: BentTrack) -> list[_TrackBend]:
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
-    found = []
+    bends = []
     for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
-        found.append(_TrackBend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
+        bends.append(_TrackBend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
     chords = _lengths(track)
     for k in np.nonzero(~straight)[0]:
         angle = float(track.turns[k])
@@ -291,10 +291,10 @@ def _bends(track: BentTrack) -> list[_TrackBend]:
         sides = 0 < k < len(straight) - 1 and bool(straight[k - 1] and straight[k + 1]) and abs(angle) < MOST_TURN
         onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
         corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
-        found.append(
+        bends.append(
             _TrackBend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
         )
-    return found
+    return bends
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
@@ -315,15 +315,15 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
 def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Array, Array, float, float]:
     """Return loop of one bend: middle, height, moment (m2), places, weights, width (m) and own inductance (H)."""
     w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
-    one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
-    inwards = other / np.hypot(*other) - one / np.hypot(*one)
+    incoming, outgoing = here - track.starts[bend.piece - 1], track.ends[after] - here
+    inwards = outgoing / np.hypot(*outgoing) - incoming / np.hypot(*incoming)
     inwards = inwards / np.hypot(*inwards)
     table = points(bend.turn, bend.radius)
     places = here + w * (table[:, :1] * inwards + table[:, 1:2] * np.array([-inwards[1], inwards[0]]))
     # to the left the loop runs clockwise, seen from above
     size = -math.copysign(moment(bend.turn, bend.radius), bend.turn) * w * w
-    own = own_inductance(bend.turn, w, track.thickness, bend.radius)
-    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own
+    own_part = own_inductance(bend.turn, w, track.thickness, bend.radius)
+    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own_part
 
 
 def _chords(track: BentTrack) -> Index:
@@ -340,9 +340,9 @@ def _pieces(track: BentTrack) -> tuple[Array, ...]:
     line = np.array(nodes)
     t = np.diff(line, axis=0)
     t = t / np.hypot(t[:, 0], t[:, 1])[:, None]
-    left = np.stack([-t[:, 1], t[:, 0]], axis=1)
-    inner = (left[:-1] + left[1:]) / (1.0 + np.sum(left[:-1] * left[1:], axis=1))[:, None]
-    mitres = np.concatenate([left[:1], inner, left[-1:]])
+    normals = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    inner = (normals[:-1] + normals[1:]) / (1.0 + np.sum(normals[:-1] * normals[1:], axis=1))[:, None]
+    mitres = np.concatenate([normals[:1], inner, normals[-1:]])
     return line[:-1], line[1:], mitres[:-1], mitres[1:], np.full(len(t), track.z), np.full(len(t), track.width)
 
 
@@ -375,8 +375,8 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
             end = filaments.end[j] + offset * filaments.after[j]
             field = normal_field(here, corners.height[i], start, end, filaments.height[j])
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
-            for arms, far, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
-                field[arms] = sign * _onwards(here[arms], far[arms], far[arms] - inner[arms])
+            for arms, far_ends, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
+                field[arms] = sign * _onwards(here[arms], far_ends[arms], far_ends[arms] - inner[arms])
             field[within] = 0.0
             total += 0.5 * weight * share[i] * field
     return total
@@ -391,15 +391,15 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
     span = end - start
     length = np.hypot(span[..., 0], span[..., 1])
     t = span / length[..., None]
-    away = point - start
-    along = np.sum(away * t, axis=-1)
-    lateral = t[..., 0] * away[..., 1] - t[..., 1] * away[..., 0]
+    offset = point - start
+    parallel = np.sum(offset * t, axis=-1)
+    lateral = t[..., 0] * offset[..., 1] - t[..., 1] * offset[..., 0]
     square = np.maximum(lateral**2 + (height - level) ** 2, 1e-12 * length**2)
-    rest = length - along
-    near, far = np.sqrt(along**2 + square), np.sqrt(rest**2 + square)
-    beside = np.where((along >= 0.0) & (rest >= 0.0), 2.0 / square, 0.0)
-    ends = np.copysign(1.0, along) / (near * (near + np.abs(along)))
-    ends += np.copysign(1.0, rest) / (far * (far + np.abs(rest)))
+    rest = length - parallel
+    start_distance, end_distance = np.sqrt(parallel**2 + square), np.sqrt(rest**2 + square)
+    beside = np.where((parallel >= 0.0) & (rest >= 0.0), 2.0 / square, 0.0)
+    ends = np.copysign(1.0, parallel) / (start_distance * (start_distance + np.abs(parallel)))
+    ends += np.copysign(1.0, rest) / (end_distance * (end_distance + np.abs(rest)))
     return np.asarray(MU0 / (4.0 * math.pi) * lateral * (beside - ends))
 
 
@@ -409,11 +409,11 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
     The current runs along `way` (Biot and Savart).
     """
     t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
-    away = point - end
-    back = -np.sum(away * t, axis=1)
-    lateral = t[:, 0] * away[:, 1] - t[:, 1] * away[:, 0]
-    far = np.sqrt(back**2 + lateral**2)
-    return np.asarray(MU0 / (4.0 * math.pi) * lateral / (far * (far + back)))
+    offset = point - end
+    back = -np.sum(offset * t, axis=1)
+    lateral = t[:, 0] * offset[:, 1] - t[:, 1] * offset[:, 0]
+    distance = np.sqrt(back**2 + lateral**2)
+    return np.asarray(MU0 / (4.0 * math.pi) * lateral / (distance * (distance + back)))
 
 
 def _between(corners: Corners) -> float:
@@ -425,10 +425,10 @@ def _between(corners: Corners) -> float:
     total = 0.0
     for k in range(corners.width.size - 1):
         rest = slice(k + 1, None)
-        away = np.hypot(*(corners.middle[rest] - corners.middle[k]).T)
-        near = away < NEAR * corners.width[k]
-        away, rise = away[near], np.abs(corners.height[rest][near] - corners.height[k]) / corners.width[k]
+        distance = np.hypot(*(corners.middle[rest] - corners.middle[k]).T)
+        near = distance < NEAR * corners.width[k]
+        distance, rise = distance[near], np.abs(corners.height[rest][near] - corners.height[k]) / corners.width[k]
         clear = corners.width[k] * (rise + 0.53 / (1.0 + 0.75 * rise))
         product = corners.moment[k] * corners.moment[rest][near]
-        total += float(np.sum(product * (2.0 * clear**2 - away**2) / (clear**2 + away**2) ** 2.5))
+        total += float(np.sum(product * (2.0 * clear**2 - distance**2) / (clear**2 + distance**2) ** 2.5))
     return MU0 / (2.0 * math.pi) * total

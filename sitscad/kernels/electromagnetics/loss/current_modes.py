@@ -88,8 +88,8 @@ class ProximityLoss:
         key = frequencies.tobytes()
         if key not in self._known:
             square = (2.0 * math.pi * frequencies[:, None]) ** 2
-            shares = square * self.strengths / (1.0 + square * self.rates**2)
-            self._known[key] = np.sum(shares, axis=1), shares @ self.rates
+            added = square * self.strengths / (1.0 + square * self.rates**2)
+            self._known[key] = np.sum(added, axis=1), added @ self.rates
         return self._known[key]
 
     @cached_property
@@ -106,13 +106,13 @@ class ProximityLoss:
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
     """Return loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
-    kept = [part for part in parts if part.direct > 0.0]
+    conducting = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
-        math.fsum(part.direct for part in kept),
-        np.concatenate([part.rates for part in kept]),
-        np.concatenate([part.strengths for part in kept]),
-        math.fsum(part.direct_change for part in kept),
-        math.fsum(part.unresolved for part in kept),
+        math.fsum(part.direct for part in conducting),
+        np.concatenate([part.rates for part in conducting]),
+        np.concatenate([part.strengths for part in conducting]),
+        math.fsum(part.direct_change for part in conducting),
+        math.fsum(part.unresolved for part in conducting),
     )
 
 
@@ -174,15 +174,15 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
     Their Lanczos runs go side by side, because reading the matrix takes most of the time.
     """
-    known = [system.whole() for system in systems]
-    found = [measure for measure in known if measure is not None]
-    if len(found) < len(systems):
+    whole_measures = [system.whole() for system in systems]
+    measures = [measure for measure in whole_measures if measure is not None]
+    if len(measures) < len(systems):
         driven = np.stack([system.project(system.coupling) for system in systems])
-        found = _lanczos(systems[0].matrix, driven, steps, systems[0].project)
+        measures = _lanczos(systems[0].matrix, driven, steps, systems[0].project)
     return [
         ProximityLoss(system.direct, np.maximum(rates, 0.0), strengths, system.change,
                       float(np.sum(strengths[rates < 0.0])))
-        for system, (rates, strengths) in zip(systems, found, strict=True)
+        for system, (rates, strengths) in zip(systems, measures, strict=True)
     ]
 
 
@@ -253,18 +253,18 @@ def _lanczos(
     basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))
     basis[:, 0] = vectors / np.maximum(norms, 1e-300)[:, None]
     diagonal, beside = np.zeros((2, len(vectors), count))
-    going, known = norms > 0.0, np.zeros((2, len(vectors)))
+    going, effect = norms > 0.0, np.zeros((2, len(vectors)))
     for k in range(count):
         image = np.ascontiguousarray(project(matrix @ np.ascontiguousarray(basis[:, k].T)).T)
         diagonal[:, k] = np.sum(basis[:, k] * image, axis=1)
         length[going] = k + 1
         if k + 2 >= FEWEST_STEPS:
-            before, known = known, _effect(diagonal[:, : k + 1], beside[:, :k])
-            if k + 1 >= FEWEST_STEPS and np.all(np.abs(known - before) <= SETTLED * np.abs(known)):
+            previous_effect, effect = effect, _effect(diagonal[:, : k + 1], beside[:, :k])
+            if k + 1 >= FEWEST_STEPS and np.all(np.abs(effect - previous_effect) <= SETTLED * np.abs(effect)):
                 break
-        for kept, own in zip(basis[:, : k + 1], image, strict=True):
-            own -= kept.T @ (kept @ own)
-            own -= kept.T @ (kept @ own)
+        for vectors_so_far, residual in zip(basis[:, : k + 1], image, strict=True):
+            residual -= vectors_so_far.T @ (vectors_so_far @ residual)
+            residual -= vectors_so_far.T @ (vectors_so_far @ residual)
         beside[:, k] = np.linalg.norm(image, axis=1)
         going &= beside[:, k] >= 1e-13 * np.abs(diagonal[:, 0])
         if not going.any():
@@ -284,8 +284,8 @@ def _effect(diagonal: Array, beside: Array) -> Array:
     table[:, size[1:], size[:-1]] = table[:, size[:-1], size[1:]] = beside
     rates, vectors = np.linalg.eigh(table)
     omega = 2.0 * math.pi * SETTLED_AT
-    shares = vectors[:, 0] ** 2 / (1.0 + (omega * rates) ** 2)
-    return np.stack([np.sum(shares, axis=1), np.sum(shares * omega * rates, axis=1)])
+    weights = vectors[:, 0] ** 2 / (1.0 + (omega * rates) ** 2)
+    return np.stack([np.sum(weights, axis=1), np.sum(weights * omega * rates, axis=1)])
 
 
 def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:

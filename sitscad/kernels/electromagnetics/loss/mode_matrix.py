@@ -106,8 +106,8 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
         i, j = first[part], second[part]
         mutual[i, j] = block
         mutual[j, i] = np.swapaxes(block, 1, 2)
-    own = np.arange(len(scale))
-    mutual[own, own] = _own_logs(cut, modes)
+    tracks = np.arange(len(scale))
+    mutual[tracks, tracks] = _own_logs(cut, modes)
     matrix = np.swapaxes(mutual, 1, 2).reshape(flat.size, flat.size)
     matrix *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
     matrix *= flat
@@ -122,14 +122,14 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
     near = apart < REACH * np.maximum(size[:, None], size)
     few = replace(modes, points=(FAR_POINTS, min(FAR_POINTS, modes.through + 1)))
     low = np.array([k for k, (a, b) in enumerate(modes.orders) if a + b <= LOW], dtype=np.intp)
-    far = np.zeros((count, low.size, count, low.size), dtype=np.float32)
+    coarse = np.zeros((count, low.size, count, low.size), dtype=np.float32)
     i, j = np.nonzero(np.triu(~near, 1))
     examples, way = _ways(cut, i, j)
     for part, block in _each(_mutual_logs(cut, few, i[examples], j[examples], low), way):
-        far[i[part], :, j[part], :] = block
-        far[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
+        coarse[i[part], :, j[part], :] = block
+        coarse[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
     root = math.sqrt(MU0 / (2.0 * math.pi))
-    return NearAndFar(_neighbourhoods(cut, modes, near), low, -far.reshape(count * low.size, -1), root * scale)
+    return NearAndFar(_neighbourhoods(cut, modes, near), low, -coarse.reshape(count * low.size, -1), root * scale)
 
 
 def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhood, ...]:
@@ -139,14 +139,14 @@ def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhoo
     """
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _ways(cut, i, j)
-    own = np.arange(len(near))
-    alone, section = _ways(cut, own, own)
+    numbers = np.arange(len(near))
+    alone, section = _ways(cut, numbers, numbers)
     groups = np.unique(np.round(cut.height / cut.width.min(), SAME), return_inverse=True)[1]
     if REPEATED * len(examples) > len(i):
-        examples, way, alone, section, groups = np.arange(len(i)), np.arange(len(i)), own, own, own
+        examples, way, alone, section, groups = np.arange(len(i)), np.arange(len(i)), numbers, numbers, numbers
     blocks = _mutual_logs(cut, modes, i[examples], j[examples])
     blocks = np.concatenate([np.swapaxes(blocks, 1, 2), blocks, _own_logs(cut, modes)[alone]])
-    first, second = np.concatenate([i, j, own]), np.concatenate([j, i, own])
+    first, second = np.concatenate([i, j, numbers]), np.concatenate([j, i, numbers])
     position = np.concatenate([way, len(examples) + way, 2 * len(examples) + section])
     neighbourhoods = []
     for group in range(groups.max() + 1):
@@ -177,23 +177,23 @@ def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
         yield part, blocks[way[part]]
 
 
-def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None) -> Array:
+def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, selected: Index | None = None) -> Array:
     """Return means <P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes), by Gauss points on both.
 
-    Only the modes `kept` are used, if given.
+    Only the modes `selected` are used, if given.
     """
     x, z = (table / cut.unit for table in points_of(cut, modes))
-    weights = projection(modes) if kept is None else projection(modes)[kept]
+    weights = projection(modes) if selected is None else projection(modes)[selected]
     points = x.shape[1]
-    found = np.empty((i.size, len(weights), len(weights)))
+    means = np.empty((i.size, len(weights), len(weights)))
     for part in slices(i.size, AT_ONCE // points**2):
         first, second = i[part], j[part]
         squared = np.square(x[first][:, :, None] - x[second][:, None, :])
         squared += np.square(z[first][:, :, None] - z[second][:, None, :])
         np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
         half = squared.reshape(-1, points) @ (0.5 * weights.T)
-        found[part] = weights @ half.reshape(first.size, points, -1)
-    return found
+        means[part] = weights @ half.reshape(first.size, points, -1)
+    return means
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
@@ -201,12 +201,12 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 
     See `log_block`.
     """
-    found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
+    means = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()
         block[0, 0] += math.log(width / cut.unit)
-        found[(cut.width == width) & (cut.thickness == thickness)] = block
-    return found
+        means[(cut.width == width) & (cut.thickness == thickness)] = block
+    return means
 
 
 @lru_cache(maxsize=32)
@@ -245,5 +245,5 @@ def _difference_density(gap: Array, order: int) -> Array:
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]
     low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])
-    one = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
-    return np.asarray(one + np.swapaxes(one, 1, 2))
+    half_density = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
+    return np.asarray(half_density + np.swapaxes(half_density, 1, 2))

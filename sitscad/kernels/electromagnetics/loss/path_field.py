@@ -83,11 +83,11 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
     where = np.column_stack([point.reshape(-1, 2), np.repeat(level, nodes)])
     near = np.isin(filaments.block, block) if filaments.block[0] >= 0 else np.zeros(len(filaments.block), dtype=bool)
     near[filaments.own] = True
-    kept = np.cumsum(near)[filaments.own] - 1
-    own = replace(filaments.some(near), own=kept)
+    own_numbers = np.cumsum(near)[filaments.own] - 1
+    near_filaments = replace(filaments.some(near), own=own_numbers)
     twice = np.repeat(2.0 * ratio, nodes, axis=0).astype(np.float32)
     blocks = np.repeat(block, nodes) if filaments.block[0] >= 0 else None
-    total = _summed(own, where, twice, blocks)
+    total = _summed(near_filaments, where, twice, blocks)
     _spread(filaments.some(~near), where, np.arange(len(where)), total)
     return total.reshape(point.shape[:2])
 
@@ -101,12 +101,12 @@ def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> N
     if count * len(points) > LEAST:
         box = box_of(points)
         if WORTH * math.prod(box.counts) <= len(points):
-            far = box.distance(filaments.start, filaments.end) >= APART * box.half[0]
-            total[index] += box.weights(points) @ _summed(filaments.some(far), box.nodes)
-            left = (points - box.centre) @ box.axes[0] < 0.0
-            rest = filaments.some(~far)
-            _spread(rest, where, index[left], total)
-            _spread(rest, where, index[~left], total)
+            distant = box.distance(filaments.start, filaments.end) >= APART * box.half[0]
+            total[index] += box.weights(points) @ _summed(filaments.some(distant), box.nodes)
+            is_left = (points - box.centre) @ box.axes[0] < 0.0
+            rest = filaments.some(~distant)
+            _spread(rest, where, index[is_left], total)
+            _spread(rest, where, index[~is_left], total)
             return
     total[index] += _summed(filaments, points)
 
@@ -146,20 +146,20 @@ class PointBox:
         first, last = start - self.centre[:2], end - self.centre[:2]
         span = last - first
         square = np.maximum(np.sum(span * span, axis=1), 1e-300)
-        found = np.full(len(start), np.inf)
+        distances = np.full(len(start), np.inf)
         for place in np.linspace(-half, half, LINE)[:, None] * lean:  # of points on the line from the filaments
-            along = np.clip(np.sum((place - first) * span, axis=1) / square, 0.0, 1.0)
-            away = place - first - along[:, None] * span
-            np.minimum(found, np.hypot(away[:, 0], away[:, 1]), out=found)
-        return found
+            part = np.clip(np.sum((place - first) * span, axis=1) / square, 0.0, 1.0)
+            offset = place - first - part[:, None] * span
+            np.minimum(distances, np.hypot(offset[:, 0], offset[:, 1]), out=distances)
+        return distances
 
 
 def box_of(points: Array) -> PointBox:
     """Return box of points (n, 3; m), or (n, 2), along their longest direction in the plane."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    away = points[:, :2] - points[:, :2].mean(axis=0)
-    (xx, xy), (_, yy) = away.T @ away
+    offsets = points[:, :2] - points[:, :2].mean(axis=0)
+    (xx, xy), (_, yy) = offsets.T @ offsets
     angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
     c, s = math.cos(angle), math.sin(angle)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -178,32 +178,32 @@ def _summed(filaments: Filaments, where: Array, twice: Single | None = None, blo
     axis = (filaments.end - filaments.start).T
     length = np.hypot(*axis)
     axis = axis / length
-    left = np.stack([-axis[1], axis[0]])
-    along, aside = np.sum(filaments.start.T * axis, axis=0), np.sum(filaments.start.T * left, axis=0)
+    normal = np.stack([-axis[1], axis[0]])
+    parallel, offset = np.sum(filaments.start.T * axis, axis=0), np.sum(filaments.start.T * normal, axis=0)
     clear, long = filaments.clear.astype(np.float32), length.astype(np.float32)
-    found = np.empty(len(where))
+    sums = np.empty(len(where))
     for part in slices(len(where), AT_ONCE // max(len(length), 1)):
         flat = where[part, :2]
-        lateral = (aside - flat @ left).astype(np.float32)
-        x = (along - flat @ axis).astype(np.float32)
+        lateral = (offset - flat @ normal).astype(np.float32)
+        x = (parallel - flat @ axis).astype(np.float32)
         square = (where[part, 2:] - filaments.height).astype(np.float32)
         square *= square
         square += clear
-        far = lateral * lateral
-        square += far
+        field = lateral * lateral
+        square += field
         near = x * x
         near += square
         np.divide(x, np.sqrt(near, out=near), out=near)
         x += long
-        np.multiply(x, x, out=far)
-        far += square
-        np.divide(x, np.sqrt(far, out=far), out=far)
-        far -= near
+        np.multiply(x, x, out=field)
+        field += square
+        np.divide(x, np.sqrt(field, out=field), out=field)
+        field -= near
         if twice is not None:
-            far[:, filaments.own] -= twice[part]
+            field[:, filaments.own] -= twice[part]
         lateral /= square
-        far *= lateral
+        field *= lateral
         if block is not None:
-            far[block[part, None] == filaments.block] = 0.0
-        found[part] = far.sum(axis=1, dtype=np.float64)
-    return found
+            field[block[part, None] == filaments.block] = 0.0
+        sums[part] = field.sum(axis=1, dtype=np.float64)
+    return sums

@@ -97,7 +97,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)
-    return joined([one.system.loss(resolution.steps) for one in winding_cuts(layers, conductivity, resolution)])
+    return joined([cut.system.loss(resolution.steps) for cut in winding_cuts(layers, conductivity, resolution)])
 
 
 @record(eq=False)
@@ -115,12 +115,12 @@ def winding_cuts(
     """Return the half-planes that represent a winding, cached for all states. The conductivity is in S/m."""
     if resolution.cuts == 1:
         return (_mean_cut(layers, conductivity, resolution.modes),)
-    found = []
+    planes = []
     for azimuth, sector in sectors(layers, resolution.cuts):
         cut = azimuth_cut(layers, azimuth, sector)
         if cut is not None:
-            found.append(WindingCut(cut, azimuth_system(layers, azimuth, cut, conductivity, resolution.modes)))
-    return tuple(found)
+            planes.append(WindingCut(cut, azimuth_system(layers, azimuth, cut, conductivity, resolution.modes)))
+    return tuple(planes)
 
 
 def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
@@ -157,12 +157,12 @@ def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float
     """
     ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
                    for t in (0.0, layer.span)})
-    found = []
+    middles = []
     for low, high in pairwise([*ends, ends[0] + 2.0 * math.pi]):
         parts = max(1, math.ceil(cuts * (high - low) / (2.0 * math.pi) - 0.05))
         width = (high - low) / parts
-        found += [(low + (k + 0.5) * width, width) for k in range(parts) if width > 1e-4]
-    return found
+        middles += [(low + (k + 0.5) * width, width) for k in range(parts) if width > 1e-4]
+    return middles
 
 
 def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> LossResolution:
@@ -176,11 +176,11 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
     if tolerance >= ROUGH:
         modes = rough_modes(first.width, thickness, gap, skin_depth(HIGHEST, conductivity))
         return LossResolution(modes, 1, ROUGH_STEPS)
-    found = resolution_for(first.width, thickness, gap, tolerance, conductivity)
-    wanted, cuts = UNSEEN[tolerance < 0.02], found.cuts
-    while cuts < MOST_CUTS and missed_crossings(layers, cuts) > wanted:
+    resolution = resolution_for(first.width, thickness, gap, tolerance, conductivity)
+    most_missed, cuts = UNSEEN[tolerance < 0.02], resolution.cuts
+    while cuts < MOST_CUTS and missed_crossings(layers, cuts) > most_missed:
         cuts += 1
-    return replace(found, cuts=cuts)
+    return replace(resolution, cuts=cuts)
 
 
 def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
@@ -198,11 +198,11 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
     if math.isinf(apart):
         return 0.0
     azimuth, width = np.array(sectors(layers, cuts)).T
-    seen = np.abs(np.exp(1j * np.outer(HARMONICS, azimuth)) @ width) / (2.0 * math.pi)
+    spectrum = np.abs(np.exp(1j * np.outer(HARMONICS, azimuth)) @ width) / (2.0 * math.pi)
     clear = apart + 0.1 * first.width - 0.2 * max(layer.thickness for layer in layers)
     faded = np.exp(-math.pi * max(clear, 0.0) / first.pitch * HARMONICS)
     odd = 0.5 * min(1.0, 1.0 / max(layer.turns for layer in layers))
-    missed = float(np.sum(seen * faded * np.where(HARMONICS % 2, odd, 1.0)))
+    missed = float(np.sum(spectrum * faded * np.where(HARMONICS % 2, odd, 1.0)))
     return MISSED * missed / (1.0 + missed / MISSED_MOST)
 
 
@@ -246,11 +246,11 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
     """
     r, z = points_of(cut, few_points(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
-    own = np.arange(cut.across.size)
-    squared[own, :, own] = 1.0
+    tracks = np.arange(cut.across.size)
+    squared[tracks, :, tracks] = 1.0
     mutual = smooth_rings(r[..., None], cut.across, squared, cut.unit)
-    mutual[own, :, own] = 0.0
-    others = mutual.sum(axis=2) @ from_few_points(modes)
+    mutual[tracks, :, tracks] = 0.0
+    flux_of_others = mutual.sum(axis=2) @ from_few_points(modes)
     # In its own track the kernel's remainder is averaged over the source's width.
     r, z = points_of(cut, modes)
     nodes, share = gauss(modes.points[0])
@@ -258,7 +258,7 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
     pair = (r[:, :, None] - source[:, None, :]) ** 2 + (z - cut.height[:, None])[:, :, None] ** 2
     pair = np.maximum(pair, 1e-12 * cut.width[:, None, None] ** 2)
     self_part = smooth_rings(r[:, :, None], source[:, None, :], pair, cut.unit)
-    return np.asarray(others + self_part @ (0.5 * share), dtype=np.float64)
+    return np.asarray(flux_of_others + self_part @ (0.5 * share), dtype=np.float64)
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:

@@ -70,8 +70,8 @@ def lone_track_loss(width: float, thickness: float, conductivity: float) -> Prox
     Width and thickness are in metres, the conductivity in S/m. The modes are solved (`current_modes`).
     """
     modes = suited_modes(width, thickness, width, skin_depth(10e6, conductivity), True)
-    one = np.ones(1)
-    cut = Cut(0.0 * one, 0.0 * one, width * one, thickness * one, one, 0.0 * one)
+    ones = np.ones(1)
+    cut = Cut(0.0 * ones, 0.0 * ones, width * ones, thickness * ones, ones, 0.0 * ones)
     return mode_system(cut, None, conductivity, modes).loss(LANCZOS_STEPS)
 
 

@@ -65,10 +65,10 @@ class CurrentSpectrum:
         """
         k, z, power = self.wave_numbers[:, None], self.heights, self.power
         up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
-        one = np.einsum("ki,kij,kj->k", up, power, up)
+        up_power = np.einsum("ki,kij,kj->k", up, power, up)
         cross = np.einsum("ki,kij,kj->k", up, power, down)
         two = np.einsum("ki,kij,kj->k", down, power, down)
-        return one, cross, two
+        return up_power, cross, two
 
 
 def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
@@ -122,16 +122,16 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
     # The lowest harmonics hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
-    asked = math.ceil(0.65 * max(layer.pitch for layer in layers) / nearest)
-    highest = min(MOST_HARMONICS, max(LEAST_HARMONICS, asked)) if harmonics is None else harmonics
+    needed = math.ceil(0.65 * max(layer.pitch for layer in layers) / nearest)
+    highest = min(MOST_HARMONICS, max(LEAST_HARMONICS, needed)) if harmonics is None else harmonics
     radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
     power = np.empty((k.size, len(layers), len(layers)))
     for some in slices(k.size, AT_ONCE // max(r.size for r, _ in radii.values())):
         # layers of equal size differ by angle, sense and current direction alone
-        known = {size: _RadialSamples(r, share, *_bessel_slopes(k[some, None] * r, highest))
+        samples = {size: _RadialSamples(r, share, *_bessel_slopes(k[some, None] * r, highest))
                  for size, (r, share) in radii.items()}
-        values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
+        values = np.array([_spiral_waves(layer, k[some], samples[_size(layer)]) for layer in layers])
         power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
 
@@ -143,13 +143,13 @@ def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpect
     and Deeds 1968).
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
-    known: dict[tuple[float, ...], Array] = {}
+    waves_by_size: dict[tuple[float, ...], Array] = {}
     for layer in layers:
-        if _size(layer) not in known:
+        if _size(layer) not in waves_by_size:
             rings = mean_rings([layer])
             across = np.sinc(k * layer.width / (2.0 * math.pi))
-            known[_size(layer)] = across * (j1(k[:, None] * rings.radii) @ (rings.parts * rings.radii))
-    waves = np.array([known[_size(layer)] * layer.circulation for layer in layers]).T
+            waves_by_size[_size(layer)] = across * (j1(k[:, None] * rings.radii) @ (rings.parts * rings.radii))
+    waves = np.array([waves_by_size[_size(layer)] * layer.circulation for layer in layers]).T
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), waves[:, :, None] * waves[:, None, :])
 
 

@@ -38,8 +38,8 @@ class Rows:
         # of sines
         quarter = 0.25 * (self.steps[longer] @ wave)
         quarter = np.where(quarter == 0.0, 1e-20, quarter)
-        whole, one = np.tan(self.counts[longer, None] * quarter), np.tan(quarter)
-        waves[longer] *= whole * (1.0 + one * one) / (one * (1.0 + whole * whole))
+        several, single = np.tan(self.counts[longer, None] * quarter), np.tan(quarter)
+        waves[longer] *= several * (1.0 + single * single) / (single * (1.0 + several * several))
         return waves
 
 
@@ -107,8 +107,8 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
     for low, high in pairwise(ends):
         patterns.setdefault((kind[low:high].tobytes(), way[low : high - 1].tobytes()), []).append(low)
     sizes = [len(kinds) // kind.itemsize for kinds, _ in patterns]
-    one = [np.arange(runs[0], runs[0] + size) for runs, size in zip(patterns.values(), sizes, strict=True)]
-    kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in patterns.values()], sizes)
+    numbers = [np.arange(runs[0], runs[0] + size) for runs, size in zip(patterns.values(), sizes, strict=True)]
+    kinds, anchors = np.concatenate(numbers), np.repeat([runs[0] for runs in patterns.values()], sizes)
     begins = np.cumsum([0, *(len(runs) for runs in patterns.values())])
     return Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
                    points[[run for runs in patterns.values() for run in runs]], begins[:-1], same)
@@ -140,8 +140,8 @@ def turned(phase: Array) -> ComplexArray:
     of sine and cosine.
     """
     tangent = np.tan(0.5 * phase)
-    both = 2.0 / (1.0 + tangent * tangent)
+    double = 2.0 / (1.0 + tangent * tangent)
     wave = np.empty(phase.shape, dtype=np.complex128)
-    np.subtract(both, 1.0, out=wave.real)
-    np.multiply(-tangent, both, out=wave.imag)
+    np.subtract(double, 1.0, out=wave.real)
+    np.multiply(-tangent, double, out=wave.imag)
     return wave

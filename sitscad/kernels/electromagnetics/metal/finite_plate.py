@@ -246,8 +246,8 @@ def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
     rod = eased(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
-    known = stepped(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
-    return eased(longest / short, 2.1 / EASED, known, max(known, 0.4))
+    error_steps = stepped(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
+    return eased(longest / short, 2.1 / EASED, error_steps, max(error_steps, 0.4))
 
 
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
@@ -486,7 +486,7 @@ def sheet_shares(
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(ROUGH_TOP / depth, reach, ROUGH_PANELS)
     spectra = coil.spectra(k, middles, floor)
-    whole = np.array([_endless(k, weights, one, z - floor) for one, z in zip(spectra, middles, strict=True)])
+    whole = np.array([_endless(k, weights, spectrum, z - floor) for spectrum, z in zip(spectra, middles, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
     planes, rooms = (k, weights, spectra), middles - floor
     changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
@@ -509,11 +509,11 @@ def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array
     """
     rest, transforms = mixed
     fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
-    inner, outer = ((one[:, None] * one).reshape(-1, rest.shape[-1]) for one in (fx, fy))
+    inner, outer = ((values[:, None] * values).reshape(-1, rest.shape[-1]) for values in (fx, fy))
     energy = (inner @ rest @ outer.T).reshape(-1, x.size, x.size, y.size, y.size)
-    for row, (one, other) in enumerate(((x, y), (y, x))):
-        slope = np.diag(0.5 * (one + 1.0)) / half[row]
-        product = slope[:, :, None, None] * _overlap(other)
+    for row, (first, second) in enumerate(((x, y), (y, x))):
+        slope = np.diag(0.5 * (first + 1.0)) / half[row]
+        product = slope[:, :, None, None] * _overlap(second)
         energy = energy + (product if row == 0 else product.transpose(2, 3, 0, 1))
     return math.pi**2 * half[0] * half[1] * energy.transpose(0, 1, 3, 2, 4).reshape(
         -1, x.size * y.size, x.size * y.size)
@@ -525,8 +525,8 @@ def _overlap(orders: Array) -> Array:
     By Parseval's theorem it is the integral of (1 - u^2) U_m U_n over the side, times pi and divided by pi^2, with U_m
     = sin((m + 1) t) / sin t (textbook).
     """
-    one, other = orders[:, None], orders
-    difference, total = (one - other) ** 2, (one + other + 2) ** 2
+    rows, columns = orders[:, None], orders
+    difference, total = (rows - columns) ** 2, (rows + columns + 2) ** 2
     return np.asarray((1.0 / (1.0 - difference) - 1.0 / (1.0 - total)) / math.pi)
 
 

@@ -209,8 +209,8 @@ def _returned_power(
     """
     (up, cross, down), z = spectrum.sums, spectrum.heights
     levels = float(z.min()), float(z.max())
-    both, mixed, other = returned_waves(spectrum.wave_numbers, frequencies, above, below, levels, raised)
-    return np.asarray(both * up + 2.0 * mixed * cross + other * down)
+    up_to_up, mixed, down_to_down = returned_waves(spectrum.wave_numbers, frequencies, above, below, levels, raised)
+    return np.asarray(up_to_up * up + 2.0 * mixed * cross + down_to_down * down)
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:

@@ -79,8 +79,8 @@ class _ReflectedCuts:
     def times(self, vectors: Array) -> Array:
         """Return the systems' matrices times vectors (cuts, modes, n), in s times their unit."""
         products = np.zeros_like(vectors)
-        for system, one, vector in zip(self.systems, products, vectors, strict=True):
-            one[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
+        for system, product, vector in zip(self.systems, products, vectors, strict=True):
+            product[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
         return products
 
     def waves(self, vectors: Array) -> Array:
@@ -182,8 +182,8 @@ class _Waves:
     def returned(self, waves: Array) -> NDArray[Any]:
         """Return the reflection of waves up and down (..., 2 k, n): the same shape, in the waves' unit times H."""
         up, down = np.split(waves, 2, axis=-2)
-        both, mixed, other = (part[..., None] for part in (self.both, self.mixed, self.other))
-        return np.concatenate([both * up + mixed * down, mixed * up + other * down], axis=-2)
+        up_to_up, mixed, down_to_down = (part[..., None] for part in (self.both, self.mixed, self.other))
+        return np.concatenate([up_to_up * up + mixed * down, mixed * up + down_to_down * down], axis=-2)
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
@@ -210,13 +210,13 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     -----
     Partial elements (Ruehli 1974) are combined here with the reflection of Dodd and Deeds (1968).
     """
-    k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest, steps < STEPS)
-    heights = np.concatenate([one.cut.height for one in cuts])
+    k, weights = wave_numbers(max(float(cut.cut.across.max()) for cut in cuts), nearest, steps < STEPS)
+    heights = np.concatenate([cut.cut.height for cut in cuts])
     levels = float(heights.min()), float(heights.max())
-    tables = np.zeros((len(cuts), 2 * k.size, max(one.system.coupling.size for one in cuts)), dtype=np.float32)
-    for table, one in zip(tables, cuts, strict=True):
-        table[:, : one.system.coupling.size] = _mode_waves(one.cut, k, nearest, levels, conductivity, modes)
-    reflected = _ReflectedCuts(tuple(one.system for one in cuts), tables)
+    tables = np.zeros((len(cuts), 2 * k.size, max(cut.system.coupling.size for cut in cuts)), dtype=np.float32)
+    for table, cut in zip(tables, cuts, strict=True):
+        table[:, : cut.system.coupling.size] = _mode_waves(cut.cut, k, nearest, levels, conductivity, modes)
+    reflected = _ReflectedCuts(tuple(cut.system for cut in cuts), tables)
     return CrowdingNearMetal(reflected, k, weights, levels, bends, steps, nearest if steps < STEPS else None)
 
 
@@ -278,14 +278,14 @@ class _Reduced:
     def _some(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         # `changes` at a few frequencies
         parts = _Waves(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
-        both = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)
-        seen = both[: frequencies.size] + 1j * both[frequencies.size :]
-        uneven = 2.0 * seen[..., -1, -2] - seen[..., -1, -1]
+        products = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)
+        reflected = products[: frequencies.size] + 1j * products[frequencies.size :]
+        uneven = 2.0 * reflected[..., -1, -2] - reflected[..., -1, -1]
         # inductance (H, complex) by free currents, in free air and with the metal
         lag, even = 2j * math.pi * frequencies[:, None, None], np.eye(self.rates.shape[1])
         alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=-1)
-        system = even + lag[..., None] * (even * self.rates[:, None] + seen[..., :-2, :-2])
-        drive = self.drive + seen[..., :-2, -2]
+        system = even + lag[..., None] * (even * self.rates[:, None] + reflected[..., :-2, :-2])
+        drive = self.drive + reflected[..., :-2, -2]
         with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=-1)
         return np.asarray(np.sum(uneven + lag[..., 0] * (alone - with_metal), axis=1))
 

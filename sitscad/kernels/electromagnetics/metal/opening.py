@@ -84,9 +84,9 @@ def gained_inductance(
         waves.append(k)
     decay = np.hypot(waves[0][:, None], waves[1]).ravel()[1:]
     shape = np.einsum("mi,nj->mnij", *shapes).reshape(decay.size + 1, -1)[1:]
-    once = np.exp(-decay * opening.depth)
-    direct = (shape.T * ((1.0 + once**2) / (1.0 - once**2) / decay)) @ (shape * area)
-    across = (shape.T * (2.0 * once / (1.0 - once**2) / decay)) @ (shape * area)
+    decayed = np.exp(-decay * opening.depth)
+    direct = (shape.T * ((1.0 + decayed**2) / (1.0 - decayed**2) / decay)) @ (shape * area)
+    across = (shape.T * (2.0 * decayed / (1.0 - decayed**2) / decay)) @ (shape * area)
     driven = 2.0 * sum(_driven(track, middles, gap, room, echo) for track in tracks)
     n, closed = area.size, np.zeros((2, 2 * area.size))
     closed[0, :n], closed[1, n:] = area, area
@@ -127,8 +127,8 @@ def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: 
     potential = _potential(track.corners, points, height)
     if math.isfinite(room):
         for n in range(1, IMAGES + 1):
-            near, far = (_potential(track.corners, points, 2.0 * n * room + way * height) for way in (-1.0, 1.0))
-            potential = potential + echo**n * (far - near)
+            before, behind = (_potential(track.corners, points, 2.0 * n * room + way * height) for way in (-1.0, 1.0))
+            potential = potential + echo**n * (behind - before)
     return potential
 
 
@@ -139,14 +139,14 @@ def _potential(corners: Array, points: Array, height: float) -> Array:
     derived here.
     """
     starts = corners[None] - points[:, None]
-    along = np.roll(corners, -1, axis=0) - corners
-    length = np.maximum(np.hypot(*along.T), 1e-12)
-    x, y = along.T / length
-    aside = starts[..., 1] * x - starts[..., 0] * y
-    aside = np.where(np.abs(aside) < 1e-12, 1e-12, aside)
+    sides = np.roll(corners, -1, axis=0) - corners
+    length = np.maximum(np.hypot(*sides.T), 1e-12)
+    x, y = sides.T / length
+    lateral = starts[..., 1] * x - starts[..., 0] * y
+    lateral = np.where(np.abs(lateral) < 1e-12, 1e-12, lateral)
     first = starts[..., 0] * x + starts[..., 1] * y
-    angle = np.zeros_like(aside)
+    angle = np.zeros_like(lateral)
     for sign, u in ((-1.0, first), (1.0, first + length)):
-        r = np.sqrt(u * u + aside * aside + height * height)
-        angle += sign * (np.arctan(u / aside) - np.arctan(height * u / (aside * r)))
+        r = np.sqrt(u * u + lateral * lateral + height * height)
+        angle += sign * (np.arctan(u / lateral) - np.arctan(height * u / (lateral * r)))
     return np.asarray(-angle.sum(axis=1) / (4.0 * math.pi))

@@ -57,31 +57,31 @@ class TrackImage:
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
-        wanted = turn - angle if mirrored else angle - turn
+        needed = turn - angle if mirrored else angle - turn
         order = np.argsort(angle[0])
         low = angle[0, order[0]] - SAME
-        place = np.searchsorted(angle[0, order], (wanted[0] - low) % math.pi + low - SAME) % angle.shape[1]
+        place = np.searchsorted(angle[0, order], (needed[0] - low) % math.pi + low - SAME) % angle.shape[1]
         places = order[place]
-        halves = np.round((wanted - angle[:, places]) / math.pi)
-        if np.abs(wanted - angle[:, places] - math.pi * halves).max() > 3.0 * SAME:
+        halves = np.round((needed - angle[:, places]) / math.pi)
+        if np.abs(needed - angle[:, places] - math.pi * halves).max() > 3.0 * SAME:
             return None
         return places, np.asarray(halves[0] % 2.0 != 0.0)
 
-    def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
+    def waves(self, other: ComplexArray, wave: Array, places: Index, opposite: Flags,
               ) -> ComplexArray:
         """Return the track's waves (2, rows, n; m) at `wave` (2, rows, n; 1/m), derived from the other track's waves.
 
-        `found` and `opposite` are the results of `directions`.
+        `places` and `opposite` are the results of `directions`.
 
         Notes
         -----
         A rotation or mirror of the plane transforms waves likewise. A shift by d multiplies them by exp(-i k.d)
         (Fourier shift theorem).
         """
-        seen = other[..., found]
-        np.conjugate(seen, out=seen, where=opposite)
+        needed = other[..., places]
+        np.conjugate(needed, out=needed, where=opposite)
         phase = np.tensordot(self.offset, wave, axes=1)
-        return np.asarray(self.sense * np.exp(-1j * phase) * np.tensordot(self.matrix, seen, axes=1))
+        return np.asarray(self.sense * np.exp(-1j * phase) * np.tensordot(self.matrix, needed, axes=1))
 
 
 def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
@@ -92,9 +92,10 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
     results: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
         roots = (m for m in range(n) if results[m] is None and tracks[m].width == track.width)
-        ways = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
-        ways = (w for w in ways if w is not None and (not loops or _loops_follow(w, loops[w.of], loops[n], centre)))
-        results.append(next(ways, None))
+        candidates = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
+        candidates = (image for image in candidates if image is not None and (
+            not loops or _loops_follow(image, loops[image.of], loops[n], centre)))
+        results.append(next(candidates, None))
     return results
 
 
@@ -180,8 +181,8 @@ def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
     """
     is_arc, turns = track.turns != 0.0, track.turns[track.turns != 0.0]
     starts, spans = track.starts[is_arc], track.ends[is_arc] - track.starts[is_arc]
-    left = np.stack([-spans[:, 1], spans[:, 0]], axis=1)
-    centres = starts + 0.5 * spans + left * (0.5 / np.tan(0.5 * turns))[:, None]
+    normals = np.stack([-spans[:, 1], spans[:, 0]], axis=1)
+    centres = starts + 0.5 * spans + normals * (0.5 / np.tan(0.5 * turns))[:, None]
     radii = np.hypot(*(starts - centres).T)
     chords = np.ceil(np.abs(turns) / np.minimum(CHORD, np.sqrt(0.4 * nearest / radii)) - 1e-9).astype(np.intp)
     arc = np.repeat(np.arange(chords.size), chords)
@@ -253,11 +254,11 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
     flat = _beside(unit.reshape(2, -1), tangents)
     spectra = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
     for n, (shape, image) in enumerate(zip(shapes, follows, strict=True)):
-        seen = None if image is None else image.directions(angle)
-        if image is None or seen is None:
+        directions = None if image is None else image.directions(angle)
+        if image is None or directions is None:
             spectra[n] = shape.waves(number, flat).reshape(unit.shape)
         else:
-            spectra[n] = image.waves(spectra[image.of], numbers[:, None] * unit, *seen)
+            spectra[n] = image.waves(spectra[image.of], numbers[:, None] * unit, *directions)
     return spectra
 
 
@@ -278,15 +279,15 @@ class _Directions:
         sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
         length = np.hypot(sides[:, 0], sides[:, 1])
         normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
-        known: list[float] = []
-        for one in normal[length > 0.3 * length.max()]:
-            if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
-                known.append(float(one))
-        if len(known) > MOST_NORMALS:
+        normals: list[float] = []
+        for candidate in normal[length > 0.3 * length.max()]:
+            if all(abs(math.remainder(candidate - other, math.pi)) > 0.02 for other in normals):
+                normals.append(float(candidate))
+        if len(normals) > MOST_NORMALS:
             angle = np.arange(0.0, math.pi, math.radians(5.0))
             across = np.ptp(np.concatenate(shapes) @ np.stack([np.cos(angle), np.sin(angle)]), axis=0)
             return cls((), float(np.ptp(across)))
-        return cls(tuple(sorted(known)), float(length.max()))
+        return cls(tuple(sorted(normals)), float(length.max()))
 
     def count(self, number: float) -> int:
         """Return the number of directions for waves of a wave number (1/m)."""
@@ -371,6 +372,6 @@ class _Mitred:
 
 def _share(tangents: Array, wave: Array) -> Array:
     """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 if a track has no side."""
-    along = tangents @ wave
-    along[~tangents.any(axis=1)] = np.inf
-    return np.asarray(tangents.T[:, :, None] / along)
+    components = tangents @ wave
+    components[~tangents.any(axis=1)] = np.inf
+    return np.asarray(tangents.T[:, :, None] / components)
