@@ -25,8 +25,9 @@ FIRST_WORDS = {"what", "how", "where", "which", "of", "as", "by", "when", "that"
 
 PATTERNS = {
     "pronoun without its noun": re.compile(
-        r"\b(?:the|this|that|another|each|every|which|such|other|only|same) ones?\b"
+        r"\b(?:the|this|another|each|every|such|other|same) ones?\b"
         r"(?! (?:of|coil|turn|layer|side|end|pole|hand|part|piece|solid|sigma|mapping))"
+        r"|\b(?:that|which|only) ones?(?=[.,;:]|$| (?:that|which|with|is|are|in|on|for|by|to|at|from|and|or|has|if)\b)"
         r"|\bones (?:that|which|of|with)\b|\bone (?:that|which|with|whose)\b"),
     "relative clause without a noun": re.compile(
         r"\b(?:that of|those (?:of|that)|that which|of which|of whose|what (?:is|it|they|a|the))\b"),
@@ -177,6 +178,7 @@ def test_faulty_sentence_is_found(text, fault):
     "A list:\n\n" + "\n".join(f"* {'some words ' * 6}" for _ in range(9)),
     "```text\nsitscad says that of it\n```",
     "Return all of them, half of it, or one of them.",
+    "Return the objects that one file draws, of only one kind.",
     "Print a table.\n\n\b\nNAME   that of it alike\nOTHER  what is",
     "Return it (that of the coil) and [that](https://that.of.it).",
 ])

@@ -258,7 +258,7 @@ def show(value: float, unit: str, digits: int = 4) -> str:
 
 
 def quantity_as(value: object, form: str) -> str:
-    """Return a value as text in the form that a template asks for.
+    """Return a value as text in the form of a template.
 
     Parameters
     ----------

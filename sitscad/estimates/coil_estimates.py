@@ -44,7 +44,7 @@ class StateEstimate:
     `resistance_error` is the relative error bound of the computed resistance. It includes the error of a finite
     target's loss. `target_change` (H) is the target's change of the winding's inductance, for evenly spread current.
     `target_change_error` is its stated error, relative to the larger of the change and 1 % of the free winding's
-    inductance, as in a response. Both are None without a target. `spread` includes this error, too.
+    inductance, as in a response. Both are None if there is no target. `spread` includes this error, too.
     """
 
     state: str
@@ -378,7 +378,7 @@ class Estimates:
 
     @property
     def pressed_place(self) -> float | None:
-        """Place along z (m) of the target in the pressed state. None without this state."""
+        """Place along z (m) of the target in the pressed state. None if this state is missing."""
         return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)
 
     def part(self, first: int, last: int) -> Estimates:
@@ -454,7 +454,7 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
 
 
 def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
-    """Return the JSON part of the pressed pad. None without a pad."""
+    """Return the JSON part of the pressed pad. None if there is no pad."""
     scatter = estimates.compression_scatter
     if estimates.compression is None:
         return None

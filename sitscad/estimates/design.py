@@ -77,7 +77,7 @@ class Design:
 
     @cached_property
     def closing(self) -> Closing | None:
-        """Closing motion of the jaws. None without a jaw, or if the shield does not fit."""
+        """Closing motion of the jaws. None if there is no jaw, or if the shield does not fit."""
         return closing(self.layout) if self.fit else None
 
     @cached_property

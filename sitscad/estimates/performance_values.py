@@ -122,7 +122,7 @@ class Performance:
     tilt.
 
     `temperature_error` (N/K) is one sigma; its causes (N/K) have signs if these are known. `friction_error` is the
-    error of the ratio of shear to normal force, with its causes; None without shear or at rest.
+    error of the ratio of shear to normal force, with its causes; None at rest, or if there is no shear.
 
     `bandwidth` (Hz) is the smaller of half the scan rate and the least `resonance`, and `bandwidth_by` names the limit.
     `resonance` (Hz), by axis, is for target and pad without anything on them. No data covers a silicone's lag by rate.

@@ -50,7 +50,7 @@ class Skin:
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
-        """Crosstalk between cells. None without cells, or if they have no signal."""
+        """Crosstalk between cells. None if there are no cells, or if they have no signal."""
         return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
 
     @cached_property

@@ -89,8 +89,8 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """Return an approximate layout without routing, at a hundredth of the cost of `arrange`.
 
-    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. Body and tail are those of the narrowest
-    board with room. If `wider` is above 0, they are those of a board wider by this number of steps, with leads at the
+    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. Body and tail belong to the narrowest
+    board with room. If `wider` is above 0, they belong to a board wider by this number of steps, with leads at the
     widest spacing. `Coil.undrawn` holds the lengths of the missing leads. All windings lie about the origin, because
     the coils differ only in their positions.
     """
@@ -262,7 +262,7 @@ def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tai
 
 
 def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
-    """Return the layout of an attempt. Turn its tail if the spec asks for it."""
+    """Return the layout of an attempt. Turn its tail if the spec requires this."""
     bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
     pads, capacitors = [], []

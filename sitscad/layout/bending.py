@@ -44,9 +44,9 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
     At the coils all layers count. In the tail the layers down to its last copper layer and the bottom coverlay count.
     At the contacts `contact_layers` and the stiffener count. The fabricator states a tolerance for the whole board, not
-    for each film. With a stiffener the tolerance is that of its material, or the largest if the material is not listed.
-    Otherwise it is the tolerance of `fpc.rules` for the number of copper layers. The largest listed number stands for
-    larger numbers.
+    for each film. A stiffener has the tolerance of its material, or the largest tolerance if the material is not
+    listed. Otherwise it is the tolerance of `fpc.rules` for the number of copper layers. The largest listed number
+    stands for larger numbers.
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
     layers = layout.spec.fpc.stackup.layers if where is Where.COIL else layout.spec.fpc.tail_layers
@@ -135,9 +135,9 @@ def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
     """Return the stiffener that brings the contacts to the connector's insertion thickness.
 
     None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed. The
-    spec may state its thickness. The adhesive is then that of a stock film of this thickness, or 0. Otherwise the stock
-    film nearest to the needed thickness is chosen, or no stiffener if that is nearer. If this misses the connector's
-    tolerance, the needed thickness is returned with an adhesive of 0.
+    spec may state its thickness. The adhesive then belongs to a stock film of this thickness, or is 0. Otherwise the
+    stock film nearest to the needed thickness is chosen, or no stiffener if that is nearer. If this misses the
+    connector's tolerance, the needed thickness is returned with an adhesive of 0.
     """
     fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:

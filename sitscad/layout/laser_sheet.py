@@ -231,7 +231,7 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
 
 
 def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
-    """Lay out the copies of a plate [x, y] (m) on sheets: full sheets, and a last one with the rest.
+    """Lay out the copies of a plate [x, y] (m) on sheets: full sheets, and a last sheet with the rest.
 
     Rows are filled from the left, as nearly square as the sheet permits. Each sheet has room for the coupon beside the
     plates.

@@ -106,7 +106,7 @@ CAP = 0.25e-3  # Straight copper left between the bends and the vias at the cont
 
 @record
 class Row:
-    """The contacts at the tail's end: `count` contacts, of which the coils use `used` from number `first` on.
+    """The contacts at the tail's end: the coils use `used` of `count` contacts, from number `first` on.
 
     Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
     """

@@ -372,7 +372,7 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
     Also return whether the search was exhaustive.
 
     `apart` maps two joins to sets: for each candidate of the first join, the candidates of the second that are clear of
-    it.
+    this candidate.
     """
     count, trials = len(sizes), 0
 

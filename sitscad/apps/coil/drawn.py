@@ -78,7 +78,7 @@ class DrawnCoil(CoilResult):
     notes : tuple of str
         remarks on the drawing: layers that turn the other way, dead ends, unequal turns
     stackup : str
-        name of the stack-up that gave the heights; empty for that of the board
+        name of the stack-up that gave the heights; empty if the board's own stack-up did
     """
 
     conductor: DrawnConductor

@@ -3,8 +3,8 @@
 It equals ``simulated.c`` in the firmware, bit by bit. `SimulatedConverter` simulates the converter of a design, with
 loads over time and with faults by name.
 
-Three points are not in the data sheet and are unverified: a channel that does not oscillate reads 0 and takes the
-watchdog's recovery time; registers cannot be written during conversion; bits without a meaning read 0.
+Three points are not in the data sheet and are unverified. A channel that does not oscillate reads 0 and takes the
+watchdog's recovery time. Registers cannot be written during conversion. Bits without a meaning read 0.
 """
 
 from __future__ import annotations

@@ -41,8 +41,8 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 def _with_need(spec: SensorSpec, lack: Shortfall) -> Shortfall:
     """Return a shortfall with the needed room, if trials can find it.
 
-    Vias may have room inside a coil and their stubs none. The needed room is then that of the smallest larger coil in
-    which they have room.
+    Vias may have room inside a coil and their stubs none. The needed room is then for the smallest larger coil in which
+    they have room.
     """
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
         return lack

@@ -5,7 +5,7 @@ annotations of GitHub Actions, and the summary page of a job (`job_summary`).
 
 SARIF has one run for all specs. Rules that were not checked are notifications of the run and not results, because
 readers show every result as a complaint, whatever its kind. Results have the fingerprints of `identities`, which stay
-the same when lines move. One of them is repeated as ``primaryLocationLineHash``, which GitHub code scanning uses.
+the same when lines move. One fingerprint is repeated as ``primaryLocationLineHash``, which GitHub code scanning uses.
 
 GitHub shows ten annotations of a kind in a step and drops the rest without notice. Therefore only the ten worst
 findings become annotations, followed by the total number.

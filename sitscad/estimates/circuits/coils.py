@@ -62,7 +62,7 @@ class SolvedEffect(Protocol):
 
 
 LEAST_SHARE = 0.02
-"""Least ratio of a state's inductance to the free one that is accepted.
+"""Least accepted ratio of a state's inductance to the free inductance.
 
 Below, the half-space model removes too much.
 """

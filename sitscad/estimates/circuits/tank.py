@@ -271,7 +271,7 @@ def choose_capacitor(
 
     Windows hold over all coils and states. Frequency: within the converter's range less 5 % at either end, and up to
     0.75 of self-resonance. Parallel resistance: within the data sheet's. Amplitude: within the low-noise window in the
-    working states, with one drive code. Capacitor: from 100 pF. Among values that violate none, the one with the
+    working states, with one drive code. Capacitor: from 100 pF. Among values that violate none, the value with the
     highest parallel resistance is taken, which has the highest frequency.
     """
     if readout.capacitance is not None:

@@ -85,7 +85,7 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     """Return standard deviations of all causes by name. They are 0 for parts that the sensor lacks.
 
     They are in metres for the pad's thickness and size, for all glue below the target and for the target's place. They
-    are in radians for angles, and relative for all others. The copper's thickness is that of this stack-up.
+    are in radians for angles, and relative for all others. The copper has the thickness of this stack-up.
     """
     def found() -> dict[str, float]:
         copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)

@@ -202,7 +202,7 @@ def hard_adhesive(layout: Layout) -> Adhesive | None:
     """Return the adhesive of all hard faces, from the sensor's carrier up to the board.
 
     It is the spec's, or the first in the table with which the board can be laid and pressed before it sets. If there is
-    none, it is the one with the least force.
+    none, it is the adhesive with the least force.
     """
     glue, most = layout.spec.assembly.adhesive, MOST_PRESSURE * board_plan(layout)[1]
     if glue is None or board_force(layout, glue) <= most:

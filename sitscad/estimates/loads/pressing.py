@@ -116,7 +116,7 @@ def surround(
 
 
 def joined(spec: SensorSpec) -> Webs:
-    """Return the webs of a pad. For several cells they are those of a mean pad."""
+    """Return the webs of a pad. For several cells they belong to a mean pad."""
     if spec.elastomer is None:
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
@@ -248,7 +248,7 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
 def _of_part(stated: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
     """Return the stated pad and, if it has a doubt, a pad with two sigma less strain.
 
-    The modulus remains that of the loaded part alone.
+    The modulus remains the modulus of the loaded part alone.
     """
     if not stated.doubt > 0.0:
         return {}

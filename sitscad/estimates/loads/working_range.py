@@ -289,7 +289,7 @@ INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
 
 
 def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
-    """Return the measured axes of load: those that the coils of one target can distinguish.
+    """Return the measured axes of load: the axes that the coils of one target can distinguish.
 
     A required moment replaces the shear with the same pattern of readings.
     """

@@ -416,7 +416,7 @@ class Disturbed:
         })
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
-        """Return one sigma (N, N m) of every axis by each cause, including those that differ between units."""
+        """Return one sigma (N, N m) of every axis by each cause, including causes that differ between units."""
         normal, scattered = self.bench.full["normal"], sigmas(self.bench.spec)
         return self.errors_of_any_unit(map_errors) | self._if_told({
             "modulus, before calibration": units.by_modulus(self.share, normal),

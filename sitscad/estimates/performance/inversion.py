@@ -145,7 +145,7 @@ class SolvedRange:
     def twins(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
         """Return two loads in the range with equal readings by another bench. None if no such pair is found.
 
-        The other bench computes only loads whose readings are nearly equal by this one.
+        The other bench computes only loads whose readings are nearly equal by this bench.
         """
         ranged = self.bench.range
         pairs = islice(chain(self._unseen(), _alike(self.forward, ranged)), POLISHED)

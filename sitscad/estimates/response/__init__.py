@@ -1,1 +1,1 @@
-"""Coil readings when the target moves: changes at any pose, terminal values, counts, and maps of them."""
+"""Coil readings when the target moves: changes at any pose, terminal values, counts and their maps."""

@@ -109,8 +109,8 @@ def push_of(case: LoadCase) -> Push:
 def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
     """Return the pose (6,; m, rad) of the target in a load case, and a note about it.
 
-    If the pad buckles under a free target, the pose is that of a level target, or a linear estimate if even that has no
-    equilibrium. Raises NoResponse if no pad carries the target.
+    If the pad buckles under a free target, the pose belongs to a level target, or a linear estimate if even that
+    has no equilibrium. Raises NoResponse if no pad carries the target.
     """
     pad, push = soft_pad(spec), push_of(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
@@ -133,8 +133,7 @@ def in_cases(
 ) -> Response:
     """Return the coil readings in load cases of the spec, in the order of `names`.
 
-    Force and moment are those that hold the target's pose. Raises NoResponse under the conditions of `load_cases` and
-    `posed`.
+    Force and moment hold the target's pose. Raises NoResponse under the conditions of `load_cases` and `posed`.
     """
     cases = load_cases(model.spec.loads, names)
     poses, notes = zip(*(posed(model.spec, case) for case in cases), strict=True)
@@ -156,7 +155,7 @@ def with_cases(parts: Sequence[Response]) -> Response:
 def with_derivatives(model: ResponseModel, response: Response) -> Response:
     """Return the response with `by_pose` and `by_load`, for a target that keeps its rotation.
 
-    `by_load` is NaN if the pad is fully compressed, and None without a pad.
+    `by_load` is NaN if the pad is fully compressed, and None if there is no pad.
     """
     by_pose = slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
     by_load = None

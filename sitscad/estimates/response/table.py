@@ -87,7 +87,7 @@ def response_table(model: ResponseModel) -> ResponseTable:
     """Return the table of a design over its working range and a little beyond, at points that are all solved.
 
     The target is free to tilt if moments are measured, as in the sensor's map. Otherwise it is kept level, except for
-    the requested tilt about the middle of its near face. Frequencies at rest are those of the state. Raises
+    the requested tilt about the middle of its near face. Frequencies at rest are the frequencies of the state. Raises
     `NoResponse` without a pad.
     """
     found = working_range(model.spec)

@@ -42,7 +42,7 @@ Discs of finite elements differ by 2 % of the change and by 1e-4 of the target's
 
 
 def front_plate(spec: SensorSpec) -> MetalLayer | None:
-    """Return the other jaw's metal as an infinite plate. None without a jaw, or if it does not conduct."""
+    """Return the other jaw's metal as an infinite plate. None if there is no jaw, or if it does not conduct."""
     jaw = spec.jaw
     if jaw is None or jaw.material.conductivity <= LEAST_CONDUCTIVITY:
         return None

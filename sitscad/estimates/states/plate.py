@@ -63,7 +63,7 @@ ROOF, ROOF_MAGNETIC, ROOF_WAVES = (0.3, 0.6, 1.5), (0.0, 0.5, 1.5), 24
 """Depths of the planes that stand for metal in front, and the number of waves of their fit.
 
 Depths are in units of the metal's skin depth times its permeability. The fit is 0.5 to 2 % off the reflection of
-steels, brass and copper, and 5 to 10 % off that of magnetic steels.
+steels, brass and copper, and 5 to 10 % off the reflection of magnetic steels.
 """
 
 MOST_ORDERS = 44
@@ -385,7 +385,7 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
 
 
 def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
-    """Return planes whose combined reflection is nearly that of the metal in front of a target.
+    """Return planes whose combined reflection is nearly the reflection of the metal in front of a target.
 
     It is a least-squares fit over wave numbers up to three over the `room` (m) between target and metal. Each wave has
     the weight that remains after that distance. `floor` (m) is the height of the mirror behind.

@@ -1,4 +1,4 @@
-"""Steps from a layout to its estimates. Each step returns a frozen value built from the one before."""
+"""Steps from a layout to its estimates. Each step returns a frozen value built from the value before."""
 
 from __future__ import annotations
 

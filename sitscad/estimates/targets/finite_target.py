@@ -248,7 +248,7 @@ THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
 """Limits for the loss of thin or small targets, and its relative error there.
 
 Up to `THIN` skin depths of thickness the edge current uses the copper of both faces at once. Up to `OVERHANGING` coil
-diameters the edge carries much of it. The loss ratio is then up to a quarter larger.
+diameters the edge carries much of the current. The loss ratio is then up to a quarter larger.
 """
 
 

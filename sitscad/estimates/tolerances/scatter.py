@@ -177,7 +177,10 @@ def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _height_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of the board's height over the nearest metal behind it. None without mount or such metal."""
+    """Return the tolerance of the board's height over the nearest metal behind it.
+
+    None if there is no mount or no such metal.
+    """
     mount, spans = spec.mount, seat_spans(spec)
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
@@ -196,7 +199,7 @@ def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_pri
 
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of the shield's height over the metal behind it. None without a shield over metal."""
+    """Return the tolerance of the shield's height over the metal behind it. None if no shield lies over metal."""
     mount, sheet = spec.mount, shield_heights(spec.fpc.stackup, spec.shield)
     if mount is None or sheet is None or mount.metal is None:
         return None

@@ -157,8 +157,8 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
 def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
     """Return the spectrum of a winding's direct current for metal at least `nearest` (m) from any mid-plane.
 
-    It includes direct current's crowding at bends (in spirals, `near_metal` has it). In rough solutions it is that of
-    spirals as rings.
+    It includes direct current's crowding at bends (in spirals, `near_metal` has it). In rough solutions it is the
+    spectrum of spirals as rings.
     """
     if geometry.spirals and is_rough:
         return ring_spectrum(geometry.spirals, nearest)

@@ -57,7 +57,7 @@ def refusal(name: str, converter: Converter, reason: str) -> dict[str, str]:
 
 
 SETTINGS = ("capacitance_F", "conversion_capacitance_F", "scan_rate_Hz", "supply_current_A")
-"""Keys of the readout in the JSON file, beside those of the converter's formula."""
+"""Keys of the readout in the JSON file, beside the keys of the converter's formula."""
 
 TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
 """Keys of the readout under ``timing`` in the JSON file."""

@@ -101,7 +101,7 @@ Shown = Callable[
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
 """Output formats of ``estimate``. Each function takes the path as typed, the estimate (None if the spec is unreadable),
-findings, whether to use colour, the performance (None without --performance), the performance of
+the findings and whether to use colour. Then follow the performance (None without --performance), the performance of
 each cell, and the coils at the frequencies of --at."""
 
 

@@ -241,9 +241,9 @@ def turn_capacitance(
 
     Notes
     -----
-    The capacitance of a pair is that of coplanar strips, plus the side walls as plates. A turn's voltage is the voltage
-    gradient at each place, so a place that represents few turns adds little. Derived here from the pairs' electric
-    energy, as in `winding_capacitance`.
+    A pair has the capacitance of coplanar strips, plus the side walls as plates. A turn's voltage is the
+    voltage gradient at each place, so a place that represents few turns adds little. Derived here from the pairs'
+    electric energy, as in `winding_capacitance`.
     """
     turns = float(parts.sum())
     if turns <= 1.0 or parts.size < 2:

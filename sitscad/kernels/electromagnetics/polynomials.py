@@ -192,7 +192,7 @@ def least_squares(
 ) -> Polynomial:
     """Fit a polynomial in a box to values by least squares.
 
-    If several polynomials fit equally, the result is the one with the smallest coefficients.
+    If several polynomials fit equally, the result has the smallest coefficients.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lines and circular arcs, paths made of them, and areas. Arcs stay arcs up to the machine that draws them."""
+"""Lines and circular arcs, paths of lines and arcs, and areas. Arcs stay arcs up to the machine that draws them."""
 
 from __future__ import annotations
 

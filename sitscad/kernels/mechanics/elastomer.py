@@ -7,9 +7,9 @@ released.
 * The loaded part, cut out of the pad, is softer than the real pad, because the material around it hinders the bulging.
 * The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
-The stated strain is that of the first block, an upper bound. `least_strain` is that of the second. The law of a block
-is that of `pad_law`, within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18 to
-116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
+The stated strain belongs to the first block and is an upper bound. `least_strain` is that of the second. The law of a
+block is that of `pad_law`, within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18
+to 116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class Surround:
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
         """Return face and surround in thicknesses and shear moduli, seen along x.
 
-        `thickness` (m), `shear_modulus` (Pa) and `exponent` (Ogden's) are those of the pad.
+        `thickness` (m), `shear_modulus` (Pa) and `exponent` (Ogden's) belong to the pad.
         """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
         film = self.film / thickness, self.film_modulus / shear_modulus
@@ -245,8 +245,8 @@ def press_part(
     """Return the compression of a pad that is loaded on a part of its face.
 
     `face` is the loaded part and `beside` (m) the distance of the force from its middle; other parameters as in
-    `compress`. If `around` is given, the law gives the strain. If it is None, the strain is that of the loaded part cut
-    out of the pad, an upper bound, and `least_strain` is that of the whole pad under a rigid plate.
+    `compress`. If `around` is given, the law gives the strain. If it is None, the strain is an upper bound, for the
+    loaded part cut out of the pad, and `least_strain` is that of the whole pad under a rigid plate.
     """
     compression = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)

@@ -6,8 +6,8 @@ those of the board as in `sitscad.assembly.places.state`.
 
 Notes
 -----
-The stiffness of each pad is tabulated against compression once, so that a pose costs a look-up. The tables are cubic
-pieces with the law's own values and slopes at their ends. Slopes that are returned are those of the pieces, so that
+The stiffness of each pad is tabulated against compression once, so that a pose costs a look-up. The tables
+are cubic pieces with the law's own values and slopes at their ends. The returned slopes belong to the pieces, so that
 forces still derive from one energy. In these tables lengths are in thicknesses and stresses in shear moduli.
 """
 

@@ -228,8 +228,8 @@ class Block:
 def pressure_stiffness(block: Block) -> float:
     """Return part of the compression modulus that comes from the pressure between bonded plates, in shear moduli.
 
-    It is 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970). J of a rectangle is that of
-    Roark's formula, within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier, Theory of Elasticity).
+    It is 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970). J of a rectangle follows
+    Roark's formula within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier, Theory of Elasticity).
     """
     long, wide = max(block.along, block.across), min(block.along, block.across)
     edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)

@@ -35,7 +35,7 @@ def rigidity(young_modulus: float, thickness: float) -> float:
 
 
 def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
-    """Return the displacement of a plate's middle less that of its outermost point.
+    """Return the displacement of a plate's middle less the displacement of its outermost point.
 
     It is relative to the displacement of a rigid plate.
 

@@ -67,7 +67,7 @@ class DrawnConductor:
         The centre is the median of the centres of curvature of runs with at least one turn. If these runs are mostly
         straight, it is the centroid of their enclosed area. Each place counts as often as turns go round it. For the
         radius, only tracks within twice the median distance count. It is 1.2 times the distance within which nine
-        tenths of them lie.
+        tenths lie.
         """
         wound = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
         bends = [bend for path in wound for bend in _bends(path)]

@@ -210,7 +210,7 @@ def _via_places(
 
 
 def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
-    """Return a chord that cuts off the corner between a stretch and a later one that leads back.
+    """Return a chord that cuts off the corner between a stretch and a later stretch that leads back.
 
     Both stretches then lie `apart` (m) or farther from each other. None if they do so already, or if one of them is too
     short for the chord's end.

@@ -161,7 +161,7 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
 
 
 def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
-    """Return half the largest width (m) of a body that is widened only for its leads: that of the jaw."""
+    """Return half the largest width (m) of a body that is widened only for its leads: half the width of the jaw."""
     return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 

@@ -3,8 +3,8 @@
 A depth buffer finds the visible face at every point of a fine raster. Hidden faces disappear, and bodies may intersect.
 Raster areas of one colour become outlines, which are shapes of an ordinary sheet.
 
-`clash_svg` draws clashing solids, cut open: those that clash in full colour, the excess in red. `assembly_svg` draws
-the assembly, exploded and in section across the jaw.
+`clash_svg` draws clashing solids, cut open: the pieces that clash in full colour, the excess in red. `assembly_svg`
+draws the assembly, exploded and in section across the jaw.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def render(layout: Layout) -> dict[str, bytes]:
 def render_drills(layout: Layout) -> dict[str, bytes]:
     """Return the drill files by their paths in the package. Empty if the layout has no hole.
 
-    Tool diameters are those of the finished holes.
+    Tool diameters are the diameters of the finished holes.
     """
     return {
         file.path: drill_text(

@@ -1,7 +1,7 @@
 """Libraries of the project: footprints of contacts (or solder pads) and tank capacitors, symbols of sensor and coils.
 
 The footprint of the contacts has no 3-D model: contacts are printed copper, and their connector is not on this board.
-Capacitors are bought and placed, and appear in KiCad's lists of parts and positions. Their 3-D models are those of
+Capacitors are bought and placed, and appear in KiCad's lists of parts and positions. Their 3-D models are in
 KiCad's own library, found by the variable for its folder. If this library is not installed, KiCad shows the board
 alone.
 

@@ -51,7 +51,7 @@ At 0.5 the inner edge is a point that would take all of the current. Tighter arc
 CORNER = 0.4
 """Least distance, in widths, of sides that are not abreast.
 
-With it, the squared field beyond a corner, summed over a side, is that of a filament from half a width on.
+With it, the squared field beyond a corner, summed over a side, equals the field of a filament from half a width on.
 """
 
 
@@ -212,7 +212,7 @@ Block = tuple[Array, float, float, float]
 def _blocks(track: BentTrack) -> Iterator[Block]:
     """Yield straight sides, and runs of arcs in blocks: nodes (n, 2; m), length (m), turn and direction (rad).
 
-    Blocks end at fixed directions, so that those of all turns lie abreast.
+    Blocks end at fixed directions, so that the blocks of all turns lie abreast.
     """
     first = 0
     while first < len(track.turns):

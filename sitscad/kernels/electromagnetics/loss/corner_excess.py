@@ -40,7 +40,7 @@ ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838,
 """Inductance of the corner's loop over that of the sharp corner in `OWN`, for each of `TIGHT` and `TURNS`."""
 
 INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
-"""Distance (widths) by which the middle of the loop moves inwards from that of a sharp corner, likewise."""
+"""Distance (widths) by which the middle of the loop moves inwards from the middle of a sharp corner, likewise."""
 
 POINTS = (
     ((-0.146, 0.169, 0.389), (0.205, 0.569, 0.215), (0.272, 0.151, 0.338), (0.490, 1.149, 0.058)),
@@ -159,7 +159,7 @@ def gentle_squares(turn: float, radius: float) -> float:
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Return inductance (H) of a wider arc less that of a current with a 1 / radius profile all along it.
+    """Return inductance (H) of a wider arc less its inductance with a 1 / radius profile all along it.
 
     Turn in rad, width and thickness in m, radius over the width. It is 0.0086 (turn / 90 degrees)^2 radius^-2.2 mu0
     widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0 widths.

@@ -62,7 +62,7 @@ FAR_METAL = 1.0
 """Distance of metal, in widths, from which one place represents a loop."""
 
 SPREAD, SPREAD_WHOLE = 0.14, 0.34
-"""Standard deviation, in widths, of each of a loop's eight places, and of the one place that represents all.
+"""Standard deviation, in widths, of each of a loop's eight places, and of the single place that represents all.
 
 With it, the mutual inductance of two loops above each other is that of the conformal map, within 1 % from 0.3 to 1
 width (tests/validation/corner_flow.py).

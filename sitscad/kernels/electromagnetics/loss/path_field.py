@@ -54,7 +54,7 @@ class Filaments:
     block: Index
 
     def some(self, chosen: Flags) -> Filaments:
-        """Return the chosen filaments. None of them counts as a cut's own."""
+        """Return the chosen filaments. No chosen filament counts as a cut's own."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clear[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])
 

@@ -76,7 +76,7 @@ class Cut:
     """Tracks where a plane crosses them at right angles: arrays (tracks,) in metres.
 
     `across` and `height` are the centres in the plane. `length` is the length of centre line that the cut represents.
-    `curvature` (1/m) is that of the centre line, positive if `across` grows away from the centre of curvature.
+    `curvature` (1/m) belongs to the centre line, positive if `across` grows away from the centre of curvature.
     """
 
     across: Array
@@ -173,7 +173,7 @@ def split_projection(modes: ModeSet) -> tuple[Array, Array]:
 def projection(modes: ModeSet) -> Array:
     """Return weights (modes, points) that project values on a cross-section on the modes.
 
-    They are those of Gauss-Legendre quadrature.
+    They are the weights of Gauss-Legendre quadrature.
     """
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])
