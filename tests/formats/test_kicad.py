@@ -269,7 +269,27 @@ def test_parentheses_balance_outside_strings(board):
     for name, content in kicad.render(board).items():
         bare = re.sub(r'"(?:[^"\\]|\\.)*"', "", content.decode())
         bare = "\n".join(line.split("#")[0] for line in bare.splitlines())
-        assert name.endswith(".kicad_pro") or bare.count("(") == bare.count(")") > 0
+        assert name.endswith((".kicad_pro", ".kicad_jobset")) or bare.count("(") == bare.count(")") > 0
+
+
+@needs_kicad
+def test_the_jobs_of_the_project_plot_what_kicad_exports(tmp_path):
+    layout = layouts.two_coils(4)
+    board = write(kicad.render(layout), tmp_path)
+    command = ["kicad-cli", "jobset", "run", "--stop-on-error", "-f", board.with_suffix(".kicad_jobset")]
+    done = subprocess.run([*command, board.with_suffix(".kicad_pro")], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    exported, stem = plots(board), board.stem
+    for layer in ("F_Cu", "In1_Cu", "In2_Cu", "B_Cu", "F_Mask", "B_Mask", "Edge_Cuts"):
+        plotted = board.parent / "gerbers" / f"{stem}-{layer}.gbr"
+        assert _undated(plotted) == _undated(exported[layer]), layer
+    holes = re.findall(r"(?m)^X.*", exported["drill"].read_text())
+    drilled = "".join(path.read_text() for path in (board.parent / "gerbers").glob("*.drl"))
+    assert sorted(re.findall(r"(?m)^X.*", drilled)) == sorted(holes) != []
+
+
+def _undated(path):
+    return [line for line in path.read_text().splitlines() if "CreationDate" not in line and "Created by" not in line]
 
 
 def test_a_contact_inside_the_board_is_refused():
@@ -397,4 +417,4 @@ def hashes_in_another_process(**environment: str) -> str:
 def test_same_bytes_across_processes():
     one = hashes_in_another_process(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     two = hashes_in_another_process(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
-    assert one == two and one.count("\n") == 9
+    assert one == two and one.count("\n") == 10

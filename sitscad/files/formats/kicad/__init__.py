@@ -11,7 +11,15 @@ from typing import Any
 from sitscad.files.formats.kicad.coil import coil_footprints
 from sitscad.files.formats.kicad.library import library_footprints, library_table, symbol_library
 from sitscad.files.formats.kicad.pcb import board as board_text
-from sitscad.files.formats.kicad.sexpr import length
+from sitscad.files.formats.kicad.sexpr import (
+    BEND_LAYER,
+    BODY_LAYER,
+    STIFFENER_LAYER,
+    TAIL_LAYER,
+    copper_names,
+    length,
+    uuid_of,
+)
 from sitscad.layout.board import Layout, Via
 from sitscad.spec.design_rules import DesignRules
 
@@ -19,15 +27,15 @@ from sitscad.spec.design_rules import DesignRules
 def render(layout: Layout) -> dict[str, bytes]:
     """Return the files of ``kicad/`` by their paths in the package.
 
-    The files are project, board, custom rules, footprints and symbols. The board lies in the middle of the sheet (mm, y
-    negated, because KiCad's y points down). KiCad's origin for drill files is the layout's origin, so that plots made
-    from that origin match the package's Gerber files. Raises ValueError for a contact on an inner layer and for an
+    The files are project, board, custom rules, jobs, footprints and symbols. The board lies in the middle of the sheet
+    (mm, y negated, because KiCad's y points down). KiCad's origin for drill files is the layout's origin, so that plots
+    made from that origin match the package's Gerber files. Raises ValueError for a contact on an inner layer and for an
     opening with a hole, which KiCad cannot represent.
     """
     name = layout.spec.name
     files = {
         f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board_text(layout),
-        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
+        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules), f"kicad/{name}.kicad_jobset": job_set(layout),
     }
     library = library_footprints(layout) | coil_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
@@ -132,6 +140,39 @@ def project(layout: Layout) -> str:
         "pcbnew": {"page_layout_descr_file": ""},
         "sheets": [],
         "text_variables": {},
+    }
+    return json.dumps(value, indent=2, sort_keys=True) + "\n"
+
+
+def job_set(layout: Layout) -> str:
+    """Return KiCad's jobs that plot Gerber and drill files into ``gerbers/``, from the layout's origin.
+
+    KiCad 9 runs them from its project window, or by ``kicad-cli jobset run -f NAME.kicad_jobset NAME.kicad_pro``.
+    """
+    name = layout.spec.name
+    copper = copper_names(layout.copper_layers)
+    layers = [*copper, "F.Mask", "B.Mask", "Edge.Cuts", STIFFENER_LAYER, BEND_LAYER, BODY_LAYER, TAIL_LAYER]
+    gerbers = {
+        "create_gerber_job_file": True, "include_netlist_attributes": True, "layers": layers, "output_dir": "",
+        "plot_drawing_sheet": False, "precision": 6, "use_drill_origin": True, "use_protel_file_extension": False,
+        "use_x2_format": True,
+    }
+    drills = {
+        "drill_origin": "plot", "excellon.combine_pth_npth": False, "format": "excellon", "output_dir": "",
+        "units": "mm",
+    }
+    value = {
+        "jobs": [
+            {"description": "Gerber files", "id": uuid_of(name, "gerbers"), "settings": gerbers,
+             "type": "pcb_export_gerbers"},
+            {"description": "Drill files", "id": uuid_of(name, "drills"), "settings": drills,
+             "type": "pcb_export_drill"},
+        ],
+        "meta": {"version": 1},
+        "outputs": [
+            {"description": "Gerber and drill files", "id": uuid_of(name, "jobs"), "only": [],
+             "settings": {"output_path": "${KIPRJMOD}/gerbers"}, "type": "folder"},
+        ],
     }
     return json.dumps(value, indent=2, sort_keys=True) + "\n"
 
