@@ -125,3 +125,10 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+def load_ipython_extension(ipython: Any) -> None:
+    """Show values as pictures and tables in a notebook: ``%load_ext sitscad``."""
+    from sitscad.apps.notebook import register
+
+    register(ipython.display_formatter.formatters)

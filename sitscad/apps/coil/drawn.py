@@ -104,6 +104,10 @@ class DrawnCoil(CoilResult):
         """Return a picture of the conductor as SVG text, seen from the top, each layer in its colour."""
         return _picture(self.conductor)
 
+    def _repr_svg_(self) -> str:
+        """Return the picture, for notebooks."""
+        return self.picture()
+
     def document(self) -> dict[str, Any]:
         """Return the JSON document of ``sitscad coil FILE``."""
         runs = [{"layer": layer, "turns": turns} for layer, turns in self.conductor.turns()]

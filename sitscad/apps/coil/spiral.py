@@ -109,6 +109,10 @@ class Spiral(CoilResult):
         """Return a picture of the coil as SVG text."""
         return picture(self.layout, self.coil.layers, coil_extent(self.coil, self.layout.coils[0]), name="coil")
 
+    def _repr_svg_(self) -> str:
+        """Return the picture, for notebooks."""
+        return self.picture()
+
     def footprint(self) -> str:
         """Return the coil as the text of a KiCad footprint.
 

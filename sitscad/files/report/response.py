@@ -27,10 +27,7 @@ def response_text(
     path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
 ) -> str:
     """Return a table with one row per coil and point, the gap at rest, and the notes."""
-    cases = ["case"] if any(response.cases) else []
-    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
-    rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
-    lines = table(head, rows)
+    lines = table(*response_rows(response))
     if len(response) > SHOWN:
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
@@ -38,6 +35,13 @@ def response_text(
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
     blocks += performance_blocks(performance, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def response_rows(response: Response) -> tuple[list[str], list[list[str]]]:
+    """Return the head and the rows of the table, for the first `SHOWN` points."""
+    cases = ["case"] if any(response.cases) else []
+    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
+    return head, [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
 
 
 COLUMNS = [each for each in RESPONSE if each.label]
