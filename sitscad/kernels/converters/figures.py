@@ -226,7 +226,7 @@ def figure_source(family: str, name: str) -> str:
 
 @cache
 def source_in_all(name: str) -> str:
-    """Return the sources of a figure in all families that have it, as one text."""
+    """Return a text of the sources of a figure in all families that have the figure."""
     return "; ".join(dict.fromkeys(figure_source(family, name) for family in _families() if name in rows_of(family)))
 
 

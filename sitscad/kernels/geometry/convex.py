@@ -231,7 +231,7 @@ class Footprint:
     def hangs_over(self, ground: Path) -> float:
         """Return the distance (m) of its farthest point outside a convex outline.
 
-        Negative if all of it lies inside: the remaining clearance.
+        It is the remaining clearance, with a minus sign, if the whole shape lies inside.
         """
         if self.is_round:
             return beyond(ground, self.centre) + self.size[0] / 2

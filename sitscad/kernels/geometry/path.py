@@ -123,7 +123,10 @@ class Arc:
         return polar(self.radius, self.start_angle + fraction * self.sweep, self.centre)
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return points on the arc whose chords stay within `tolerance` (m) of it (sagitta r (1 - cos(step / 2)))."""
+        """Return points on the arc.
+
+        Chords stay within `tolerance` (m) of the arc (sagitta r (1 - cos(step / 2))).
+        """
         radius, sweep = self.radius, self.sweep
         if radius <= tolerance:
             return [self.start, self.end]

@@ -1,8 +1,8 @@
 """Outlines of coils: a row of `SHAPES` for each, and a class for each kind of winding.
 
 Other modules use an outline's features, never its name. A row also declares which error bounds hold for coils of the
-shape (`bounds`), and how a plate of it is computed and cut (`plate`). A coil without `bounds` and a plate without
-`plate` are refused by name. A class inherits the features of another shape, but not the fits for that shape.
+shape (`bounds`), and how a plate of the shape is computed and cut (`plate`). A coil without `bounds` and a plate
+without `plate` are refused by name. A class inherits the features of another shape, but not the fits for that shape.
 
 Lengths are metres, angles radians. A coil's size is [x, y] across its outer copper edges. The centre line of a layer is
 wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
@@ -205,12 +205,12 @@ class Outline(ABC):
         The edge is the convex hull of the points, expanded by the radius.
         """
 
-    def corner_radius(self, size: Size, asked: float) -> float:
+    def corner_radius(self, size: Size, required: float) -> float:
         """Return the radius (m) of the outer edge's corners for a polygon with that corner radius.
 
         For other shapes it is the radius of the ends.
         """
-        return asked
+        return required
 
     @property
     def outermost_turns(self) -> float:

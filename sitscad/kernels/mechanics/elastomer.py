@@ -1,10 +1,10 @@
 """Compression of a bonded soft pad: strain, gap, shape factor and apparent modulus. SI units.
 
-A target that covers only a part of its pad loads this part. Two bonded blocks bound the strain of the pad: by the
-principle of minimum potential energy, an elastic body does not become stiffer if material is cut away or a surface is
-released.
+A target that covers only a part of its pad loads this part. Two bonded blocks bound the strain of the pad. An elastic
+body does not become stiffer if material is cut away or a surface is released (principle of minimum potential energy).
 
 * The loaded part, cut out of the pad, is softer than the real pad, because the material around it hinders the bulging.
+
 * The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
 The stated strain belongs to the first block and is an upper bound. `least_strain` is that of the second. The law of a
@@ -151,7 +151,7 @@ class Compression:
     gap : float
         remaining thickness (m)
     shape_factor, apparent_modulus : float
-        those of the loaded area; the modulus in Pa
+        shape factor, and modulus (Pa), of the loaded area
     valid : bool
         the law is within its range; `note` gives the reason if not
     least_strain : float

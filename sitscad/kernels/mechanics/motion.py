@@ -37,7 +37,7 @@ UNIT = np.eye(3)
 def rotations(angles: Array) -> Array:
     """Return rotation matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3), of angles (n, 3; rad).
 
-    The order is that of a spec's poses (textbook).
+    A spec's poses use the same order (textbook).
     """
     (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
     matrices = np.empty((len(a), 3, 3))
@@ -130,7 +130,7 @@ class Motion:
     turn, vectors : arrays (n, 3, 3) and (n, 3)
         rotation of the plate as a matrix and as a rotation vector (rad)
     share : float
-        rotation of the frame over that of the plate
+        rotation of the frame over the plate's rotation
     frame, within : arrays (n, 3, 3) and (n, 3)
         rotation matrix of the frame, and the place in axes of the frame (m)
     frame_jacobians, jacobians : arrays (n, 3, 3)
@@ -156,8 +156,8 @@ class Motion:
 
         Notes
         -----
-        Derived here by virtual work: a small rotation of the plate rotates the frame by its share, and the left
-        Jacobian maps the change of the rotation vector to this rotation.
+        Derived here by virtual work. A small rotation of the plate rotates the frame by its share. The left Jacobian
+        maps the change of the rotation vector to this rotation.
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
         with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
@@ -171,7 +171,7 @@ class Motion:
 def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
     """Return the motion at poses (n, 6; m and rad) of a plate `height` (m) above the board.
 
-    Poses are those of `sitscad.assembly.places.state`.
+    `sitscad.assembly.places.state` defines poses.
 
     The matrices follow from Rodrigues' formula, and from the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t
     - sin t) / t^3 [t]^2 (textbook).
@@ -259,7 +259,7 @@ def balance(
     law : Law
         the pad at its compression
     share : float
-        rotation of the frame over that of the plate
+        rotation of the frame over the plate's rotation
     place, turn : vectors of 3
         place in the frame (thicknesses) and rotation vector (rad) of the plate
     load : Load
@@ -296,7 +296,7 @@ def balance(
 def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
     """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy by place and rotation vector.
 
-    The units are those of `balance`. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 +
+    `balance` defines the units. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 +
     cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
     """
     (x, y, _), (a, b, c) = place, turn
@@ -342,7 +342,7 @@ def _cross(first: Vector, second: Vector) -> Vector:
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
 
-    The arm of the force turns by `share` of the rotation vector, and the units are those of `balance`. These are the
+    The arm of the force turns by `share` of the rotation vector. `balance` defines the units. These are the
     derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)

@@ -1,8 +1,8 @@
 """A soft bonded pad between a board and a rigid target: force from pose, and pose from force.
 
-The energy of the pad is that of `pad_law` in the frame of `motion`. Forces are derivatives of this energy, so a closed
-path returns the work that was put in. Units are SI, arrays have the poses or loads as their first axis, and axes are
-those of the board as in `sitscad.assembly.places.state`.
+`pad_law` gives the energy of the pad, and `motion` its frame. Forces are derivatives of this energy, so a closed
+path returns the work that was put in. Units are SI. Poses or loads are the first axis of arrays. Axes are the
+board's, as in `sitscad.assembly.places.state`.
 
 Notes
 -----
@@ -73,7 +73,7 @@ class Courses:
     def law(self, strain: Array) -> Law:
         """Return law at strains (n,), each number an array (n,), without units.
 
-        Values and slopes are those of Hermite's cubics (textbook). The slope of the pressure is a central difference.
+        Hermite's cubics (textbook) give values and slopes. The slope of the pressure is a central difference.
         """
         part, (value, first, second, third) = self._piece(strain)
         values = value + part * (first + part * (second + part * third))

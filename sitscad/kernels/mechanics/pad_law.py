@@ -46,8 +46,8 @@ MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made;
 class Ogden:
     """Strain-dependent factors on the neo-Hookean law, for a pad and a film with other Ogden exponents.
 
-    `round`, `oblong` and `rimmed` describe the loaded face: 0 to 1 from rectangle to ellipse, -1 to 1 as in `Block`,
-    and 0 to 1 from a pad without rim to a pad with a wide rim.
+    `round`, `oblong` and `rimmed` describe the loaded face. `round` is 0 for a rectangle and 1 for an ellipse, `oblong`
+    is as in `Block`. `rimmed` is 0 for a pad without a rim and 1 for a pad with a wide rim.
     """
 
     exponent: float
@@ -136,7 +136,7 @@ stiff film has buckled.
 RIM_COUNTS = 0.1
 """Width of a rim (thicknesses) over which `RIM_SIGMA` sets in.
 
-The narrowest validated rim, 0.25, has nearly all of it.
+The narrowest validated rim, 0.25, has nearly the whole effect.
 """
 
 RIM_HIDES = 0.36
@@ -430,8 +430,9 @@ def tilt(block: Block) -> Callable[[Array], Array]:
 
     Notes
     -----
-    At rest it is 3 mu I (1.13 + pressure). The pressure is that of an infinite strip along either axis, added as
-    resistances: a^2 / 15 for a face that is short along the axis, b^2 / 3.6 for a face that is short across. The form
+    At rest it is 3 mu I (1.13 + pressure). The pressures of infinite strips along both axes are added as
+    resistances. They are a^2 / 15 for a face that is short along the axis, and b^2 / 3.6 for a face that is short
+    across. The form
     is derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden

@@ -1,10 +1,10 @@
 """Bending of a thin plate on a soft pad under a load on a part of the plate. SI units.
 
 The model is Kirchhoff's plate with free edges on independent springs (Winkler), which have the stiffness of the pad. A
-bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less: near a tenth of
-the displacement, strips bend 10 % less, squares twice as long as the loaded part 40 % less, and squares hardly longer
-than the loaded part 65 % less or more (finite elements, tests/validation/test_foil_on_pad.py). An even load on the
-whole plate gives no bending here; in reality the rim of the pad yields first.
+bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less. Near a tenth of
+the displacement, strips bend 10 % less. Squares twice as long as the loaded part bend 40 % less, and squares hardly
+longer than the loaded part 65 % less or more (finite elements, tests/validation/test_foil_on_pad.py). An even load on
+the whole plate gives no bending here; in reality the rim of the pad yields first.
 """
 
 from __future__ import annotations

@@ -232,7 +232,7 @@ class Stiffer:
 
 
 def grip(length: float) -> float:
-    """Return the effect of a web of a `length` (thicknesses) relative to that of a long web.
+    """Return the effect of a web of a `length` (thicknesses), relative to the effect of a long web.
 
     The other end of a short web is held by the bonded target there. It is fitted to our own finite elements
     (tests/validation/web_figures.csv).

@@ -443,7 +443,7 @@ def _repeated(
     Notes
     -----
     Near the plane of a dipole, the repetitions are eight neighbouring dipoles and the uniform field of all others.
-    Farther away, all of them together are a few waves (Fourier series of 1 / r). There the grid hardly adds to the
+    Farther away, all repetitions together are a few waves (Fourier series of 1 / r). There the grid hardly adds to the
     dipole's own field. Derived here.
     """
     potential = np.zeros(len(points), dtype=complex)

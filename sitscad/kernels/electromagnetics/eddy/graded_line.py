@@ -201,7 +201,7 @@ class GradedLine:
         which = which.reshape(apart.shape)
         first_integral, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
         ends = [share * self.bends(parity)[middle:] for parity in PARITIES]
-        masses, slopes = (_sandwiched(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
+        masses, slopes = (_quadratic_forms(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
         integrals = {}
         for parity, bends, mass, slope in zip(PARITIES, ends, masses, slopes, strict=True):
             first, third = (part[:, which[0, -1]] + parity * part[:, which[1, -1]] for part in (first_integral, three))
@@ -233,7 +233,7 @@ class GradedLine:
         return projections
 
 
-def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
+def _quadratic_forms(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
     """Return f' M f (m, n, n) for even and for odd functions f (nodes, n), in the product of their units.
 
     M are matrices (m, nodes, nodes): `here` plus (even) or minus (odd) `mirrored`, the matrix of the line's mirrored

@@ -177,7 +177,7 @@ class _Heights:
 
 
 def _whole(plans: Plans) -> Cluster:
-    """Return all points of a winding's plans (m) as one cluster, with each element in the column of its plan."""
+    """Return a cluster of all points of a winding's plans (m). Each element is in the column of its plan."""
     elements = np.zeros((len(plans.places), plans.count, 2))
     elements[np.arange(len(plans.places)), plans.owner] = plans.elements
     return _cluster(plans.places, elements)

@@ -210,9 +210,9 @@ def _over_strands(
     v : array
         azimuth from the first to the second centre line (rad)
     step : array
-        radius of the second centre line less that of the first
+        radius of the second centre line less the radius of the first
     sense : float
-        1 if both wind alike, -1 if they wind against each other
+        1 if both wind in the same direction, otherwise -1
     extra : array
         term of the squared distance for heights and cross-sections
     weight : array

@@ -310,7 +310,7 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
 class _Stack:
     """Layers grouped by their position relative to each other.
 
-    `relations` are lists of pairs of layers with equal relative position. `whole` holds all pieces as one track.
+    `relations` are lists of pairs of layers with equal relative position. `whole` is a single track of all pieces.
     `squares` (m2) are all squared heights, with two levels for the copper's thickness. `spread` (relations, squares) is
     the multiplicity of each squared height in each relation.
     """

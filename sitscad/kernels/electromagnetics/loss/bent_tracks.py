@@ -25,13 +25,13 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, fiel
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 BLOCK = math.radians(30.0)
-"""Angle (rad) of arc that one cut represents. The cut is in the middle chord of an odd number of chords."""
+"""Angle (rad) of arc that a single cut represents. The cut is in the middle chord of an odd number of chords."""
 
 ROUND = math.radians(200.0)
 """Angle (rad) of a run of arcs that decides how it is divided.
 
-Runs that turn less, such as rounded corners and half circles, are divided into equal parts from their beginning, so
-that parts of one run are not abreast of each other. Runs that turn more are divided at fixed directions, so that turns
+Runs that turn less, such as rounded corners and half circles, are divided into equal parts from their beginning. Parts
+of a run are then not abreast of each other. Runs that turn more are divided at fixed directions, so that turns
 with other beginnings lie abreast.
 """
 
@@ -44,7 +44,7 @@ DISTANT = 1.5
 TIGHTEST = 0.7
 """Radius of the centre line, in widths, below which an arc has the current of this radius.
 
-At 0.5 the inner edge is a point that would take all of the current. Tighter arcs between straight sides are corners
+At 0.5 the inner edge is a point that would take the whole current. Tighter arcs between straight sides are corners
 (`corners.mitred`).
 """
 

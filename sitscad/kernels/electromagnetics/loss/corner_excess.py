@@ -37,7 +37,7 @@ SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0
 """
 
 ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
-"""Inductance of the corner's loop over that of the sharp corner in `OWN`, for each of `TIGHT` and `TURNS`."""
+"""Inductance of the corner's loop over the sharp corner's inductance in `OWN`, for each of `TIGHT` and `TURNS`."""
 
 INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
 """Distance (widths) by which the middle of the loop moves inwards from the middle of a sharp corner, likewise."""
@@ -49,9 +49,9 @@ POINTS = (
 )
 """Places and weights of the moment, for each turn from the second on.
 
-A row has the distance from the corner of the centre lines along the bisector to the inside, the distance to either side
-of the bisector, and the weight. The flux of a field through these eight points is within 6 % of that through the loop,
-from a third of a width on.
+A row has two distances and a weight. The first distance is along the bisector, from the corner of the centre lines to
+the inside. The second is to either side of the bisector. The flux of a field through these eight points is within 6 %
+of the flux through the loop, from a third of a width on.
 """
 
 OWN = np.array([

@@ -59,12 +59,12 @@ CHORD = math.radians(15.0)
 """Angle (rad) of the chords by which arcs contribute flux, about."""
 
 FAR_METAL = 1.0
-"""Distance of metal, in widths, from which one place represents a loop."""
+"""Distance of metal, in widths, from which a single place represents a loop."""
 
 SPREAD, SPREAD_WHOLE = 0.14, 0.34
 """Standard deviation, in widths, of each of a loop's eight places, and of the single place that represents all.
 
-With it, the mutual inductance of two loops above each other is that of the conformal map, within 1 % from 0.3 to 1
+With it, two loops above each other have the mutual inductance of the conformal map, within 1 % from 0.3 to 1
 width (tests/validation/corner_flow.py).
 """
 
@@ -76,8 +76,8 @@ BLOCK = 40_000
 class Corners:
     """Sharp corners, one row each.
 
-    `middle` (n, 2) and `height` (m) are those of the loops, `moment` (m2) their moments over the current, positive
-    upwards. `places` (n, 8, 2) and `shares` (n, 8) distribute the moments. `width` is that of the track (m). `own` is
+    `middle` (n, 2) and `height` (m) locate the loops. `moment` (m2) are their moments over the current, positive
+    upwards. `places` (n, 8, 2) and `shares` (n, 8) distribute the moments. `width` (m) is the track's. `own` is
     the inductance of each loop with itself and its two arms (H), and `arms` (n, 2) are the indices of these arms among
     the filaments.
     """
@@ -110,7 +110,7 @@ class MitredFilaments:
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
     """Return loss of a winding with the effect of its corners on direct and on alternating current.
 
-    `loss` is that of the `mitred` tracks, `tracks` are the real ones. The conductivity is in S/m.
+    `loss` is for the `mitred` tracks, and `tracks` are the real tracks. The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     counts: dict[tuple[float, float, float, float], int] = {}
@@ -198,7 +198,7 @@ def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
-    """Return the inductance (H) of direct current in tracks less that of an even current.
+    """Return the inductance (H) of direct current in tracks less the inductance of an even current.
 
     The tracks are in series, and the current of the second is even across the sides.
 
@@ -272,7 +272,7 @@ class _TrackBend:
 
 
 def _lengths(track: BentTrack) -> Array:
-    """Return lengths (n; m) of the pieces of a track; for arcs those of the chords."""
+    """Return lengths (n; m) of the pieces of a track. Arcs have the lengths of their chords."""
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 

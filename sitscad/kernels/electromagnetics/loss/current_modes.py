@@ -52,7 +52,8 @@ class ProximityLoss:
     strengths : array (n,)
         squared couplings s (ohm s2)
     direct_change : float
-        inductance for direct current less that of an evenly spread current (H): it crowds to the inside of bends
+        inductance (H) for direct current less the inductance of an even current. Direct current crowds to the inside of
+        bends
     unresolved : float
         part of the strengths (ohm s2) that belongs to negative relaxation times, which no real track has
     """
@@ -195,8 +196,8 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     cut : Cut
         tracks where a plane crosses them
     smooth : array (tracks, points) or None
-        flux (Wb/m/A) that the real path adds to that of straight parallel tracks: the vector potential along each track
-        per ampere, times the length of the path there over that of the centre line, less
+        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks: the vector potential along each
+        track per ampere, times the length of the path there over the centre line's length, less
         -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines
     conductivity : float
         S/m

@@ -47,10 +47,10 @@ class LossResolution:
 
 
 USUAL = 0.03
-"""Tolerance of R unless another is asked for."""
+"""Default tolerance of R."""
 
 ROUGH, ROUGH_STEPS = 0.1, 5
-"""Tolerance of R from which one cut and few modes suffice, and the steps of the Lanczos run for them."""
+"""Tolerance of R from which a single cut and few modes suffice, and the steps of their Lanczos run."""
 
 LEAST_CUTS, MOST_CUTS = 3, 40
 """Least number, and approximate largest number, of cuts around a turn."""

@@ -36,7 +36,7 @@ def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVIT
 
 @lru_cache(maxsize=64)
 def bend_squares(turn: float) -> float:
-    """Return the resistance of a sharp bend in squares, less that of its centre line (negative).
+    """Return the resistance of a sharp bend in squares, less the resistance of its centre line (negative).
 
     Notes
     -----

@@ -2,9 +2,9 @@
 
 Notes
 -----
-The plate is a perfectly conducting sheet. Its eddy currents have the stream function psi (zero at its edge) that
-cancels the coil's normal field everywhere on it. psi is expanded in functions that fall to the edge like the square
-root of the distance: Chebyshev's U times a square root on the rectangle, and Zernike-like functions on the disc. Their
+The plate is a perfectly conducting sheet. The stream function psi of its eddy currents is zero at its edge. It cancels
+the coil's normal field everywhere on the sheet. It is expanded in functions that fall to the edge like the square root
+of the distance: Chebyshev's U times a square root on the rectangle, and Zernike-like functions on the disc. Their
 Fourier transforms are Bessel functions in closed form. A sheet's energy in Fourier space is mu0/2 k |psi|^2.
 
 With the normal flux b through every function and the energy matrix K, the change of inductance is - b K^-1 b. An
@@ -136,9 +136,9 @@ def plate_loss_share(
 
     Notes
     -----
-    The loss is proportional to the change of inductance if all faces recede by a little: the near face, the edge and
-    the walls, up to the thickness that matters. Currents crowd at an edge like 1 / root of the distance. Their square
-    has a finite integral because of the thickness.
+    The loss is proportional to the change of inductance if all faces recede by a little. Faces are the near face, the
+    edge and the walls, up to the thickness that matters. Currents crowd at an edge like 1 / root of the distance. Their
+    square has a finite integral because of the thickness.
     """
     step = 0.01 * min(plate.thickness, gap)
 

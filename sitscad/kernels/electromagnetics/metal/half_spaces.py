@@ -228,8 +228,8 @@ def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> 
 
     Notes
     -----
-    It is the slope of mu0 pi times the sum of S_i S_j exp(-k h) (`CurrentSpectrum`): dM/dh = -mu0 pi times the sum of k
-    S_i S_j exp(-k h).
+    M is mu0 pi times the sum of S_i S_j exp(-k h) (`CurrentSpectrum`). So dM/dh is -mu0 pi times the sum of k S_i S_j
+    exp(-k h).
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])
