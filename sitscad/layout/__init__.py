@@ -28,13 +28,14 @@ from sitscad.layout.routing.routes import (
     route_freely,
     route_in_line,
 )
-from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
-from sitscad.layout.tail_tracks import Run, unused_contacts
+from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
+from sitscad.layout.tail.tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.resolver.validity import refuse_unusable
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 __all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Winding", "lay_out"]
 
@@ -82,36 +83,36 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     limit.
     """
     level = _about_axis(spec)
-    found = _attempt(level, searches or SearchLimit())
-    return _placed(_assemble(level, found), spec)
+    attempt = _attempt(level.artwork, searches or SearchLimit())
+    return _placed(_assemble(level, attempt), spec)
 
 
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """Return an approximate layout without routing, at a hundredth of the cost of `arrange`.
 
-    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. Body and tail belong to the narrowest
-    board with room. If `wider` is above 0, they belong to a board wider by this number of steps, with leads at the
-    widest spacing. `Coil.undrawn` holds the lengths of the missing leads. All windings lie about the origin, because
-    the coils differ only in their positions.
+    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. The board is the narrowest with room. If
+    `wider` is above 0, the board is wider by this number of steps, with leads at the widest spacing. `Coil.undrawn`
+    holds the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
+    positions.
     """
     level = _about_axis(spec)
-    bus = bus_for(level.array.placements, level.coil, level.fpc,
-                  lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)
-    layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
+    artwork = level.artwork
+    bus = bus_for(artwork, lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)
+    layers = {p.rotation: wind_coil(artwork, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
     # both ends have to come together, the shorter way round
     round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
     round_it += round_it <= -0.5 + 1e-9
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
     # a lead round a single coil needs room beside it; lanes past several coils already have it
-    tried = list(dict.fromkeys(breadth for _, breadth in boards(level, bus)))
-    ground = tried[: 1 + int(bool(round_it) and len(none) == 1) + wider][-1]
-    bare = _assemble(level, _unrouted(level, bus, none, (), ground))
-    pairs, found = _undrawn(level, bus, bare), _placed(bare, spec)
+    breadths = list(dict.fromkeys(breadth for _, breadth in boards(artwork, bus)))
+    ground = breadths[: 1 + int(bool(round_it) and len(none) == 1) + wider][-1]
+    unplaced = _assemble(level, _unrouted(artwork, bus, none, (), ground))
+    pairs, layout = _undrawn(artwork, bus, unplaced.coils, unplaced.body[2]), _placed(unplaced, spec)
     coils = tuple(
         replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))
-        for coil, pair in zip(found.coils, pairs, strict=True)
+        for coil, pair in zip(layout.coils, pairs, strict=True)
     )
-    return replace(found, coils=coils)
+    return replace(layout, coils=coils)
 
 
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
@@ -125,20 +126,20 @@ in line and `ROUND_FREE` otherwise.
 PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart to their contacts
 
 
-def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
-    """Estimate, for each coil, the pairs of leads beside the coils and down the tail."""
-    tail, lined = body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
-                             boards(spec, bus)[0][1]), spec.array.is_in_line
+def _undrawn(artwork: ArtworkSpec, bus: Bus, coils: tuple[Coil, ...], body_end: float) -> list[tuple[LeadPair, ...]]:
+    """Estimate, for each coil, the pairs of leads beside the coils and down the tail from `body_end` (m) on."""
+    tail = body_frame(artwork, bus, front_of(artwork, bus), boards(artwork, bus)[0][1])
+    lined = artwork.array.is_in_line
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
     down = LeadPair(length, width, bus.layers, width + bus.spacing)
-    frontmost = max(p.centre[0] for p in spec.array.placements)
-    found: list[tuple[LeadPair, ...]] = []
-    for coil in bare.coils:
+    frontmost = max(p.centre[0] for p in artwork.array.placements)
+    pairs: list[tuple[LeadPair, ...]] = []
+    for coil in coils:
         is_next = lined and coil.centre.x >= frontmost - 1e-9
-        longer = (ROUND if lined else ROUND_FREE) * spec.coil.size[0]
-        beside = FRONTMOST if is_next else bare.body[2] - coil.centre.x + longer
-        found.append((LeadPair(beside, bus.width, bus.layers, bus.pitch), down))
-    return found
+        longer = (ROUND if lined else ROUND_FREE) * artwork.coil.size[0]
+        beside = FRONTMOST if is_next else body_end - coil.centre.x + longer
+        pairs.append((LeadPair(beside, bus.width, bus.layers, bus.pitch), down))
+    return pairs
 
 
 @record
@@ -153,23 +154,23 @@ class _Attempt:
     shortfalls: tuple[Shortfall, ...]
 
 
-def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
+def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
     """Wind, route and outline the board as far as there is room. Shortfalls name the rest."""
-    wound = wind_all(spec)
-    *wider, least = lead_spacings(spec.coil.trace_spacing, spec.fpc.rules.trace_spacing)
+    windings = wind_all(artwork)
+    *wider, least = lead_spacings(artwork.coil.trace_spacing, artwork.fpc.rules.trace_spacing)
     before = searches.left
     for spacing in wider:
-        bus = bus_for(spec.array.placements, spec.coil, spec.fpc, spacing)
-        largest = _largest_body(spec, spacing - least)
-        if bus.coils.high - bus.coils.low + 2.0 * spec.fpc.rules.copper_to_edge > largest[1]:
+        bus = bus_for(artwork, spacing)
+        largest = _largest_body(artwork, spacing - least)
+        if bus.coils.high - bus.coils.low + 2.0 * artwork.fpc.rules.copper_to_edge > largest[1]:
             continue
         with searches.at_most(WIDE_TRIALS):
-            found = _spaced(spec, wound, bus, searches)
+            attempt = _spaced(artwork, windings, bus, searches)
         searches.left = before
-        size = found.body.end - found.body.start, found.body.high - found.body.low
-        if not found.shortfalls and all(own <= most + SLACK for own, most in zip(size, largest, strict=True)):
-            return found
-    return _spaced(spec, wound, bus_for(spec.array.placements, spec.coil, spec.fpc), searches)
+        size = attempt.body.end - attempt.body.start, attempt.body.high - attempt.body.low
+        if not attempt.shortfalls and all(side <= most + SLACK for side, most in zip(size, largest, strict=True)):
+            return attempt
+    return _spaced(artwork, windings, bus_for(artwork), searches)
 
 
 WIDE_TRIALS = 1_500
@@ -182,59 +183,58 @@ ROOMY = 0.9
 """Fraction of the jaw's width up to which a board may grow for wider gaps. A wider board may stand out of the port."""
 
 
-def _largest_body(spec: SensorSpec, wider: float) -> tuple[float, float]:
+def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
     """Return the largest length and width (m) of a body whose gaps are `wider` (m) than the fabricator's minimum."""
     length = width = math.inf
-    if (jaw := spec.jaw) is not None:
-        room = 1.0 if wider <= UNSEEN * spec.fpc.rules.outline_tolerance else ROOMY
-        length, width = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance, room * jaw.width
-    if spec.fpc.largest is not None:
-        x0, y0, x1, y1 = bounding_box([spec.fpc.largest.edge])
+    if (jaw := artwork.jaw) is not None:
+        room = 1.0 if wider <= UNSEEN * artwork.fpc.rules.outline_tolerance else ROOMY
+        length, width = jaw.length - 2.0 * artwork.fpc.rules.outline_tolerance, room * jaw.width
+    if artwork.fpc.largest is not None:
+        x0, y0, x1, y1 = bounding_box([artwork.fpc.largest.edge])
         length, width = min(length, x1 - x0), min(width, y1 - y0)
     return length, width
 
 
-def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
+def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
     """Route leads at the spacing of a bus, with tail, body and shortfalls."""
-    shortfalls = list(wound[0].shortfalls)
-    if not spec.array.is_in_line and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
-        shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
-    front = front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus)
-    if (lacking := lack(spec, body_frame(spec, bus, front, bus.coils))) is not None:
+    shortfalls = list(windings[0].shortfalls)
+    if not artwork.array.is_in_line and not bus.is_stacked:
+        # side by side on one layer, pairs are led along the jaw only
+        shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", artwork.array.pattern),)))
+    front = front_of(artwork, bus)
+    if (lacking := lack(artwork, body_frame(artwork, bus, front, bus.coils))) is not None:
         shortfalls.append(lacking)
     routing = None
     if not shortfalls:
-        routing = (route_in_line if spec.array.is_in_line else route_freely)(spec, bus, wound, front, searches)
-        if routing is None and spec.fpc.body is not None and spec.array.is_in_line and bus.is_stacked:
+        routing = (route_in_line if artwork.array.is_in_line else route_freely)(artwork, bus, windings, front, searches)
+        if routing is None and artwork.fpc.body is not None and artwork.array.is_in_line and bus.is_stacked:
             # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
-            routing = route_freely(spec, bus, wound, front, searches)
+            routing = route_freely(artwork, bus, windings, front, searches)
         if routing is None:  # only trials show the room for leads or outer vias beside or between the coils
-            stuck = None if searches.stuck is None else spec.array.placements[searches.stuck].name
+            stuck = None if searches.stuck is None else artwork.array.placements[searches.stuck].name
             shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("count", 1), ("coil", stuck)) if stuck else ()))
-        elif not _tail_is_clear(spec.fpc.rules, routing):
-            shortfalls.append(_no_tail_room(spec.array.placements, spec.fpc.rules, routing.tail))
+        elif not _tail_is_clear(artwork.fpc.rules, routing):
+            shortfalls.append(_no_tail_room(artwork.array.placements, artwork.fpc.rules, routing.tail))
             routing = None
     if routing is None:
-        return _unrouted(spec, bus, wound, tuple(shortfalls), boards(spec, bus)[0][1])
-    body = body_of(spec, routing.far, routing.breadth, routing.tail)
-    return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(shortfalls))
+        return _unrouted(artwork, bus, windings, tuple(shortfalls), boards(artwork, bus)[0][1])
+    body = body_of(artwork, routing.far, routing.breadth, routing.tail)
+    return _Attempt(windings, routing, routing.bus, routing.tail, body, tuple(shortfalls))
 
 
 def _unrouted(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
+    artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
     """Return the tail and body of a board of a given breadth, without leads."""
-    far = far_end(spec.array.placements, spec.coil, spec.fpc.rules.copper_to_edge, (), ())
-    tail = reaching_ahead(spec, far,
-                          body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
-                                     breadth))
-    return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
+    start = far_end(artwork.array.placements, artwork.coil, artwork.fpc.rules.copper_to_edge, (), ())
+    tail = reaching_ahead(artwork, start, body_frame(artwork, bus, front_of(artwork, bus), breadth))
+    return _Attempt(windings, None, bus, tail, body_of(artwork, start, breadth, tail), shortfalls)
 
 
 def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
     """Whether the conductors from funnel to contacts keep the clearance to conductors of other coils."""
     board = Obstacles(rules, rules.trace_spacing)
-    for run in (run for both in routing.ends for run in both):
+    for run in (run for ends in routing.ends for run in ends):
         tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
         holes = [piece for piece in run.pieces if isinstance(piece, ViaToPlace)]
         if not board.admits(tracks, holes):
@@ -261,20 +261,20 @@ def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tai
     return Shortfall(Missing.TAIL_ROOM, contacts.pitch, needed if needed > contacts.pitch else None, "m", facts=facts)
 
 
-def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
-    """Return the layout of an attempt. Turn its tail if the spec requires this."""
-    bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
+def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
+    """Return the layout of an attempt. Its tail is turned if the spec has a turn."""
+    bus, windings, routing, tail, body = attempt.bus, attempt.wound, attempt.routing, attempt.tail, attempt.body
     coils: list[Coil] = []
     pads, capacitors = [], []
-    for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
+    for index, (placement, coil) in enumerate(zip(spec.array.placements, windings, strict=True)):
         way = routing.escapes[index] if routing else None
         ends = routing.ends[index] if routing else None
-        series = _series(spec, placement.name, coil, way, ends)
+        series = _series(spec.fpc, spec.coil.trace_width, placement.name, coil, way, ends)
         coils.append(Coil(placement, placement.name, coil.windings, series, way is not None))
         pads += [run.pad for run in ends] if ends else []
         if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:
-            both = (ends[0].chip_pad, ends[1].chip_pad)
-            capacitors.append(Capacitor(both[0].reference, placement.name, tail.chip.name, both))
+            chip_pads = (ends[0].chip_pad, ends[1].chip_pad)
+            capacitors.append(Capacitor(chip_pads[0].reference, placement.name, tail.chip.name, chip_pads))
     pieces = [piece for coil in coils for piece in coil.series]
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
@@ -292,7 +292,7 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
         body=(body.start, body.low, body.end, body.high),
         top_openings=openings(spec.fpc.rules, tail, contacts, (pad for each in capacitors for pad in each.pads)),
         bottom_openings=(), stiffener=None, bend_zone=(bend_start, bend_end) if bends else None,
-        shortfalls=found.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
+        shortfalls=attempt.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
     )
     straight = replace(straight, stiffener=stiffener(straight, tail))
     line = course(spec.fpc.tail, tail.half_width, begin)
@@ -301,8 +301,8 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
     if routing is not None:
         return _mapped(straight, line.path, line.place, line.is_across)
     # coils without leads have no copper in the tail; those beyond a body that is too small may stand beside its turn
-    bare = _mapped(replace(straight, coils=()), line.path, line.place, line.is_across)
-    return replace(bare, coils=straight.coils, traces=straight.traces, vias=straight.vias)
+    unwound = _mapped(replace(straight, coils=()), line.path, line.place, line.is_across)
+    return replace(unwound, coils=straight.coils, traces=straight.traces, vias=straight.vias)
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
@@ -320,12 +320,14 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
 
 
 def _series(
-    spec: SensorSpec, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
+    fpc: FpcSpec, width: float, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
 ) -> tuple[Trace | Via, ...]:
-    """Return all conductors of a coil in the order of the current, from contact A to contact B."""
-    tail, width = spec.fpc.tail, spec.coil.trace_width
+    """Return all conductors of a coil in the order of the current, from contact A to contact B.
+
+    `width` (m) is the width of its tracks.
+    """
     # holes of a tail of fewer layers than the body has end with these
-    lowest = tail.layers if tail is not None and tail.layers < len(spec.fpc.stackup.copper) else None
+    lowest = fpc.tail_copper if fpc.tail_copper < len(fpc.stackup.copper) else None
     series: list[Trace | Via] = []
 
     def add(pieces: Sequence[TrackToPlace | ViaToPlace], role: Role, lowest: int | None = None) -> None:
@@ -368,12 +370,13 @@ def _mapped(
             return replace(item, path=path(item.path))
         return replace(item, centre=place(item.centre))
 
-    def pad(one: Pad) -> Pad:
-        centre, (x, y) = place(one.centre), one.size
-        return replace(one, centre=centre, size=(y, x) if is_across and centre != one.centre else one.size)
+    def pad(contact: Pad) -> Pad:
+        centre, (x, y) = place(contact.centre), contact.size
+        size = (y, x) if is_across and centre != contact.centre else contact.size
+        return replace(contact, centre=centre, size=size)
 
-    def region(one: Region) -> Region:
-        return Region(path(one.outline), tuple(map(path, one.holes)))
+    def region(area: Region) -> Region:
+        return Region(path(area.outline), tuple(map(path, area.holes)))
 
     coils = tuple(replace(coil, series=tuple(map(piece, coil.series))) for coil in layout.coils)
     pieces, plate = [item for coil in coils for item in coil.series], layout.stiffener
@@ -407,11 +410,11 @@ def _placed(layout: Layout, spec: SensorSpec) -> Layout:
     """Move a layout of `_about_axis(spec)` to the coil positions of the spec."""
     if not (height := _axis_height(spec.array)):
         return layout
-    stands = {placement.name: placement for placement in spec.array.placements}
+    placements = {placement.name: placement for placement in spec.array.placements}
     coils = tuple(
         replace(
             coil,
-            placement=stands[coil.name],
+            placement=placements[coil.name],
             windings=tuple(replace(w, path=w.path.shifted(0.0, height)) for w in coil.windings),
         )
         for coil in layout.coils

@@ -11,9 +11,10 @@ from enum import StrEnum
 from itertools import accumulate
 
 from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Arc, Region, Segment, bounding_box, box_around
 from sitscad.layout.board import Layout, Pad, Role, Stiffener, Trace
-from sitscad.layout.tail_frame import TailFrame, first_via
+from sitscad.layout.tail.frame import TailFrame, first_via
 from sitscad.spec.circuit import FpcSpec, LayerKind, StackLayer
 from sitscad.spec.presets import stock_stiffeners
 
@@ -44,7 +45,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
     At the coils all layers count. In the tail the layers down to its last copper layer and the bottom coverlay count.
     At the contacts `contact_layers` and the stiffener count. The fabricator states a tolerance for the whole board, not
-    for each film. A stiffener has the tolerance of its material, or the largest tolerance if the material is not
+    for each film. With a stiffener the tolerance depends on its material. It is the largest if the material is not
     listed. Otherwise it is the tolerance of `fpc.rules` for the number of copper layers. The largest listed number
     stands for larger numbers.
     """
@@ -64,39 +65,31 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
     return FinishedThickness(max(0.0, nominal - tolerance), nominal, nominal + tolerance, rules.source_of(field))
 
 
-def is_opened(
-    bottom_openings: tuple[Region, ...], top_openings: tuple[Region, ...], index: int, layer: StackLayer
-) -> bool:
-    """Whether a layer of the tail, counted from the top, is a coverlay with openings over the contacts."""
-    openings = top_openings if index == 0 else bottom_openings
-    return layer.kind is LayerKind.COVERLAY and bool(openings)
-
-
 def contact_copper(layout: Layout) -> frozenset[int]:
     """Return numbers of the copper layers with copper under the bare part of a contact.
 
     Only layer 1 without contacts.
     """
-    bare = [box for pad in layout.pads if (box := _bare_box(layout.top_openings, pad)) is not None]
-    if not bare:
+    bare_boxes = [box for pad in layout.pads if (box := _bare_box(layout.top_openings, pad)) is not None]
+    if not bare_boxes:
         return frozenset({1})
-    x0, y0, x1, y1 = box_around(bare)
-    found = {pad.layer for pad in layout.pads}
+    x0, y0, x1, y1 = box_around(bare_boxes)
+    layers = {pad.layer for pad in layout.pads}
     for via in layout.vias:
         (x, y), half = via.centre, via.pad / 2
         if x0 - half < x < x1 + half and y0 - half < y < y1 + half:
-            found.update(range(1, layout.lowest_layer(via) + 1))
+            layers.update(range(1, layout.lowest_layer(via) + 1))
     for trace in layout.traces:
-        if trace.role is Role.WINDING or trace.layer in found:
+        if trace.role is Role.WINDING or trace.layer in layers:
             continue
         half = trace.width / 2
         boxes = (segment.box for segment in trace.path.segments)
         if any(a - half < x1 and c + half > x0 and b - half < y1 and d + half > y0 for a, b, c, d in boxes):
-            found.add(trace.layer)
-    return frozenset(found)
+            layers.add(trace.layer)
+    return frozenset(layers)
 
 
-def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> tuple[float, float, float, float] | None:
+def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> Box | None:
     """Return the box (m) of a contact's bare part. None if the coverlay covers the whole contact."""
     (x, y), (w, h) = pad.centre, pad.size
     for opening in top_openings:
@@ -112,13 +105,14 @@ def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
     Opened coverlays and copper layers that end before the contacts do not count. Coverlay and bond films count with
     their stated thickness. Without copper their adhesive has no gaps to fill, and the film is no thicker.
     """
-    found, number, copper = [], 0, contact_copper(layout)
+    layers, number, copper = [], 0, contact_copper(layout)
     for index, layer in enumerate(layout.spec.fpc.tail_layers):
         number += layer.kind is LayerKind.COPPER
         is_absent = layer.kind is LayerKind.COPPER and number not in copper
-        if not is_absent and not is_opened(layout.bottom_openings, layout.top_openings, index, layer):
-            found.append(layer)
-    return tuple(found)
+        openings = layout.bottom_openings if index else layout.top_openings
+        if not is_absent and not (layer.kind is LayerKind.COVERLAY and openings):
+            layers.append(layer)
+    return tuple(layers)
 
 
 def tail_thickness(fpc: FpcSpec) -> float:
@@ -135,7 +129,7 @@ def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
     """Return the stiffener that brings the contacts to the connector's insertion thickness.
 
     None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed. The
-    spec may state its thickness. The adhesive then belongs to a stock film of this thickness, or is 0. Otherwise the
+    spec may state its thickness. The adhesive then comes with a stock film of this thickness, or is 0. Otherwise the
     stock film nearest to the needed thickness is chosen, or no stiffener if that is nearer. If this misses the
     connector's tolerance, the needed thickness is returned with an adhesive of 0.
     """
@@ -143,14 +137,14 @@ def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
     if fpc.tail is None or connector.insertion_thickness <= 0.0:
         return None
     written, stock = fpc.tail.stiffener, stock_stiffeners()
-    wanted = connector.insertion_thickness - math.fsum(layer.thickness for layer in contact_layers(layout))
-    film, adhesive = min(((0.0, 0.0), *stock), key=lambda pair: (round(abs(sum(pair) - wanted), 9), pair[1]))
+    needed = connector.insertion_thickness - math.fsum(layer.thickness for layer in contact_layers(layout))
+    film, adhesive = min(((0.0, 0.0), *stock), key=lambda pair: (round(abs(sum(pair) - needed), 9), pair[1]))
     thickness = film + adhesive
     if written is not None:
         thickness = written
         adhesive = next((glue for film, glue in stock if abs(film + glue - written) < 1e-9), 0.0)
-    elif abs(thickness - wanted) > connector.insertion_thickness_tolerance and wanted > 0.0:
-        thickness, adhesive = wanted, 0.0
+    elif abs(thickness - needed) > connector.insertion_thickness_tolerance and needed > 0.0:
+        thickness, adhesive = needed, 0.0
     if thickness <= 0.0:
         return None
     start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(fpc.rules, tail)))
@@ -241,8 +235,8 @@ def least_bend_radius(fpc: FpcSpec) -> float | None:
 def bend_radius(fpc: FpcSpec) -> float | None:
     """Return the inside bend radius (m): the spec's, or the fabricator's minimum. None if neither is stated."""
     tail = fpc.tail
-    stated = tail.bend_radius if tail is not None else None
-    return least_bend_radius(fpc) if stated is None else stated
+    radius = tail.bend_radius if tail is not None else None
+    return least_bend_radius(fpc) if radius is None else radius
 
 
 def bend_length(fpc: FpcSpec) -> float:
@@ -266,8 +260,8 @@ def unfit_for_bending(
     """Return places in the bend zone that are unfit for bending, from the body on."""
     if zone is None:
         return []
-    found = [*_askew(in_bend_zone, zone), *_steps(traces, zone)]
-    return sorted(found, key=lambda each: (each.first, each.last))
+    places = [*_askew(in_bend_zone, zone), *_steps(traces, zone)]
+    return sorted(places, key=lambda each: (each.first, each.last))
 
 
 def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, float]) -> Iterator[Unfit]:

@@ -21,7 +21,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
-from sitscad.kernels.geometry.convex import within_box
+from sitscad.kernels.geometry.convex import Box, within_box
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
 from sitscad.kernels.geometry.primitives import (
     Primitives,
@@ -130,8 +130,8 @@ class Capacitor:
     @property
     def centre(self) -> Point:
         """Midpoint between the pads."""
-        one, other = (pad.centre for pad in self.pads)
-        return Point((one.x + other.x) / 2, (one.y + other.y) / 2)
+        first, second = (pad.centre for pad in self.pads)
+        return Point((first.x + second.x) / 2, (first.y + second.y) / 2)
 
 
 @record
@@ -222,7 +222,7 @@ class Layout:
     vias: tuple[Via, ...]
     pads: tuple[Pad, ...]
     outline: Path
-    body: tuple[float, float, float, float]
+    body: Box
     top_openings: tuple[Region, ...]
     bottom_openings: tuple[Region, ...]
     stiffener: Stiffener | None
@@ -242,8 +242,8 @@ class Layout:
         if self.spec.cells is None:
             return self
         count = self.spec.cells.coils
-        own = self.coils[(number - 1) * count : number * count]
-        return replace(self, spec=cell_specs(self.spec)[number - 1], coils=own)
+        coils = self.coils[(number - 1) * count : number * count]
+        return replace(self, spec=cell_specs(self.spec)[number - 1], coils=coils)
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:
@@ -270,12 +270,22 @@ class Layout:
     @property
     def body_outline(self) -> Path:
         """Outline of the body with its corners, or the spec's outline: closed, convex and counter-clockwise."""
-        given = self.spec.body_outline
-        if given is not None:
-            return given
+        written = self.spec.body_outline
+        if written is not None:
+            return written
         within = within_box(self.outline, self.body)
         assert within is not None
         return within
+
+    @property
+    def largest_outline(self) -> Path | None:
+        """Outline `fpc.largest` about the body's middle, or a drawn one about the coils. None if the spec has none."""
+        largest = self.spec.fpc.largest
+        if largest is None:
+            return None
+        x0, y0, x1, y1 = bounding_box([self.body_outline])
+        is_drawn = largest.shape == "dxf"
+        return largest.edge.shifted(*(self.spec.array.middle if is_drawn else ((x0 + x1) / 2, (y0 + y1) / 2)))
 
     @property
     def lap_start(self) -> float:
@@ -298,15 +308,15 @@ class Layout:
         if self.bend_zone is None:
             return ()
         low, high = self.bend_zone
-        middle, half, found = (low + high) / 2.0, (high - low) / 2.0, list[tuple[Trace, Segment]]()
+        middle, half, pieces = (low + high) / 2.0, (high - low) / 2.0, list[tuple[Trace, Segment]]()
         for trace in self.traces:
             for segment in trace.path:
                 if isinstance(segment, Arc) and abs(segment.centre.x - middle) > half + segment.radius:
                     continue  # a coil's trace, like most: far from the tail, and its box is slow to compute
                 x0, _, x1, _ = segment.box
                 if x0 < high and x1 > low:
-                    found.append((trace, segment))
-        return tuple(found)
+                    pieces.append((trace, segment))
+        return tuple(pieces)
 
     def reach_at(self, x: float) -> tuple[float, float]:
         """Return the lowest and highest y (m) of the board's outline at x. Both are 0 outside the board.
@@ -314,12 +324,12 @@ class Layout:
         Arcs count as chords within 10 um.
         """
         points = self.outline.flattened(1e-5)
-        found = [
+        heights = [
             a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y)
             for a, b in pairwise(points)
             if a.x != b.x and min(a.x, b.x) <= x <= max(a.x, b.x)
         ]
-        return min(found, default=0.0), max(found, default=0.0)
+        return min(heights, default=0.0), max(heights, default=0.0)
 
     def on_layer(self, number: int) -> tuple[Trace, ...]:
         """Return traces on one copper layer."""
@@ -355,22 +365,22 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
     """Return teardrops of a layout that keep the fabricator's clearance to all copper, holes and the edge."""
     if layout.spec.fpc.teardrops == "none":
         return ()
-    tried: list[_Try] = []  # all outlines at all ends, long ones first at each
+    tries: list[_Try] = []  # all outlines at all ends, long ones first at each
     for index, trace in enumerate(layout.traces):
         for at_start in (True, False):
             leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
-            tried += [_Try(outline, index, at_start, leg) for outline in _outlines(layout, trace, leg)]
+            tries += [_Try(outline, index, at_start, leg) for outline in _outlines(layout, trace, leg)]
     roomy: set[int] = set()
-    for layer in {layout.traces[one.track].layer for one in tried}:
-        there = [k for k, one in enumerate(tried) if layout.traces[one.track].layer == layer]
-        room = _CopperAround(layout, layer).leave_room([tried[k] for k in there])
+    for layer in {layout.traces[attempt.track].layer for attempt in tries}:
+        there = [k for k, attempt in enumerate(tries) if layout.traces[attempt.track].layer == layer]
+        room = _CopperAround(layout, layer).leave_room([tries[k] for k in there])
         roomy.update(k for k, free in zip(there, room, strict=True) if free)
-    found: dict[tuple[int, bool], Teardrop] = {}
-    for one in (tried[k] for k in sorted(roomy)):
-        trace = layout.traces[one.track]
-        drop = Teardrop(one.outline, trace.layer, trace.net, one.track, one.at_start, one.leg.start)
-        found.setdefault((one.track, one.at_start), drop)
-    return tuple(found.values())
+    drops: dict[tuple[int, bool], Teardrop] = {}
+    for attempt in (tries[k] for k in sorted(roomy)):
+        trace = layout.traces[attempt.track]
+        drop = Teardrop(attempt.outline, trace.layer, trace.net, attempt.track, attempt.at_start, attempt.leg.start)
+        drops.setdefault((attempt.track, attempt.at_start), drop)
+    return tuple(drops.values())
 
 
 def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
@@ -409,9 +419,9 @@ def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
         cos = (large - small) / reach
         sin = math.sqrt(1.0 - cos * cos)
         sides = [(ux * cos - side * uy * sin, uy * cos + side * ux * sin) for side in (1.0, -1.0)]
-        far = via.centre.shifted(reach * ux, reach * uy)
+        tip = via.centre.shifted(reach * ux, reach * uy)
         near = [via.centre.shifted(large * x, large * y) for x, y in sides]
-        ends = [far.shifted(small * x, small * y) for x, y in sides]
+        ends = [tip.shifted(small * x, small * y) for x, y in sides]
         yield closed_polygon([near[0], near[1], ends[1], ends[0]])
 
 
@@ -435,9 +445,9 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
     for reach in (factor * height for factor in REACHES):
         if (leg.end.x - edge) * side < reach:
             continue
-        base, far, y = edge - side * INSIDE, edge + side * reach, leg.start.y
+        base, tip, y = edge - side * INSIDE, edge + side * reach, leg.start.y
         low, high = pad.centre.y - height / 2, pad.centre.y + height / 2
-        corners = [Point(base, low), Point(edge, low), Point(far, y - width / 2), Point(far, y + width / 2)]
+        corners = [Point(base, low), Point(edge, low), Point(tip, y - width / 2), Point(tip, y + width / 2)]
         yield closed_polygon([*corners, Point(edge, high), Point(base, high)])
 
 
@@ -449,7 +459,7 @@ class _CopperAround:
         rules = layout.spec.fpc.rules
         rows: list[Row] = []
         keep: list[float] = []
-        ways: dict[int, tuple[float, float]] = {}
+        stations: dict[int, tuple[float, float]] = {}
         self._owner: list[tuple[str, int]] = []
         self._net: list[str] = []
 
@@ -462,16 +472,16 @@ class _CopperAround:
         spacing = rules.trace_spacing
         for i, trace in enumerate(layout.traces):
             if trace.layer == layer:
-                way = 0.0
+                station = 0.0
                 for row, length in path_rows(trace.path):
-                    ways[len(rows)] = way, way + length
+                    stations[len(rows)] = station, station + length
                     add(row, spacing + trace.width / 2, ("trace", i), trace.net)
-                    way += length
+                    station += length
         for i, via in enumerate(layout.vias):
             if layer > layout.lowest_layer(via):
                 continue
-            away = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
-            add(line_row(*via.centre, *via.centre), away, ("via", i), via.net)
+            clearance = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
+            add(line_row(*via.centre, *via.centre), clearance, ("via", i), via.net)
         for i, pad in enumerate(layout.all_pads):
             if pad.layer == layer:
                 (x, y), half = pad.centre, min(pad.size) / 2
@@ -482,40 +492,40 @@ class _CopperAround:
         self._pieces: Primitives = from_rows(rows)
         self._boxes = self._pieces.boxes
         self._keep = np.array(keep)
-        self._ways = ways
+        self._ways = stations
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
         """Whether each outline keeps its clearance. The pieces joined at the outline's track end do not count."""
-        rows = [(row, k) for k, one in enumerate(tries) for row, _ in path_rows(one.outline)]
+        rows = [(row, k) for k, attempt in enumerate(tries) for row, _ in path_rows(attempt.outline)]
         edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
         first, last = self._farther_on(tries, np.array(owner, dtype=np.intp)[pairs[:, 0]], pairs[:, 1])
-        left = first < last
-        pairs, first, last = pairs[left], first[left], last[left]
+        is_counted = first < last
+        pairs, first, last = pairs[is_counted], first[is_counted], last[is_counted]
         gaps = distances(edges.take(pairs[:, 0]), self._pieces.take(pairs[:, 1]).trimmed(first, last))
         close = pairs[gaps < self._keep[pairs[:, 1]] - SLACK]
         met = {(owner[edge], piece) for edge, piece in close.tolist()}
         short = {k for k, piece in met if not self._is_joined(piece, tries[k].track, tries[k].leg)}
         return [k not in short for k in range(len(tries))]
 
-    def _farther_on(self, tries: Sequence[_Try], tried: Index, pieces: Index) -> tuple[Array, Array]:
+    def _farther_on(self, tries: Sequence[_Try], numbers: Index, pieces: Index) -> tuple[Array, Array]:
         """Return the range (two fractions) of each piece that counts.
 
         On the outline's own track, only returning parts count, not bends.
         """
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
-        for at, (k, piece) in enumerate(zip(tried.tolist(), pieces.tolist(), strict=True)):
-            one, (kind, number) = tries[k], self._owner[piece]
-            if kind != "trace" or number != one.track:
+        for at, (k, piece) in enumerate(zip(numbers.tolist(), pieces.tolist(), strict=True)):
+            attempt, (kind, number) = tries[k], self._owner[piece]
+            if kind != "trace" or number != attempt.track:
                 continue
             start, end = self._ways[piece]
-            reach = max(one.leg.start.distance(corner) for corner in one.outline.flattened(CHORD))
+            reach = max(attempt.leg.start.distance(corner) for corner in attempt.outline.flattened(CHORD))
             bend = reach + ALONG * float(self._keep[piece])
-            if one.at_start:
+            if attempt.at_start:
                 first[at] = min(1.0, max(0.0, (bend - start) / (end - start)))
             else:
-                way = self._layout.traces[number].path.length - bend
-                last[at] = min(1.0, max(0.0, (way - start) / (end - start)))
+                station = self._layout.traces[number].path.length - bend
+                last[at] = min(1.0, max(0.0, (station - start) / (end - start)))
         return first, last
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
@@ -543,19 +553,19 @@ def as_made(layout: Layout, spec: SensorSpec) -> Layout:
     Track widths of windings and leads follow its `coil.trace_width`. Winding sizes, copper heights and copper
     thicknesses follow its coils and stack-up. The routing stays.
     """
-    drawn, coil = layout.spec.coil, spec.coil
-    wider = coil.trace_width / drawn.trace_width
+    nominal, coil = layout.spec.coil, spec.coil
+    wider = coil.trace_width / nominal.trace_width
     # by centre lines: wider tracks make a coil larger, but do not move them
-    larger = (coil.size[0] - coil.trace_width) / (drawn.size[0] - drawn.trace_width)
+    larger = (coil.size[0] - coil.trace_width) / (nominal.size[0] - nominal.trace_width)
 
     # a coil's tracks are the same objects as the board's, not equal copies
     traces = tuple(replace(trace, width=wider * trace.width) for trace in layout.traces)
-    etched = {id(own): trace for own, trace in zip(layout.traces, traces, strict=True)}
+    etched = {id(item): trace for item, trace in zip(layout.traces, traces, strict=True)}
 
     copper = {layer.number: layer for layer in spec.fpc.stackup.copper}
 
-    def made(one: Coil) -> Coil:
-        centre = one.centre
+    def made(coil_drawn: Coil) -> Coil:
+        centre = coil_drawn.centre
 
         def moved(point: Point) -> Point:
             return Point(centre.x + larger * (point.x - centre.x), centre.y + larger * (point.y - centre.y))
@@ -563,11 +573,11 @@ def as_made(layout: Layout, spec: SensorSpec) -> Layout:
         windings = tuple(
             replace(w, z=copper[w.layer].z, thickness=copper[w.layer].thickness,
                     path=w.path if abs(larger - 1.0) < 1e-9 else w.path.mapped(moved))
-            for w in one.windings
+            for w in coil_drawn.windings
         )
-        pairs = tuple(replace(pair, width=wider * pair.width) for pair in one.undrawn)
+        pairs = tuple(replace(pair, width=wider * pair.width) for pair in coil_drawn.undrawn)
         series = tuple(piece if isinstance(piece, Via) else etched.get(id(piece)) or
-                       replace(piece, width=wider * piece.width) for piece in one.series)
-        return replace(one, windings=windings, series=series, undrawn=pairs)
+                       replace(piece, width=wider * piece.width) for piece in coil_drawn.series)
+        return replace(coil_drawn, windings=windings, series=series, undrawn=pairs)
 
     return replace(layout, spec=spec, coils=tuple(map(made, layout.coils)), traces=traces)

@@ -27,8 +27,9 @@ SLACK = 1e-9
 ALONG = 1.0 / math.sin(math.pi / 8.0)
 """Factor that separates bends of a conductor from clearances.
 
-Two pieces of one conductor form a bend, not a clearance, while their distance along the conductor is less than this
-factor times the centre distance that they need. Legs that part at 45 degrees or more are then never compared.
+Two pieces of one conductor need a certain centre distance. They form a bend, not a clearance, while their distance
+along the conductor is less than this factor times the needed distance. Legs that part at 45 degrees or more are then
+never compared.
 """
 
 
@@ -109,7 +110,7 @@ class CopperBoxes:
 class Obstacles:
     """Tracks and holes on the board.
 
-    `admits` checks whether new tracks and holes keep the rules' clearances to all of them.
+    `admits` checks whether new tracks and holes keep the rules' clearances to all obstacles.
     """
 
     def __init__(self, rules: DesignRules, spacing: float, breadth: Breadth = ENDLESS) -> None:
@@ -143,16 +144,16 @@ class Obstacles:
 
     def admits_each(self, tracks: Sequence[TrackToPlace]) -> Flags:
         """Whether each of several tracks on one layer keeps its clearances, as in `admits`."""
-        own = CopperBoxes.of(tracks)
+        segments = CopperBoxes.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
-        keep = self._rules.copper_to_edge + own.half_width - 2 * SLACK
+        keep = self._rules.copper_to_edge + segments.half_width - 2 * SLACK
         low, high = self._breadth.low + keep, self._breadth.high - keep
         free = np.ones(len(tracks), dtype=bool)
-        free[of[(own.boxes[:, 1] < low) | (own.boxes[:, 3] > high)]] = False
+        free[of[(segments.boxes[:, 1] < low) | (segments.boxes[:, 3] > high)]] = False
         if self._holes:
-            free[of[_meetings(own, *self._kept_by_holes())[:, 0]]] = False
+            free[of[_meetings(segments, *self._kept_by_holes())[:, 0]]] = False
         if tracks[0].layer in self._tracks:
-            free[of[self._touching(own, self._on(tracks[0].layer))]] = False
+            free[of[self._touching(segments, self._on(tracks[0].layer))]] = False
         return free
 
     def admitted(self, holes: Sequence[ViaToPlace]) -> list[ViaToPlace]:
@@ -181,10 +182,10 @@ class Obstacles:
         from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
-        own = track.copper
-        if self._holes and _meetings(own, *self._kept_by_holes()).size:
+        segments = track.copper
+        if self._holes and _meetings(segments, *self._kept_by_holes()).size:
             return False
-        return track.layer not in self._tracks or not bool(self._touching(own, self._on(track.layer)).size)
+        return track.layer not in self._tracks or not bool(self._touching(segments, self._on(track.layer)).size)
 
     def _kept_by_holes(self) -> tuple[Array, Array]:
         """Return centres of the holes (n, 2; m), and the clearance from each centre to copper (n; m)."""
@@ -241,10 +242,10 @@ def hole_keep_out(hole: ViaToPlace, rules: DesignRules, spacing: float) -> float
     return max(hole.pad / 2 + spacing, hole.drill / 2 + rules.drill_to_copper)
 
 
-def hole_distance(one: ViaToPlace, other: ViaToPlace, rules: DesignRules, spacing: float) -> float:
+def hole_distance(first: ViaToPlace, second: ViaToPlace, rules: DesignRules, spacing: float) -> float:
     """Smallest distance (m) between the centres of two holes."""
     return max(
-        (one.pad + other.pad) / 2 + spacing,
-        (one.drill + other.drill) / 2 + rules.hole_to_hole,
-        hole_keep_out(one, rules, spacing) + other.pad / 2,
+        (first.pad + second.pad) / 2 + spacing,
+        (first.drill + second.drill) / 2 + rules.hole_to_hole,
+        hole_keep_out(first, rules, spacing) + second.pad / 2,
     )

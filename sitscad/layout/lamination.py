@@ -17,13 +17,13 @@ def tail_holes(layout: Layout) -> int:
 
 def cores(stackup: Stackup) -> list[list[int]]:
     """Return copper layers (numbers from 1) of each laminate in a stack-up, the uppermost laminate first."""
-    found = [[1]]
+    laminates = [[1]]
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         if is_bonded(stackup.between(upper, lower)):
-            found.append([lower])
+            laminates.append([lower])
         else:
-            found[-1].append(lower)
-    return found
+            laminates[-1].append(lower)
+    return laminates
 
 
 def is_bonded(films: tuple[StackLayer, ...]) -> bool:

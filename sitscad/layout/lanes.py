@@ -15,8 +15,8 @@ from typing import Any
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.layout.clearance import Breadth
-from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 
 @record
@@ -76,15 +76,15 @@ class Ring:
         """
         if point not in self._known:
             centre, turn = self.centre, self.placement.rotation
-            away = math.atan2(point.y - centre.y, point.x - centre.x)
+            direction = math.atan2(point.y - centre.y, point.x - centre.x)
             sides = [0.0]
             if not self.coil.outline.is_round:
-                local = polar(point.distance(centre), away - turn, Point(0.0, 0.0))
+                local = polar(point.distance(centre), direction - turn, Point(0.0, 0.0))
                 feet = [_foot(segment, local) for segment in self.boundary]
                 least = min(foot.distance(local) for foot in feet)
                 near = [foot for foot in feet if foot.distance(local) < least + 1e-9]
-                sides = [math.remainder(math.atan2(foot.y, foot.x) + turn - away, TWO_PI) for foot in near]
-            self._known[point] = away + min(sides), away + max(sides)
+                sides = [math.remainder(math.atan2(foot.y, foot.x) + turn - direction, TWO_PI) for foot in near]
+            self._known[point] = direction + min(sides), direction + max(sides)
         return self._known[point]
 
     def is_outside(self, line: Line) -> bool:
@@ -111,9 +111,9 @@ class Ring:
         passed = []  # corners by how far along the sweep they are
         for corner in (segment.end for segment in self.boundary.segments[:-1]):
             angle = math.atan2(corner.y, corner.x) + self.placement.rotation
-            along = (angle - start) % TWO_PI if sweep > 0 else (start - angle) % TWO_PI
-            if 1e-9 < along < abs(sweep) - 1e-9:
-                passed.append((along, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
+            progress = (angle - start) % TWO_PI if sweep > 0 else (start - angle) % TWO_PI
+            if 1e-9 < progress < abs(sweep) - 1e-9:
+                passed.append((progress, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
         points = [self.at(start), *(point for _, point in sorted(passed)), self.at(end)]
         return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))
 
@@ -163,9 +163,9 @@ It holds under the turns and off the ring.
 """
 
 
-def straightness(one: Point, corner: Point, other: Point) -> float:
+def straightness(before: Point, corner: Point, after: Point) -> float:
     """Return the cosine of the angle by which a path turns at a corner."""
-    ahead, onward = (corner.x - one.x, corner.y - one.y), (other.x - corner.x, other.y - corner.y)
+    ahead, onward = (corner.x - before.x, corner.y - before.y), (after.x - corner.x, after.y - corner.y)
     return (ahead[0] * onward[0] + ahead[1] * onward[1]) / max(math.hypot(*ahead) * math.hypot(*onward), 1e-30)
 
 
@@ -230,19 +230,19 @@ def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
     The turns' own gap comes first, then half and a quarter of its excess over the fabricator's minimum, then the
     minimum.
     """
-    wanted = min(trace_spacing, WIDEST_GAP)
-    shares = (1.0, 0.5, 0.25, 0.0) if wanted > least + 1e-9 else (0.0,)
-    return tuple(least + share * (wanted - least) for share in shares)
+    widest = min(trace_spacing, WIDEST_GAP)
+    fractions = (1.0, 0.5, 0.25, 0.0) if widest > least + 1e-9 else (0.0,)
+    return tuple(least + fraction * (widest - least) for fraction in fractions)
 
 
-def bus_for(placements: tuple[CoilPlacement, ...], coil: CoilSpec, fpc: FpcSpec, spacing: float | None = None) -> Bus:
+def bus_for(artwork: ArtworkSpec, spacing: float | None = None) -> Bus:
     """Return the bus for the coils' trace width, a spacing (m), and the two top layers if the tail has two.
 
     If the spacing is None, it is the fabricator's minimum.
     """
-    tail_layers = fpc.tail.layers if fpc.tail else 2
-    second = 2 if min(tail_layers, len(fpc.stackup.copper)) >= 2 else 1
-    return Bus(coil.trace_width, spacing or fpc.rules.trace_spacing, (1, second), coils_breadth(placements, coil))
+    second = min(artwork.fpc.tail_copper, 2)
+    breadth = coils_breadth(artwork.array.placements, artwork.coil)
+    return Bus(artwork.coil.trace_width, spacing or artwork.fpc.rules.trace_spacing, (1, second), breadth)
 
 
 def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Breadth:
@@ -254,11 +254,11 @@ def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Brea
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
     """Return a lane for each coil, in the order of the placements. The first lane is on `first_side`."""
     near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
-    taken = {near_first[0]: (0, 0)}
+    lane_of = {near_first[0]: (0, 0)}
     for distance, coil in enumerate(near_first[1:]):
-        taken[coil] = (-first_side if distance % 2 else first_side, distance // 2)
-    from_top = sorted(taken, key=lambda coil: -taken[coil][0] * (1 + taken[coil][1]))
-    return tuple(Lane(placement, *taken[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
+        lane_of[coil] = (-first_side if distance % 2 else first_side, distance // 2)
+    from_top = sorted(lane_of, key=lambda coil: -lane_of[coil][0] * (1 + lane_of[coil][1]))
+    return tuple(Lane(placement, *lane_of[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
 
 
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
@@ -315,11 +315,11 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
         return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
 
     if bus.is_stacked:
-        ways = _forwards(coil, ring, funnel_x) if not lane.side else []
+        paths = _forwards(coil, ring, funnel_x) if not lane.side else []
         for degrees in (TURNED if turned else (0,)) if lane.side else ():
             angle = lane.side * (corner + math.radians(degrees))
-            ways.append((angle, passing(angle)))
-        return [(Exit(angle, way, upper), Exit(angle, way, lower)) for angle, way in ways]
+            paths.append((angle, passing(angle)))
+        return [(Exit(angle, path, upper), Exit(angle, path, lower)) for angle, path in paths]
 
     # side by side the track that leaves the ring farther back takes the outer lane; either end of the coil may
     apart = 2.0 * bus.pitch / min(ring.half_size)
@@ -329,15 +329,15 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
         pairs.append((Exit(outer, passing(outer, 1), upper), Exit(inner, passing(inner), upper)))
     else:
         for middle in map(math.radians, (0, 25, -25)):
-            one, other = middle + apart / 2, middle - apart / 2
-            both = (Exit(angle, (Point(funnel_x, ring.at(angle).y),), upper) for angle in (one, other))
-            pairs.append((next(both), next(both)))
-    return [way for one, other in pairs for way in ((one, other), (other, one))]
+            first, second = middle + apart / 2, middle - apart / 2
+            lanes = (Exit(angle, (Point(funnel_x, ring.at(angle).y),), upper) for angle in (first, second))
+            pairs.append((next(lanes), next(lanes)))
+    return [path for first, second in pairs for path in ((first, second), (second, first))]
 
 
 def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
     """Return exits of the coil next to the tail: the angle (rad) on its ring and the path to the funnel."""
-    found: list[tuple[float, tuple[Point, ...]]] = []
+    paths: list[tuple[float, tuple[Point, ...]]] = []
     length, breadth = ring.half_size
     for turn in map(math.radians, (0, 20, -20, 40, -40)):
         # about the middle of the end that faces the tail, which is the centre unless the coil is long
@@ -346,5 +346,5 @@ def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, 
         is_flat = coil.outline.sides and coil.outline.is_long
         height = place.y if is_flat else ring.centre.y + min(ring.half_size) * math.tan(turn)
         edge, end = Point(ring.centre.x + length, height), Point(funnel_x, height)
-        found.append((angle, (edge, end) if edge.distance(place) > 1e-9 else (end,)))
-    return found
+        paths.append((angle, (edge, end) if edge.distance(place) > 1e-9 else (end,)))
+    return paths

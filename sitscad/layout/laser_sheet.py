@@ -17,7 +17,6 @@ from sitscad.layout.board import Layout
 from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_specs, footprint, place_text, webs
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.source import Issue
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -30,8 +29,8 @@ _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plai
 
 def laser_limit(material: str) -> float | None:
     """Return the largest thickness (m) of a material that a known laser cuts. None if no limit is known."""
-    known = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
-    return max((parse_quantity(text, "length") for text in known if text), default=None)
+    limits = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
+    return max((parse_quantity(text, "length") for text in limits if text), default=None)
 
 
 def is_laser_cut(material: str, thickness: float) -> bool:
@@ -149,9 +148,9 @@ class LaserSheet:
 class CutPart:
     """A part that is cut from a sheet.
 
-    Fields are its name, material, shape, nominal size [x, y], thickness and kerf (m), its place over or under the
-    coils, a note on the place, and the number per sensor. `boxes` lists the rectangles of a part that is one piece of
-    several rectangles. Its size is then their overall size.
+    Fields are its name, material, shape, nominal size [x, y], thickness and kerf (m). They also are its place over or
+    under the coils, a note on the place, and the number per sensor. `boxes` lists the rectangles of a part that is one
+    piece of several rectangles. Its size is then their overall size.
     """
 
     part: str
@@ -183,17 +182,17 @@ class CutPart:
 
 
 def joined_part(spec: SensorSpec) -> CutPart | None:
-    """Return all pads as one piece, joined by webs. None if there are no webs."""
+    """Return all pads as a single piece, joined by webs. None if there are no webs."""
     pad, strips = spec.elastomer, webs(spec)
     if pad is None or spec.web is None or not strips:
         return None
     pads = [footprint(cell, pad) for cell in cell_specs(spec)]
-    boxes = tuple(one.box for one in (*pads, *strips))
+    boxes = tuple(piece.box for piece in (*pads, *strips))
     x0, y0, x1, y1 = box_around(boxes)
     place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
     x, y = (in_mm(side) for side in pad.size)
-    words = f"{len(pads)} pads of {x} x {y} mm, joined by webs {in_mm(spec.web)} mm wide"
-    return CutPart("elastomer", pad.material.name, "rectangle", place.size, pad.thickness, pad.kerf, place, words, 1,
+    note = f"{len(pads)} pads of {x} x {y} mm, joined by webs {in_mm(spec.web)} mm wide"
+    return CutPart("elastomer", pad.material.name, "rectangle", place.size, pad.thickness, pad.kerf, place, note, 1,
                    boxes)
 
 
@@ -223,11 +222,15 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
         if a kerf is negative, or as wide as the coupon's hole
     """
     spec = layout.spec
-    return tuple(
-        _sheet(layout, part, nest, stop)
-        for part in (*cut_parts(spec), *more)
-        for nest in nests(part.size, part.kerf, spec.cutting, part.count * (spec.fpc.boards or 1))
-    )
+    issue = (spec.issue.words,) if spec.issue.rows else ()
+    sheets = []
+    for part in (*cut_parts(spec), *more):
+        titles = (stop, f"{spec.name} {part.part}", *issue)
+        covered = spec.array.placements if part.boxes else spec.cell_placements[0]
+        coils = [Point(*placement.centre) for placement in covered]
+        for nest in nests(part.size, part.kerf, spec.cutting, part.count * (spec.fpc.boards or 1)):
+            sheets.append(_sheet(part, nest, spec.cutting.gap, titles, coils))
+    return tuple(sheets)
 
 
 def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
@@ -251,11 +254,11 @@ def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int)
             f"{in_mm(cutting.sheet[0])} x {in_mm(cutting.sheet[1])} mm: give cutting.sheet the size of yours"
         )
     full, rest = divmod(boards, most[0] * most[1])
-    found = [Nest(most[0] * most[1], most[0], most[1], 1, full)] if full else []
+    sheets = [Nest(most[0] * most[1], most[0], most[1], 1, full)] if full else []
     if rest:
         columns = min(most[0], max(math.ceil(math.sqrt(rest)), math.ceil(rest / most[1])))
-        found.append(Nest(rest, columns, math.ceil(rest / columns), len(found) + 1))
-    return tuple(found)
+        sheets.append(Nest(rest, columns, math.ceil(rest / columns), len(sheets) + 1))
+    return tuple(sheets)
 
 
 def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
@@ -271,8 +274,11 @@ def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point)
     return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))
 
 
-def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
-    """Return the sheet of one plate: contours with kerf compensation, the coupon beside them, and the notes above."""
+def _sheet(part: CutPart, nest: Nest, gap: float, titles: tuple[str, ...], coils: list[Point]) -> LaserSheet:
+    """Return the sheet of one plate: contours with kerf compensation, the coupon beside them, and the notes above.
+
+    Copies are `gap` (m) apart. `titles` are the first notes. `coils` are the centres of the covered coils.
+    """
     shape, size, kerf = part.shape, part.size, part.kerf
     if not 0.0 <= kerf < COUPON_HOLE:
         raise ValueError(
@@ -280,11 +286,11 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
         )
     floor = MARGIN + kerf / 2
     centre = Point(floor + size[0] / 2, floor + size[1] / 2)
-    step = tuple(length + kerf + layout.spec.cutting.gap for length in size)
+    step = tuple(length + kerf + gap for length in size)
     centres = [centre.shifted(*_place(index, nest.columns, step)) for index in range(nest.count)]
     right = centre.x + (nest.columns - 1) * step[0]
     coupon = Point(right + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
-    texts = (*([stop] if stop else []), *_texts(layout.spec.issue, layout.spec.name, part), *_counted(nest))
+    texts = (*filter(None, titles), *_texts(part), *_counted(nest))
     top = floor + max(size[1] + (nest.rows - 1) * step[1], COUPON_SIZE) + kerf / 2
     notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
     height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
@@ -297,7 +303,7 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
         *(contour for each in centres for contour in part.contours(CutLayer.CUT_OUTER, kerf / 2, each)),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
         *(part.contours(CutLayer.REF, 0.0, centre) if kerf else ()),  # without a kerf it would lie on the cut
-        *_marks(layout, part, centre, width, height),
+        *_marks(part, coils, centre, width, height),
     )
     return LaserSheet(part.part, part.material, shape, size, part.thickness, kerf, width, height, contours, notes, nest)
 
@@ -319,7 +325,7 @@ def _counted(nest: Nest) -> Iterator[str]:
         yield f"cut this sheet {nest.times} times"
 
 
-def _texts(issue: Issue, name: str, part: CutPart) -> tuple[str, ...]:
+def _texts(part: CutPart) -> tuple[str, ...]:
     kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
     half = in_mm(kerf / 2)
     compensation = (
@@ -336,8 +342,6 @@ def _texts(issue: Issue, name: str, part: CutPart) -> tuple[str, ...]:
         )
     )
     return (
-        f"{name} {part.part}",
-        *([issue.words] if issue.rows else []),
         f"{'over all' if part.boxes else part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
         part.material,
         *([part.words] if part.words else []),
@@ -354,11 +358,9 @@ def _order(is_engraved: bool) -> Iterator[str]:
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
-def _marks(layout: Layout, part: CutPart, centre: Point, width: float, height: float) -> Iterator[Contour]:
+def _marks(part: CutPart, coils: list[Point], centre: Point, width: float, height: float) -> Iterator[Contour]:
     """Yield crosses on REF: the part's centre, the coils under it, and two corners to register the sheet."""
-    over = layout.spec.array.placements if part.boxes else layout.spec.cell_placements[0]
-    beside = (part.place.place_of(Point(*p.centre)) for p in over)
-    marks = (centre.shifted(x, y) for x, y in beside)
+    marks = (centre.shifted(*part.place.place_of(coil)) for coil in coils)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2
     places = dict.fromkeys(under, MARK_ARM / 2)
@@ -392,9 +394,9 @@ def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
     """
     text = in_mm(kerf) if kerf else ""
     band = (COUPON_SIZE - COUPON_HOLE) / 2
-    left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
+    start = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
     lower = coupon.y - COUPON_SIZE / 2 + (band - 2 * _DIGIT_WIDTH) / 2
     for i, letter in enumerate(text):
         for stroke in _DIGITS[letter]:
-            at = [Point(left + i * _DIGIT_STEP + x * _DIGIT_WIDTH, lower + y * _DIGIT_WIDTH) for x, y in stroke]
+            at = [Point(start + i * _DIGIT_STEP + x * _DIGIT_WIDTH, lower + y * _DIGIT_WIDTH) for x, y in stroke]
             yield Contour(CutLayer.ENGRAVE, polyline(at))

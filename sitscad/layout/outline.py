@@ -25,21 +25,15 @@ from sitscad.kernels.geometry.path import (
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
-from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame
+from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 _NEAR = 1e-9
 
 CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points are held against it
-
-
-def given_box(spec: SensorSpec) -> tuple[float, float, float, float] | None:
-    """Return the box (m) of the body's outline in the spec. None if coils and leads determine the size."""
-    edge = spec.body_outline
-    return None if edge is None else bounding_box([edge])
 
 
 @record
@@ -64,10 +58,10 @@ def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None
     None if the tail's edge passes the body.
     """
     height = side * (half_width + radius)
-    found = [(x, index, foot) for index, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
-    if not found:
+    touching = [(x, k, foot) for k, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
+    if not touching:
         return None
-    x, piece, foot = max(found, key=lambda each: (round(each[0], 12), -each[1]))
+    x, piece, foot = max(touching, key=lambda each: (round(each[0], 12), -each[1]))
     return Root(Point(x, height), foot, piece, Point(x, side * half_width))
 
 
@@ -83,9 +77,9 @@ def _contacts(segment: Segment, height: float, radius: float) -> Iterator[tuple[
         centre = segment.centre
         for reach in (segment.radius + radius, abs(segment.radius - radius)):
             for x in _abscissae(centre, height, reach):
-                away = math.hypot(x - centre.x, height - centre.y)
-                if away > 0.0:
-                    share = segment.radius / away
+                distance = math.hypot(x - centre.x, height - centre.y)
+                if distance > 0.0:
+                    share = segment.radius / distance
                     foot = Point(centre.x + share * (x - centre.x), centre.y + share * (height - centre.y))
                     if segment.distance(foot) < _NEAR and abs(foot.distance(Point(x, height)) - radius) < _NEAR:
                         yield x, foot
@@ -114,10 +108,10 @@ def board(edge: Path, tail: TailFrame) -> Path:
 
     The body's box if the tail is wider than the body.
     """
-    both = roots(edge, tail)
-    if both is None:
+    sides = roots(edge, tail)
+    if sides is None:
         return edge
-    lower, upper = both
+    lower, upper = sides
     strip = tail.strip(max(tail.start, lower.on_tail.x, upper.on_tail.x)).segments[:-1]
     way = [
         *_between(edge, upper, lower),
@@ -151,50 +145,44 @@ def _along(segment: Segment, point: Point) -> float:
     return (angle if segment.ccw else -angle) % (2.0 * math.pi)
 
 
-def walls(spec: SensorSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
+def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
     """Return the body's given edge as tracks on all layers. Empty if the spec gives no outline.
 
     Tracks that keep the track spacing from these walls keep the fabricator's distance from the edge. The walls' width
     is negative if the edge distance is smaller than the spacing.
     """
-    edge = spec.body_outline
+    edge = artwork.body_outline
     if edge is None:
         return ()
-    rules = spec.fpc.rules
+    rules = artwork.fpc.rules
     width, outline = 2.0 * (rules.copper_to_edge - rules.trace_spacing), board(edge, tail)
-    return tuple(TrackToPlace(outline, width, copper.number) for copper in spec.fpc.stackup.copper)
+    return tuple(TrackToPlace(outline, width, copper.number) for copper in artwork.fpc.stackup.copper)
 
 
-def lack(spec: SensorSpec, tail: TailFrame) -> Shortfall | None:
+def lack(artwork: ArtworkSpec, tail: TailFrame) -> Shortfall | None:
     """Return the largest known shortfall of a body with a given outline, before leads are laid out.
 
     Candidates are the tail's root and the outermost coil with the fabricator's distance from the edge.
     """
-    edge, asked = spec.body_outline, spec.fpc.rules.copper_to_edge
+    edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
         return None
-    (_, low, _, high), coil, kept = bounding_box([edge]), spec.coil.outline.boundary(spec.coil.size, 0.0), {}
-    for placement in spec.array.placements:
+    (_, low, _, high), coil, room = bounding_box([edge]), artwork.coil.outline.boundary(artwork.coil.size, 0.0), {}
+    for placement in artwork.array.placements:
         turns = coil.rotated(placement.rotation).shifted(*placement.centre)
-        kept[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
-    name = min(kept, key=lambda name: kept[name])
+        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
+    name = min(room, key=lambda name: room[name])
     wider = max(tail.half_width - high, tail.half_width + low)
-    if asked - kept[name] > max(wider, SLACK):
-        words = f"{name}, with the {show(asked, 'm')} that copper keeps from the edge, is"
-        return _lacking(spec.fpc, words, kept[name], asked)
-    return _lacking(spec.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
+    if clearance - room[name] > max(wider, SLACK):
+        what = f"{name}, with the {show(clearance, 'm')} that copper keeps from the edge, is"
+        return _lacking(artwork.fpc, what, room[name], clearance)
+    return _lacking(artwork.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
 
 
 def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:
     body = fpc.body.written if fpc.body else ""
     facts = (("what", what), ("body", body), ("missing", (need - have) * 1e6))
     return Shortfall(Missing.BODY_ROOM, have, need, "m", facts=facts)
-
-
-def breadth_of(spec: SensorSpec) -> Breadth | None:
-    """Return the extent across the tail's axis of a body with a given outline. None if coils and leads determine it."""
-    box = given_box(spec)
-    return None if box is None else Breadth(box[1], box[3])
 
 
 @record
@@ -226,14 +214,14 @@ def far_end(
     holes: Iterable[ViaToPlace]
 ) -> float:
     """Return the smallest x (m) of the body for coils, tracks and holes, including the edge distance of copper."""
-    left = min(p.centre[0] - Ring(coil, p, 0.0).half_size[0] for p in placements)
+    least = min(p.centre[0] - Ring(coil, p, 0.0).half_size[0] for p in placements)
     for hole in holes:
-        left = min(left, hole.centre.x - hole.pad / 2)
+        least = min(least, hole.centre.x - hole.pad / 2)
     for track in tracks:
         for segment in track.path:
-            if least_x(segment) - track.width / 2 < left:
-                left = min(left, segment.box[0] - track.width / 2)
-    return left - copper_to_edge
+            if least_x(segment) - track.width / 2 < least:
+                least = min(least, segment.box[0] - track.width / 2)
+    return least - copper_to_edge
 
 
 def least_x(segment: Segment) -> float:
@@ -241,26 +229,27 @@ def least_x(segment: Segment) -> float:
     return min(segment.start.x, segment.end.x) - segment.length
 
 
-def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
-    """Return the x range (m) of the body for coils and leads that need `far` to `near`.
+def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]:
+    """Return the x range (m) of the body for coils and leads that need `first` to `last`.
 
     The margin is added at both ends. Then the shorter end grows until the mean of the coils' centres is in the middle,
     within the length of the jaw. A given outline determines both ends.
     """
-    if (box := given_box(spec)) is not None:
+    if (box := artwork.body_box) is not None:
         return box[0], box[2]
-    margin, jaw = spec.fpc.margin[0], spec.jaw
-    room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else math.inf  # longer, it may come out too long
-    return _about(spec.array.middle[0], far - margin, near + margin, room)
+    margin, jaw = artwork.fpc.margin[0], artwork.jaw
+    # a longer body may come out too long
+    room = jaw.length - 2.0 * artwork.fpc.rules.outline_tolerance if jaw else math.inf
+    return _about(artwork.array.middle[0], first - margin, last + margin, room)
 
 
-def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
+def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
     """Return the extent of the body across the tail's axis for coils and leads that need `needed`, as in `ends`."""
-    if (given := breadth_of(spec)) is not None:
-        return given
-    margin, jaw = spec.fpc.margin[1], spec.jaw
+    if (box := artwork.body_box) is not None:
+        return Breadth(box[1], box[3])
+    margin, jaw = artwork.fpc.margin[1], artwork.jaw
     low, high = needed.low - margin, needed.high + margin
-    return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else math.inf))
+    return Breadth(*_about(artwork.array.middle[1], low, high, jaw.width if jaw else math.inf))
 
 
 def _about(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
@@ -270,18 +259,18 @@ def _about(middle: float, low: float, high: float, room: float) -> tuple[float, 
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
-def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
-    """Return the body for coils and leads that begin at `far` (m) and need the extent `needed` across.
+def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
+    """Return the body for coils and leads that begin at `first` (m) and need the extent `needed` across.
 
     It is as wide as a wider tail in three cases. The inner corner between them does not fit beside the far corner. The
     body reaches beyond the place at which leads part to such a tail. Or only one of its sides is narrower than the
     tail.
     """
-    across = body_breadth(spec, needed)
+    across = body_breadth(artwork, needed)
     low, high = across.low, across.high
-    if (edge := spec.body_outline) is not None:
-        return BodyExtent(*ends(spec, far, tail.body_end), low, high, edge)
-    body = BodyExtent(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
+    if (edge := artwork.body_outline) is not None:
+        return BodyExtent(*ends(artwork, first, tail.body_end), low, high, edge)
+    body = BodyExtent(ends(artwork, first, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
     is_ahead = tail.ahead > tail.waiting and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
     for side in (-1, 1):

@@ -12,14 +12,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
+from sitscad.layout import arrange
 from sitscad.layout.board import Layout, Pad
-from sitscad.spec.circuit import MOST_PARTS, PanelSpec
+from sitscad.spec.circuit import MOST_PARTS, FpcSpec, PanelSpec
 from sitscad.spec.coil import ArraySpec, CoilPlacement
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
 BRIDGE_RUN = 25e-3
@@ -91,6 +94,8 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
     """
     width = layout.spec.fpc.panel.bridge if width is None else width
     edge, least = layout.outline, 2.0 * width
+    plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
+    free = list(_places(edge, width, partial(_is_free, plate, layout.bend_zone, layout.all_pads), _STEP))
 
     def apart_from(marks: list[Point], places: list[Bridge]) -> list[Bridge]:
         return [place for place in places if all(place.middle(edge).distance(mark) > least for mark in marks)]
@@ -99,19 +104,19 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
     if layout.pads:  # on the stiffener where there is one: without these two a long tail would hang free
         centres = [pad.centre for pad in layout.pads]
         middle = Point(*(math.fsum(values) / len(centres) for values in zip(*centres, strict=True)))
-        places = list(_places(layout, width, _is_at_end, _FINE_STEP)) or list(_places(layout, width, _is_free, _STEP))
+        is_at_end = partial(_is_at_end, plate, layout.bend_zone, layout.all_pads)
+        places = list(_places(edge, width, is_at_end, _FINE_STEP)) or free
         while places and len(chosen) < 2:
             chosen.append(min(places, key=lambda place: round(place.middle(edge).distance(middle), 6)))
             places = apart_from([chosen[-1].middle(edge)], places)
-    wanted = max(FEWEST_BRIDGES, math.ceil(edge.length / BRIDGE_RUN) - len(chosen))
-    places = list(_places(layout, width, _is_free, _STEP))
-    straight = [place for place in places if isinstance(edge.segments[place.segment], Line)]
+    missing = max(FEWEST_BRIDGES, math.ceil(edge.length / BRIDGE_RUN) - len(chosen))
+    straight = [place for place in free if isinstance(edge.segments[place.segment], Line)]
     marks = [bridge.middle(edge) for bridge in chosen]
-    places = apart_from(marks, straight if len(straight) >= wanted else places)
-    while places and wanted > 0:
-        wanted -= 1
-        away = [min((place.middle(edge).distance(mark) for mark in marks), default=0.0) for place in places]
-        chosen.append(places[max(range(len(places)), key=lambda i: (round(away[i], 6), -i))])
+    places = apart_from(marks, straight if len(straight) >= missing else free)
+    while places and missing > 0:
+        missing -= 1
+        distances = [min((place.middle(edge).distance(mark) for mark in marks), default=0.0) for place in places]
+        chosen.append(places[max(range(len(places)), key=lambda i: (round(distances[i], 6), -i))])
         marks.append(chosen[-1].middle(edge))
         places = apart_from(marks[-1:], places)
     return tuple(sorted(chosen, key=lambda b: (b.segment, b.begin)))
@@ -127,29 +132,26 @@ def narrower_bridge(layout: Layout) -> float | None:
     return next((width for width in widths if len(bridges(layout, width)) >= FEWEST_BRIDGES), None)
 
 
-def _places(
-    layout: Layout, width: float, is_fit: Callable[[Layout, Box | None, Path], bool], step: float
-) -> Iterator[Bridge]:
+def _places(outline: Path, width: float, is_fit: Callable[[Path], bool], step: float) -> Iterator[Bridge]:
     """Yield the possible bridges of a width (m) on fit parts of the edge, at steps (m) along each segment."""
-    plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
-    for index, segment in enumerate(layout.outline):
+    for index, segment in enumerate(outline):
         room = segment.length - 2.0 * width
         for i in range(int(room / step + 1e-9) + 1 if room >= 0 else 0):
             begin = width / 2.0 + i * step
-            if is_fit(layout, plate, Path(tuple(_piece(segment, begin, begin + width)))):
+            if is_fit(Path(tuple(_piece(segment, begin, begin + width)))):
                 yield Bridge(index, begin, begin + width)
 
 
-def _is_free(layout: Layout, plate: Box | None, edge: Path) -> bool:
+def _is_free(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Path) -> bool:
     """Whether a piece of the edge lies on the film, away from contacts, stiffener and bend zone."""
     at, keep = edge.segments[0].at(0.5), FREE_OF_BRIDGES
-    if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
+    if bend_zone is not None and bend_zone[0] - keep < at.x < bend_zone[1] + keep:
         return False
-    return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(layout.all_pads, at, keep)
+    return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(pads, at, keep)
 
 
-def _is_off_contacts(all_pads: tuple[Pad, ...], at: Point, keep: float) -> bool:
-    halves = ((pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in all_pads)
+def _is_off_contacts(pads: tuple[Pad, ...], at: Point, keep: float) -> bool:
+    halves = ((pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in pads)
     return not any(_is_near((x - w, y - h, x + w, y + h), at, keep) for (x, y), w, h in halves)
 
 
@@ -158,7 +160,7 @@ def _is_near(box: Box, at: Point, keep: float) -> bool:
     return x0 - keep < at.x < x1 + keep and y0 - keep < at.y < y1 + keep
 
 
-def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
+def _is_at_end(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Path) -> bool:
     """Whether a piece of the edge and its surroundings are stiffened or never bent, and lie off the contacts."""
     at = edge.segments[0].at(0.5)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
@@ -166,9 +168,9 @@ def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
         x0, y0, x1, y1 = plate
         if not all(x0 - _ON_EDGE <= p.x <= x1 + _ON_EDGE and y0 - _ON_EDGE <= p.y <= y1 + _ON_EDGE for p in ends):
             return False
-    elif layout.bend_zone is not None and any(layout.bend_zone[0] < p.x < layout.bend_zone[1] for p in ends):
+    elif bend_zone is not None and any(bend_zone[0] < p.x < bend_zone[1] for p in ends):
         return False
-    return _is_off_contacts(layout.all_pads, at, edge.length / 2.0 + BESIDE_CONTACTS)
+    return _is_off_contacts(pads, at, edge.length / 2.0 + BESIDE_CONTACTS)
 
 
 def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
@@ -210,23 +212,21 @@ class Panel:
     @property
     def cuts(self) -> tuple[Path, ...]:
         """Cuts round all parts and coupons: open paths that stop at the bridges."""
-        found = [piece.shifted(*at) for at in self.parts for piece in cut_lines(self.layout.outline, self.bridges)]
+        paths = [piece.shifted(*at) for at in self.parts for piece in cut_lines(self.layout.outline, self.bridges)]
         if self.coupon is not None:
             pieces = cut_lines(self.coupon.outline, self.coupon_bridges)
-            found += [piece.shifted(*at) for at in self.coupons for piece in pieces]
-        return tuple(found)
+            paths += [piece.shifted(*at) for at in self.coupons for piece in pieces]
+        return tuple(paths)
 
 
-def is_too_small(layout: Layout) -> bool:
-    """Whether the board is smaller than the smallest part that the fabricator handles singly."""
-    have, need = sorted(layout.size), sorted(layout.spec.fpc.rules.part_size)
-    return any(size < smallest - 1e-9 for size, smallest in zip(have, need, strict=True))
+def is_too_small(size: tuple[float, float], rules: DesignRules) -> bool:
+    """Whether a board of a size (m) is smaller than the smallest part that the fabricator handles singly."""
+    return any(side < least - 1e-9 for side, least in zip(sorted(size), sorted(rules.part_size), strict=True))
 
 
-def is_wanted(layout: Layout) -> bool:
-    """Whether the spec requests a panel, or leaves the choice to the part's size and the part is too small."""
-    wish = layout.spec.fpc.panel.wish
-    return wish == "always" or (wish == "auto" and is_too_small(layout))
+def is_wanted(size: tuple[float, float], fpc: FpcSpec) -> bool:
+    """Whether the spec requests a panel, or leaves the choice to the board's size (m) and the board is too small."""
+    return fpc.panel.wish == "always" or (fpc.panel.wish == "auto" and is_too_small(size, fpc.rules))
 
 
 def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float]:
@@ -247,7 +247,7 @@ def plan(layout: Layout) -> Panel | None:
     `MOST_PARTS`. A coupon stands at either end of the lowest row, to show a drift across the panel. There is one coupon
     if there is no room for two. Tooling holes are in three corners of the frame, each with a fiducial beside it.
     """
-    if not is_wanted(layout):
+    if not is_wanted(layout.size, layout.spec.fpc):
         return None
     wish, usual = layout.spec.fpc.panel, layout.spec.fpc.rules.panel_size
     gap, rail, frame = wish.gap, wish.rail, wish.rail + wish.gap
@@ -265,8 +265,8 @@ def plan(layout: Layout) -> Panel | None:
     def on_grid(x: float, y: float) -> Point:  # of whole micrometres, which the files' grid of nanometres holds exactly
         return Point(round(x, 6), round(y, 6))
 
-    lefts = [frame, frame + inner - coupon_width] if inner >= 2 * coupon_width + gap else [frame]
-    edge, far, high = rail / 2.0, size[0] - rail / 2.0, size[1] - rail / 2.0
+    coupon_starts = [frame, frame + inner - coupon_width] if inner >= 2 * coupon_width + gap else [frame]
+    edge, right, high = rail / 2.0, size[0] - rail / 2.0, size[1] - rail / 2.0
     return Panel(
         layout=layout,
         size=size,
@@ -279,13 +279,13 @@ def plan(layout: Layout) -> Panel | None:
         ),
         bridges=bridges(layout),
         coupon=coupon,
-        coupons=tuple(on_grid(left - box[0], frame - box[1]) for left in lefts) if coupon else (),
+        coupons=tuple(on_grid(corner - box[0], frame - box[1]) for corner in coupon_starts) if coupon else (),
         coupon_bridges=bridges(coupon) if coupon else (),
         no_coupon=no_coupon,
-        tooling_holes=(Point(edge, edge), Point(far, edge), Point(edge, high)),
+        tooling_holes=(Point(edge, edge), Point(right, edge), Point(edge, high)),
         fiducials=(
             Point(edge + FIDUCIAL_STEP, edge),
-            Point(far - FIDUCIAL_STEP, edge),
+            Point(right - FIDUCIAL_STEP, edge),
             Point(edge + FIDUCIAL_STEP, high),
         ),
         rail=rail,
@@ -294,8 +294,6 @@ def plan(layout: Layout) -> Panel | None:
 
 def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
     """Return the first coil alone on a piece of the same stack-up with solder pads, or None and the reason."""
-    from sitscad.layout import arrange  # seldom drawn, and the package imports the panel's parts from here
-
     if spec.fpc.tail is None and len(spec.array.placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
     coupon = arrange(coupon_spec(spec))

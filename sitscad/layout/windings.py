@@ -24,7 +24,7 @@ from sitscad.layout.lanes import lead_spacings
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 RADII, ANGLES = 7, 48  # Rings of places about the centre
 ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
@@ -91,8 +91,8 @@ def place_inner_vias(
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
     hole = ViaToPlace(inside.centre, rules.via_pad, rules.via_drill)
-    asked = width + min(turn_spacing, rules.trace_spacing)
-    room = _StubRoom({turn.end.layer: turn.points for turn in innermost}, width + spacing, asked)
+    least_spacing = width + min(turn_spacing, rules.trace_spacing)
+    room = _StubRoom({turn.end.layer: turn.points for turn in innermost}, width + spacing, least_spacing)
     distinct = [room.points[layer] for layer in sorted(set(room.alike.values()))]
     places = _clear_places(inside, joins[0][0].point, distinct, hole_keep_out(hole, rules, spacing), width)
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
@@ -104,14 +104,14 @@ def place_inner_vias(
                 corners = np.array([*points, points[0]])
                 (ax, ay), (bx, by) = corners[:-1].T[..., None], corners[1:].T[..., None]
                 x, y = places.T
-                left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-                up, down = (ay <= y) & (by > y) & (left > 0), (ay > y) & (by <= y) & (left < 0)
+                side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+                up, down = (ay <= y) & (by > y) & (side > 0), (ay > y) & (by <= y) & (side < 0)
                 places = places[np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))]
     options = [_Candidates(ends, places, room, hole) for ends in joins]
-    found = _at_once(options, rules, spacing, width)
-    found = found or _choose([option.thinned for option in options], rules, spacing, width)
-    if found is not None or not thorough:
-        return found
+    chosen = _at_once(options, rules, spacing, width)
+    chosen = chosen or _choose([option.thinned for option in options], rules, spacing, width)
+    if chosen is not None or not thorough:
+        return chosen
     if not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
         return None
     everywhere = []  # the first third as they are, the rest thinned out evenly
@@ -182,11 +182,11 @@ def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
         for i in range(ANGLES):
             yield polar(radius, start + 2.0 * math.pi * i / ANGLES, centre)
     if inside.longer > 1e-9:
-        along, across = np.meshgrid(
+        lengths, widths = np.meshgrid(
             np.linspace(-1.0, 1.0, COLUMNS) * (reach + inside.longer / 2), np.linspace(-1.0, 1.0, ROWS) * reach
         )
         cosine, sine = math.cos(inside.rotation), math.sin(inside.rotation)
-        for x, y in zip(along.ravel().tolist(), across.ravel().tolist(), strict=True):
+        for x, y in zip(lengths.ravel().tolist(), widths.ravel().tolist(), strict=True):
             yield Point(centre.x + x * cosine - y * sine, centre.y + x * sine + y * cosine)
 
 
@@ -196,29 +196,29 @@ class _StubRoom:
     Distances (m) of centre lines are `wanted`, and at least `asked` for a stub that returns to its own turn.
     """
 
-    def __init__(self, points: dict[int, Array], wanted: float, asked: float) -> None:
-        self.points, self.wanted, self.asked = points, wanted, asked
+    def __init__(self, points: dict[int, Array], spacing: float, least_spacing: float) -> None:
+        self.points, self.wanted, self.asked = points, spacing, least_spacing
         self._ways: dict[int, Array] = {}  # from each point along the turn to its end (m)
         self.alike: dict[int, int] = {}  # for each layer, the first layer with the same position
         for layer, turn in points.items():
             steps = np.hypot(*np.diff(turn, axis=0).T)
             self._ways[layer] = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
-            others = ((k, points[k]) for k in self.alike.values())
-            same = (k for k, p in others if p.shape == turn.shape and np.all(np.abs(p - turn) <= 1e-12))
+            earlier = ((k, points[k]) for k in self.alike.values())
+            same = (k for k, p in earlier if p.shape == turn.shape and np.all(np.abs(p - turn) <= 1e-12))
             self.alike[layer] = next(same, layer)
         self._known: dict[tuple[int, Point], int | None] = {}
 
     def stub(self, end: InnerEnd, place: Point) -> Path | None:
         """Return the path from a turn's end to a via: straight, first at a right angle, or first along the turn's line.
 
-        None if each of them bends back sharply or comes too close to a turn beyond its own end.
+        None if each path bends back sharply or comes too close to a turn beyond its own end.
         """
         if end.point.distance(place) < 1e-9:
             return None
         key = self.alike[end.layer], place
         if key not in self._known:
-            ways = enumerate(_ways(end, place, self.wanted))
-            self._known[key] = next((k for k, way in ways if self.admits(end, way)), None)
+            paths = enumerate(_ways(end, place, self.wanted))
+            self._known[key] = next((k for k, path in paths if self.admits(end, path)), None)
         which = self._known[key]
         return None if which is None else polyline(next(islice(_ways(end, place, self.wanted), which, None)))
 
@@ -237,18 +237,18 @@ class _StubRoom:
         return not np.any(near & (way >= ALONG * self.asked))
 
 
-def _beside(points: Array, others: Array, reach: float) -> Index:
+def _beside(points: Array, centres: Array, reach: float) -> Index:
     """Return the points in the bounding box of others, grown by a reach (m). Only these can be within the reach."""
-    if not len(others):
+    if not len(centres):
         return np.empty(0, dtype=np.intp)
-    (low_x, low_y), (high_x, high_y) = (others.min(axis=0) - reach).tolist(), (others.max(axis=0) + reach).tolist()
+    (low_x, low_y), (high_x, high_y) = (centres.min(axis=0) - reach).tolist(), (centres.max(axis=0) + reach).tolist()
     x, y = points.T
     return np.flatnonzero((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y))
 
 
-def _nearer(one: Array, other: Array, distance: float) -> Flags:
+def _nearer(first: Array, second: Array, distance: float) -> Flags:
     """Return which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
-    across, up = (one[:, axis, None] - other[:, axis] for axis in (0, 1))
+    across, up = (first[:, axis, None] - second[:, axis] for axis in (0, 1))
     across *= across
     up *= up
     across += up
@@ -273,11 +273,11 @@ def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
 
 def _spread(corners: list[Point]) -> Array:
     """Return points (n, 2) on a stub, as dense as those on the turns, with at least eight per straight piece."""
-    found = []
+    parts = []
     for start, end in pairwise(corners):
-        along = _shares(max(8, math.ceil(start.distance(end) / SAMPLE)))
-        found.append(np.array(start) + along * np.array((end.x - start.x, end.y - start.y)))
-    return np.concatenate(found) if len(found) > 1 else found[0]
+        fractions = _shares(max(8, math.ceil(start.distance(end) / SAMPLE)))
+        parts.append(np.array(start) + fractions * np.array((end.x - start.x, end.y - start.y)))
+    return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
 
 @lru_cache(maxsize=256)
@@ -293,9 +293,9 @@ class _Candidates:
     """
 
     def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: ViaToPlace) -> None:
-        away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
+        lengths = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
         self._ends, self._room, self._hole = ends, room, hole
-        self._places = places[np.argsort(away, kind="stable")] if len(places) else places
+        self._places = places[np.argsort(lengths, kind="stable")] if len(places) else places
         self._known: dict[int, InnerJoin | None] = {}
 
     def __iter__(self) -> Iterator[InnerJoin]:
@@ -344,10 +344,10 @@ def holes_fit(places: Array, count: int, apart: float) -> bool:
     """Whether `count` holes may find room at the places, regardless of their stubs. False is certain."""
     if len(places) < count:
         return False
-    far = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
-    pairs = {(i, j): far for i in range(count) for j in range(i + 1, count)}
-    found, is_certain = one_of_each([len(places)] * count, pairs)
-    return found is not None or not is_certain
+    apart_sets = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
+    pairs = {(i, j): apart_sets for i in range(count) for j in range(i + 1, count)}
+    choice, is_certain = one_of_each([len(places)] * count, pairs)
+    return choice is not None or not is_certain
 
 
 def _choose(
@@ -371,26 +371,26 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
 
     Also return whether the search was exhaustive.
 
-    `apart` maps two joins to sets: for each candidate of the first join, the candidates of the second that are clear of
-    this candidate.
+    `apart` maps two joins to sets. For each candidate of the first join, a set has the candidates of the second join
+    that keep clear.
     """
     count, trials = len(sizes), 0
 
-    def search(join: int, left: list[int]) -> list[int] | None:
+    def search(join: int, remaining: list[int]) -> list[int] | None:
         """Return candidate numbers, one per join, that are clear of each other. None if there are none."""
         nonlocal trials
-        options = left[join]
+        options = remaining[join]
         while options and trials < TRIALS:
             trials += 1
             pick = (options & -options).bit_length() - 1
             options &= options - 1
             if join + 1 == count:
                 return [pick]
-            after = [mask & apart[join, k][pick] if k > join else mask for k, mask in enumerate(left)]
+            after = [mask & apart[join, k][pick] if k > join else mask for k, mask in enumerate(remaining)]
             if all(after[join + 1 :]):
-                found = search(join + 1, after)
-                if found is not None:
-                    return [pick, *found]
+                rest = search(join + 1, after)
+                if rest is not None:
+                    return [pick, *rest]
         return None
 
     return search(0, [(1 << size) - 1 for size in sizes]), trials < TRIALS
@@ -407,9 +407,9 @@ def _all_apart(
     """Return whether each candidate of one join is clear of each candidate of another (n, m)."""
     hole = first[0].hole
     holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
-    far = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
+    distances = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
     keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
-    apart = far >= hole_distance(hole, hole, rules, spacing) - 1e-9
+    apart = distances >= hole_distance(hole, hole, rules, spacing) - 1e-9
     return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
 
 
@@ -424,15 +424,17 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
     return np.asarray(nearest >= keep)
 
 
-def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:
+def wind_coil(
+    artwork: ArtworkSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE
+) -> tuple[Winding, ...]:
     """Return the coil's layers in winding order: odd layers inwards, even layers mirrored and outwards.
 
     Tolerance in m.
     """
-    wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation, tolerance)
+    windings = _wind(artwork.coil, tuple(artwork.coil_copper), placement.rotation, tolerance)
     if placement.centre == (0.0, 0.0):
-        return wound
-    return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in wound)
+        return windings
+    return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in windings)
 
 
 @lru_cache(maxsize=16)
@@ -466,39 +468,39 @@ class WoundCoil:
     shortfalls: tuple[Shortfall, ...]
 
 
-def wind_all(spec: SensorSpec) -> tuple[WoundCoil, ...]:
+def wind_all(artwork: ArtworkSpec) -> tuple[WoundCoil, ...]:
     """Wind all coils and join them inside. Vias are searched once per rotation, about the origin."""
-    wound = []
+    coils = []
     # the copper layer on which a coil with an odd number of layers comes out from under its turns: the second if free
-    free = [layer.number for layer in spec.fpc.stackup.copper if layer.number not in spec.coil.layers]
+    free = [layer.number for layer in artwork.fpc.stackup.copper if layer.number not in artwork.coil.layers]
     out = next((number for number in free if number == 2), free[0] if free else None)
-    way_out = out if len(spec.coil.layers) % 2 else None
+    way_out = out if len(artwork.coil.layers) % 2 else None
     joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]] = {}
-    for placement in spec.array.placements:
+    for placement in artwork.array.placements:
         if placement.rotation not in joined:
-            joined[placement.rotation] = _joined_inside(spec, placement, way_out)
+            joined[placement.rotation] = _joined_inside(artwork, placement, way_out)
         joins, shortfalls = joined[placement.rotation]
         moved = tuple(join.shifted(*placement.centre) for join in joins)
-        wound.append(WoundCoil(wind_coil(spec, placement), moved, way_out, shortfalls))
-    return tuple(wound)
+        coils.append(WoundCoil(wind_coil(artwork, placement), moved, way_out, shortfalls))
+    return tuple(coils)
 
 
 def _joined_inside(
-    spec: SensorSpec, placement: CoilPlacement, way_out: int | None
+    artwork: ArtworkSpec, placement: CoilPlacement, way_out: int | None
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
     """Return the inner joins of a coil's layers, and the shortfalls.
 
     Vias and stubs keep the first of `lead_spacings` for which the inside has room.
     """
-    coil, stackup, rules, centre = spec.coil, spec.fpc.stackup, spec.fpc.rules, Point(0.0, 0.0)
-    windings = wind_coil(spec, replace(placement, centre=centre))
+    coil, stackup, rules, centre = artwork.coil, artwork.fpc.stackup, artwork.fpc.rules, Point(0.0, 0.0)
+    windings = wind_coil(artwork, replace(placement, centre=centre))
     if len(windings) % 2 and way_out is None:  # it ends inside, and no copper layer is left to come out on
         layers = len(coil.layers)
         have, named = float(len(stackup.copper)), (("count", layers), ("stackup", stackup.name))
         return (), (Shortfall(Missing.WAY_OUT, have, float(layers + 1), "copper layers", facts=named),)
     clear = min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2  # no turn's copper enters
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
-    for spacing in lead_spacings(spec.coil.trace_spacing, spec.fpc.rules.trace_spacing):
+    for spacing in lead_spacings(artwork.coil.trace_spacing, artwork.fpc.rules.trace_spacing):
         widths = coil.trace_width, rules, spacing, coil.trace_spacing
         is_least = spacing == rules.trace_spacing
         joins = _inner_joins(windings, coil.layer_turns, inside, *widths, is_least)

@@ -138,7 +138,7 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
     failures. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
     Empty if there is nothing to draw, or if shield and standoff contradict each other.
     """
-    from sitscad.assembly.places.jaws import PartsError
+    from sitscad.assembly.places.bodies import PartsError
     from sitscad.files.documents.drawings import fit, jaw, plan_view
     from sitscad.files.drawing.svg import svg  # loaded only for drawings
 

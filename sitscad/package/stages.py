@@ -15,8 +15,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from sitscad.assembly.places.bodies import PartsError
 from sitscad.assembly.places.fit import hinge_pivot
-from sitscad.assembly.places.jaws import PartsError
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
@@ -36,7 +36,7 @@ from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.moving import live_page, pushed_document, solids_document
 from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
-from sitscad.layout.tail_tracks import contact_rows
+from sitscad.layout.tail.tracks import contact_rows
 from sitscad.package.contents import BESIDE_TAIL, Contents, nominal_calibration, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (

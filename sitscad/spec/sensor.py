@@ -12,7 +12,8 @@ from typing import Any, ClassVar, cast, overload
 
 from sitscad.basics.record import record, replace, with_frozen_mappings
 from sitscad.kernels.converters.converter import Converter
-from sitscad.kernels.geometry.path import Path
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Path, bounding_box
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.format.kinds import (
@@ -325,6 +326,34 @@ class Requirements(Section):
 
 
 @record
+class ArtworkSpec:
+    """The parts of a sensor that determine its board's artwork."""
+
+    coil: CoilSpec
+    array: ArraySpec
+    fpc: FpcSpec
+    jaw: Jaw | None
+    chip: Chip | None
+
+    @property
+    def coil_copper(self) -> tuple[CopperLayer, ...]:
+        """Copper layers of the coil, in winding order, with their heights."""
+        copper = self.fpc.stackup.copper
+        return tuple(copper[number - 1] for number in self.coil.layers)
+
+    @property
+    def body_outline(self) -> Path | None:
+        """Outline (closed, counter-clockwise) that the spec gives for the board's body. None if it gives no outline."""
+        return None if self.fpc.body is None else self.fpc.body.edge.shifted(*self.array.middle)
+
+    @property
+    def body_box(self) -> Box | None:
+        """Box (m) of the body's outline in the spec. None if coils and leads determine the size."""
+        outline = self.body_outline
+        return None if outline is None else bounding_box([outline])
+
+
+@record
 class SensorSpec(Readable):
     """The whole design. Parts that are None are not in the sensor, and are neither made nor checked."""
 
@@ -357,10 +386,14 @@ class SensorSpec(Readable):
         return f"<SensorSpec {self.name}: {len(self.array.placements)} x {self.coil.shape}>"
 
     @property
+    def artwork(self) -> ArtworkSpec:
+        """The parts that determine the board's artwork."""
+        return ArtworkSpec(self.coil, self.array, self.fpc, self.jaw, self.readout.chip)
+
+    @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:
         """Copper layers of the coil, in winding order, with their heights."""
-        copper = self.fpc.stackup.copper
-        return tuple(copper[number - 1] for number in self.coil.layers)
+        return self.artwork.coil_copper
 
     @property
     def jaw(self) -> Jaw | None:
@@ -370,7 +403,7 @@ class SensorSpec(Readable):
     @property
     def body_outline(self) -> Path | None:
         """Outline (closed, counter-clockwise) that the spec gives for the board's body. None if it gives no outline."""
-        return None if self.fpc.body is None else self.fpc.body.edge.shifted(*self.array.middle)
+        return self.artwork.body_outline
 
     @property
     def cell_placements(self) -> tuple[tuple[CoilPlacement, ...], ...]:

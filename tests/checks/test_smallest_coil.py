@@ -32,7 +32,7 @@ def most_turns(row, diameter):
             spec = spec_of(row, diameter, quarters / 4)
         except sitscad.SpecError:
             continue
-        if not wind_all(spec)[0].shortfalls:
+        if not wind_all(spec.artwork)[0].shortfalls:
             return spec
     raise AssertionError("no turns have room")
 

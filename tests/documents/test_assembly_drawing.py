@@ -10,7 +10,7 @@ from legibility import assert_legible
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.bodies import above_board, lines_below_target
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.files.documents.drawings import plan_view
 from sitscad.files.documents.drawings import plan_view as assembly_drawing
 from sitscad.files.drawing.frame import mm
@@ -56,7 +56,7 @@ def test_it_is_legible(sensor):
 
 def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
     sheet = plan_view.drawing(sensor)
-    scale, pieces = _scale(sheet), above_board(sensor.spec)
+    scale, pieces = _scale(sheet), plates_of(sensor.spec).all
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
            for pen in plan_view.PENS.values()}
     (red,) = [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen and i.pen.colour == "#b00000"][:1]
@@ -75,7 +75,7 @@ def test_edges_and_centres_are_dimensioned(sensor):
     sheet = plan_view.drawing(sensor)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     words = " ".join(item.text for item in sheet.items if isinstance(item, Label))
-    for piece in above_board(sensor.spec):
+    for piece in plates_of(sensor.spec).all:
         assert {mm(round(side, 7)) for side in piece.footprint.box} <= labels
         at = piece.footprint.centre
         assert f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}" in words
@@ -108,7 +108,8 @@ def test_the_report_shows_it_and_speaks_of_a_jaw_only_where_there_is_one(tmp_pat
 def test_pieces_of_cells_are_listed_in_the_order_of_their_cells_as_coils_are(name):
     """Pieces ran from 6 down to 1, coils from 1 up."""
     spec = load_text(templates.read(name))
-    said = [*plan_view._notes(spec.assembly.glue_line, spec.encapsulation, lines_below_target(spec), above_board(spec))]
+    plates = plates_of(spec)
+    said = [*plan_view._notes(spec.assembly.glue_line, spec.encapsulation, plates.lines_below_target, plates.all)]
     for part in ("Target", "Elastomer"):
         numbers = [int(line.split(":")[0].split("-")[1]) for line in said if line.startswith(f"{part}-")]
         assert len(numbers) > 5 and numbers == [*range(1, len(numbers) + 1)]

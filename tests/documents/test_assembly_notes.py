@@ -13,11 +13,11 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly import solids as parts
-from sitscad.assembly.places.bodies import above_board, elastomer, targets, top_height
+from sitscad.assembly.places.bodies import plates_of, top_height
 from sitscad.assembly.places.column import column, levels, on_board, placement, sealed_height
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_range, section
-from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, screw_spacing, stop_place
+from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, plate_holes, screw_spacing, stop_place
 from sitscad.assembly.places.tail_path import ROD, bends, rod_clear
 from sitscad.assembly.solids import tooling
 from sitscad.basics.quantities import FREQUENCY, plus_minus
@@ -203,12 +203,13 @@ def test_height_with_film_is_stated(changes):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
     layout = sitscad.lay_out(spec)
     pieces = levels(on_board(layout))
-    film = sealed_height(layout) - (pieces["target"][1] - pieces["board"][1])
+    sealed = sealed_height(on_board(layout), spec.encapsulation, spec.assembly)
+    film = sealed - (pieces["target"][1] - pieces["board"][1])
     assert film.nominal == approx(spec.encapsulation.thickness, rel=1e-9) and film.spread > 0.0
-    assert toleranced(sealed_height(layout)) in in_one_line(layout)
+    assert toleranced(sealed) in in_one_line(layout)
     if spec.jaw is not None:
         at = levels(column(layout))
-        assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed_height(layout))
+        assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed)
 
 
 def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_goes():
@@ -570,7 +571,7 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
     placing = [step for step in steps if re.search("Put the frame jig-|Glue the board", step)]
     assert len(placing) == 3 and all(band in step for step in placing)
     assert layout.spec.mount.jaw is None or f"each piece beside its place {band}" in in_one_line(layout)
-    target, (x0, *_) = targets(layout.spec)[0], layout.body
+    target, (x0, *_) = plates_of(layout.spec).targets[0], layout.body
     (end,) = re.findall(r"target's edges must be, in mm [^:]+: away from [^0-9]+([0-9.]+)", placing[1])
     assert float(end) == approx(1e3 * (target.footprint.box[0] - x0), abs=6e-4)
 
@@ -657,7 +658,7 @@ def test_what_presses_the_board_keeps_off_recess_films_and_pads_of_any_height(na
     pockets, (x0, y0, x1, y1) = tooling.foot_pockets(layout), layout.body
     assert pockets and tooling.FOOT_INSET > 0.0 and "jig-board-press" in said
     boxes = [bounding_box((pocket,)) for pocket in pockets]
-    for body in above_board(layout.spec):
+    for body in plates_of(layout.spec).all:
         left, low, right, high = body.footprint.box
         assert any(box[0] <= left - tooling.FOOT_ROOM[0] + 1e-9 and box[1] <= low - tooling.FOOT_ROOM[0] + 1e-9
                    and box[2] >= right + tooling.FOOT_ROOM[0] - 1e-9 and box[3] >= high + tooling.FOOT_ROOM[0] - 1e-9
@@ -705,7 +706,7 @@ def test_places_of_pieces_name_only_walls_and_edges_that_exist(name):
     assert "long wall" not in said and "at it" not in said
     (edges,) = re.findall(r"to the elastomer's edges must be, in mm [^:]+: [a-z ]+([0-9.]+), on the right ([0-9.]+), "
                           r"on the left ([0-9.]+) ", said)
-    pad, (x0, y0, _, y1) = elastomer(layout.spec), layout.body
+    pad, (x0, y0, _, y1) = plates_of(layout.spec).elastomer, layout.body
     left, low, _, high = pad.footprint.box
     assert [*map(float, edges)] == approx([1e3 * each for each in (left - x0, low - y0, y1 - high)], abs=6e-4)
     assert "lift the frame off without moving" in said and re.search("films? out when the glue has set", said)
@@ -732,14 +733,14 @@ def test_each_glue_line_has_the_dose_of_the_faces_that_it_joins():
 
 def test_screws_have_their_spacing_and_heads_above_the_sensor_are_said():
     layout, said = steps_of("round_button_12mm")
-    apart = screw_spacing(layout)
+    metal = layout.spec.array.placements, plate_holes(layout)
+    apart = screw_spacing(plate_holes(layout))
     assert f"{1e3 * apart[0]:g} x {1e3 * apart[1]:g} mm apart" in said
     (above,) = re.findall(r"heads stand ([0-9.]+) mm above", said)
     glue = 3.0 * layout.spec.assembly.glue_line  # the board itself stands out of the plate by its own line
     assert float(above) == approx(2.0 - 1e3 * (top_height(layout.spec) + glue), abs=6e-3)
-    assert ("screws of plastic" in said) == is_near_metal(layout)
-    wide = replace(layout.spec, coil=replace(layout.spec.coil, size=(1e-3, 1e-3)))
-    assert not is_near_metal(replace(layout, spec=wide))
+    assert ("screws of plastic" in said) == is_near_metal(layout.spec.coil, *metal)
+    assert not is_near_metal(replace(layout.spec.coil, size=(1e-3, 1e-3)), *metal)
 
 
 def test_a_pocket_s_room_beside_a_mount_has_its_films():

@@ -12,7 +12,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.bodies import BodyRole, elastomer
+from sitscad.assembly.places.bodies import BodyRole, plates_of
 from sitscad.assembly.places.column import Toleranced
 from sitscad.assembly.places.tail_path import bends, lip
 from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets, push_places, skin_pour
@@ -134,7 +134,7 @@ def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
     said = gluing.pressing(layout, "")
     assert "jig-board-press" in said and gluing.grams(mass) in said
-    text = pushed_out(push_places(layout), skin_pour(layout))
+    text = pushed_out(push_places(layout.body, layout.body_outline), skin_pour(layout))
     assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
 
@@ -143,7 +143,7 @@ def test_the_board_s_press_leaves_a_cast_skin_its_room():
     layouts = [sitscad.lay_out(spec_of("three_axis_triangle", **each))
                for each in ({**change, "encapsulation": None}, change)]
     bare, cast = (bounding_box(foot_pockets(layout)) for layout in layouts)
-    pad = elastomer(layouts[1].spec).footprint.box
+    pad = plates_of(layouts[1].spec).elastomer.footprint.box
     assert cast[0] <= pad[0] - 0.5e-3 - FOOT_ROOM[0] + 1e-9 and cast[0] < bare[0]
 
 

@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.study.evaluating import can_screen
-from sitscad.assembly.places.bodies import metal_face, room_behind
+from sitscad.assembly.places.bodies import backing_of
 from sitscad.estimates.design import Design
 from sitscad.estimates.targets.assembly import metal_behind, warmed
 from sitscad.estimates.tolerances.scatter import HEIGHT, METAL, MOVED, scatter
@@ -54,7 +54,7 @@ def test_metal_behind_any_kind_of_mount_is_the_reflector_that_a_jaw_of_this_shee
     found, jaw = metal_behind(over(kind).spec), metal_behind(in_jaw.spec)
     assert found.distance == approx(jaw.distance, rel=1e-12)
     assert found.plates == jaw.plates
-    assert room_behind(over(kind).spec) == approx(room_behind(in_jaw.spec), rel=1e-12)
+    assert backing_of(over(kind).spec).room == approx(backing_of(in_jaw.spec).room, rel=1e-12)
 
 
 def test_metal_behind_gives_the_numbers_of_a_jaw_of_this_sheet(in_jaw):
@@ -99,7 +99,7 @@ def test_tolerances_left_out_are_those_of_the_mount_and_of_a_rolled_sheet():
 def test_unit_with_metal_elsewhere_has_it_there(cause, face, thickness):
     spec = over().spec
     unit = MOVED[cause](spec, 1e-4)
-    assert metal_face(unit) - metal_face(spec) == approx(face, rel=1e-9, abs=1e-15)
+    assert backing_of(unit).metal_face - backing_of(spec).metal_face == approx(face, rel=1e-9, abs=1e-15)
     assert unit.mount.metal_thickness - spec.mount.metal_thickness == approx(thickness, rel=1e-9, abs=1e-15)
 
 

@@ -13,6 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.assembly.places import bodies
+from sitscad.assembly.places.bodies import backing_of
 from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
@@ -196,18 +197,18 @@ def _sigma(spec, name):
 def test_unit_with_metal_farther_away_has_it_there(standoff):
     """Heights of one unit add to glue and pieces, and glue below the target moves nothing behind the board."""
     spec = _metal_behind(mount={"standoff": standoff})
-    shield, metal, gap = (part(spec) for part in (bodies.shield_span, bodies.metal_face, bodies.target_gap))
+    shield, metal, gap = backing_of(spec).shield_span, backing_of(spec).metal_face, bodies.target_gap(spec)
     for name, moved in ((scatter.HEIGHT, (-1.0, -1.0, 0.0)), (scatter.UNDER_SHIELD, (0.0, -1.0, 0.0)),
                         (GLUE, (0.0, 0.0, 1.0))):
         for off in (-10e-6, 10e-6):
             unit = scatter.MOVED[name](spec, off)
-            found = (bodies.shield_span(unit)[1] - shield[1], bodies.metal_face(unit) - metal,
+            found = (backing_of(unit).shield_span[1] - shield[1], backing_of(unit).metal_face - metal,
                      bodies.target_gap(unit) - gap)
             assert found == approx(tuple(off * way for way in moved), rel=1e-6, abs=1e-12), (name, off)
     for off in (-10e-6, 10e-6):  # a shield grows downwards
         unit = scatter.MOVED[scatter.SHIELD](spec, off)
-        assert bodies.shield_span(unit) == approx((shield[0] - off, shield[1]), rel=1e-9)
-        assert bodies.metal_face(unit) == approx(metal - off, rel=1e-9)
+        assert backing_of(unit).shield_span == approx((shield[0] - off, shield[1]), rel=1e-9)
+        assert backing_of(unit).metal_face == approx(metal - off, rel=1e-9)
 
 
 def test_every_tolerance_that_moves_a_number_is_a_cause():

@@ -245,7 +245,8 @@ def rectangle_of(x0, y0, x1, y1):
     [("rules: generic-flex", True), ("rules: generic-fine", False), ("panel: none", False), ("panel: {gap: 3}", True)],
 )
 def test_a_panel_comes_where_the_part_is_too_small_or_the_spec_says_so(line, wanted):
-    assert is_wanted(lay_out(load_text(TEXT % line))) == wanted
+    layout = lay_out(load_text(TEXT % line))
+    assert is_wanted(layout.size, layout.spec.fpc) == wanted
 
 
 def test_a_panel_left_to_itself_fills_the_fabricators_size():

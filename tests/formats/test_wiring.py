@@ -11,7 +11,7 @@ import pytest
 
 import sitscad
 from sitscad.files.formats.kicad import schematic
-from sitscad.layout.tail_tracks import contacts
+from sitscad.layout.tail.tracks import contacts
 from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -30,7 +30,7 @@ def polygon(path):
 
 @settings(max_examples=60, deadline=None)
 @given(plates, plates)
-def test_what_two_plates_cover_has_the_area_and_the_centroid_that_shapely_finds(one, other):
+def test_overlap_of_plates_matches_shapely(one, other):
     shared = polygon(one.outline()).intersection(polygon(other.outline()))
     found = one.common(other)
     area = 0.0 if found is None else enclosed_area(found)
@@ -44,7 +44,7 @@ def test_what_two_plates_cover_has_the_area_and_the_centroid_that_shapely_finds(
 
 @settings(max_examples=60, deadline=None)
 @given(lengths, lengths, radii, places, places)
-def test_how_far_a_point_is_outside_a_rounded_body_is_the_distance_that_shapely_finds(x, y, radius, px, py):
+def test_distance_beyond_rounded_body_matches_shapely(x, y, radius, px, py):
     ground = rectangle(-x / 2, -y / 2, x / 2, y / 2, radius)
     found, reference, dot = beyond(ground, Point(px, py)), polygon(ground), Dot(px, py)
     inside = reference.contains(dot)
@@ -54,7 +54,7 @@ def test_how_far_a_point_is_outside_a_rounded_body_is_the_distance_that_shapely_
 
 @settings(max_examples=60, deadline=None)
 @given(plates, lengths, lengths, radii)
-def test_a_plate_that_hangs_over_nowhere_lies_within(plate, x, y, radius):
+def test_plate_without_overhang_lies_within(plate, x, y, radius):
     ground = rectangle(-x, -y, x, y, radius)
     over = plate.hangs_over(ground)
     outside = polygon(plate.outline()).difference(polygon(ground))
@@ -66,13 +66,13 @@ def test_a_plate_that_hangs_over_nowhere_lies_within(plate, x, y, radius):
         assert over == approx(reach, abs=1e-3)
 
 
-def test_a_box_cuts_the_body_off_a_board_with_a_tail():
+def test_box_cuts_body_off_board_with_tail():
     board = rectangle(-5.0, -1.0, 20.0, 1.0, 0.4)
     body = within_box(board, (-5.0, -1.0, 3.0, 1.0))
     assert enclosed_area(body) == approx(16.0 - 2 * (1 - math.pi / 4) * 0.4**2, rel=1e-6)
 
 
-def test_a_cut_beside_a_disc_leaves_all_or_nothing():
+def test_cut_beside_disc_leaves_all_or_nothing():
     disc = circle(Point(1.0, 2.0), 0.5)
     assert enclosed_area(clipped(disc, Point(3.0, 0.0), Point(1, 0))) == approx(math.pi / 4, rel=1e-6)
     assert clipped(disc, Point(0.0, 0.0), Point(1, 0)) is None

@@ -34,7 +34,7 @@ def arc(start: float, sweep: float, ccw: bool, radius: float = 1e-3, centre: Poi
 
 
 @given(angles, sweeps, st.booleans())
-def test_an_arc_knows_its_sweep_and_length(start, sweep, ccw):
+def test_arc_has_sweep_and_length(start, sweep, ccw):
     piece = arc(start, sweep, ccw)
     assert piece.sweep == approx(sweep if ccw else -sweep, abs=1e-9)
     assert piece.length == approx(1e-3 * sweep, rel=1e-9)
@@ -42,7 +42,7 @@ def test_an_arc_knows_its_sweep_and_length(start, sweep, ccw):
 
 
 @given(angles, sweeps, st.booleans(), coordinates, coordinates)
-def test_the_distance_to_an_arc_is_that_to_its_nearest_point(start, sweep, ccw, x, y):
+def test_distance_to_arc_is_least_sampled_distance(start, sweep, ccw, x, y):
     piece, point = arc(start, sweep, ccw), Point(x, y)
     nearest = min(point.distance(piece.at(i / 2000)) for i in range(2001))
     assert piece.distance(point) <= nearest + 1e-12
@@ -50,7 +50,7 @@ def test_the_distance_to_an_arc_is_that_to_its_nearest_point(start, sweep, ccw, 
 
 
 @given(angles, sweeps, st.booleans())
-def test_the_box_of_an_arc_holds_it_tightly(start, sweep, ccw):
+def test_arc_box_is_tight(start, sweep, ccw):
     piece = arc(start, sweep, ccw)
     points = [piece.at(i / 3000) for i in range(3001)]
     box = piece.box
@@ -67,21 +67,21 @@ def test_flattening_converges_at_second_order():
 
 
 @given(st.floats(1e-8, 1e-5))
-def test_flattened_chords_stay_within_the_tolerance(tolerance):
+def test_flattened_chords_stay_within_tolerance(tolerance):
     piece = arc(0.1, 3.0, True)
     points = piece.flattened(tolerance)
     middles = [Line(a, b).at(0.5) for a, b in pairwise(points)]
     assert max(piece.distance(p) for p in middles) <= tolerance * (1 + 1e-9)
 
 
-def test_area_counts_arcs_exactly():
+def test_enclosed_area_includes_arcs_exactly():
     assert enclosed_area(circle(Point(1e-3, 2e-3), 0.5e-3)) == approx(math.pi * 0.25e-6, rel=1e-12)
     assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3)) == approx(2e-6, rel=1e-12)
     r = 0.2e-3
     assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3, r)) == approx(2e-6 - (4 - math.pi) * r * r, rel=1e-12)
 
 
-def test_rounding_keeps_the_path_closed_and_tangent():
+def test_rounded_path_is_closed_and_tangent():
     path = rounded([Point(0, 0), Point(3e-3, 0), Point(3e-3, 1e-3), Point(1e-3, 1e-3), Point(0, 3e-3)], 0.2e-3)
     assert path.is_closed
     for one, other in pairwise(path.segments):
@@ -92,7 +92,7 @@ def test_rounding_keeps_the_path_closed_and_tangent():
         assert abs(math.remainder(a - b, 2 * math.pi)) < 1e-3
 
 
-def test_an_open_polyline_keeps_its_ends_when_rounded():
+def test_rounded_open_polyline_keeps_ends():
     corners = [Point(0, 0), Point(1e-3, 0), Point(1e-3, 1e-3), Point(0, 1e-3)]
     path = rounded_polyline(corners, 10e-3)
     assert path.start == corners[0] and path.end == corners[-1]
@@ -100,18 +100,18 @@ def test_an_open_polyline_keeps_its_ends_when_rounded():
 
 
 @given(angles, st.floats(-1e-2, 1e-2), st.floats(-1e-2, 1e-2))
-def test_moving_a_path_changes_no_length(angle, dx, dy):
+def test_moved_path_keeps_length(angle, dx, dy):
     path = closed_polygon([Point(0, 0), Point(1e-3, 0), Point(0, 2e-3)]) + Path((arc(0.2, 1.0, False),))
     moved = path.rotated(angle).shifted(dx, dy)
     assert moved.length == approx(path.length, rel=1e-9)
     assert path.reversed().length == approx(path.length, rel=1e-12)
 
 
-def test_a_mirror_image_turns_arcs_the_other_way():
+def test_mirrored_arc_reverses_sense():
     path = Path((arc(0.2, 1.0, True),)).mapped(lambda p: Point(p.x, -p.y), flips=True)
     assert path.segments[0].sweep == approx(-1.0, rel=1e-6)
 
 
-def test_the_bounding_box_of_several_paths():
+def test_bounding_box_covers_several_paths():
     box = bounding_box([circle(Point(0, 0), 1e-3), polyline([Point(2e-3, 0), Point(2e-3, 3e-3)])])
     assert box == approx((-1e-3, -1e-3, 2e-3, 3e-3), rel=1e-6)

@@ -50,14 +50,14 @@ def brute_force(one: Line | Arc, other: Line | Arc) -> tuple[float, float]:
 @pytest.mark.slow
 @settings(max_examples=250, deadline=None)
 @given(st.one_of(lines(), arcs()), st.one_of(lines(), arcs()))
-def test_distance_is_that_of_dense_samples(one: Line | Arc, other: Line | Arc) -> None:
+def test_primitive_distance_matches_dense_samples(one: Line | Arc, other: Line | Arc) -> None:
     found = float(distances(primitives(one), primitives(other))[0])
     expected, slack = brute_force(one, other)
     assert expected - slack - 1e-9 <= found <= expected + 1e-9
     assert found == approx(float(distances(primitives(other), primitives(one))[0]), abs=1e-9)
 
 
-def test_known_distances() -> None:
+def test_primitive_distances_match_known_values() -> None:
     inner = Arc(Point(1, 0), Point(-1, 0), Point(0, 0))
     outer = Arc(Point(1.3, 0), Point(-1.3, 0), Point(0, 0))
     aside = Arc(polar(1, 2.0, Point(3, 0)), polar(1, 4.0, Point(3, 0)), Point(3, 0))
@@ -73,7 +73,7 @@ def test_known_distances() -> None:
 
 
 @given(arcs())
-def test_boxes_hold_the_arc_and_no_more(arc: Arc) -> None:
+def test_primitive_boxes_are_tight(arc: Arc) -> None:
     x0, y0, x1, y1 = primitives(arc).boxes[0]
     points = sampled(arc)
     sagitta = arc.length**2 / (8 * arc.radius * 400**2) + 1e-12
@@ -82,7 +82,7 @@ def test_boxes_hold_the_arc_and_no_more(arc: Arc) -> None:
 
 
 @given(arcs(), st.floats(0, 1), st.floats(0, 1))
-def test_trimming_keeps_to_the_arc(arc: Arc, a: float, b: float) -> None:
+def test_trimmed_primitive_stays_on_arc(arc: Arc, a: float, b: float) -> None:
     first, last = min(a, b), max(a, b)
     part = primitives(arc).trimmed(np.array([first]), np.array([last]))
     assert part.start[0] == approx(
@@ -91,7 +91,7 @@ def test_trimming_keeps_to_the_arc(arc: Arc, a: float, b: float) -> None:
     assert part.sweep[0] == approx((last - first) * arc.sweep, rel=1e-6)
 
 
-def test_pruning_finds_every_near_pair() -> None:
+def test_nearest_pairs_finds_all_near_pairs() -> None:
     rng = np.random.default_rng(7)
     points = rng.uniform(0, 1, (600, 2))
     rows = [(*p, *(p + rng.uniform(-0.02, 0.02, 2)), 0.0, 0.0, 0.0, 0.0, 0.0) for p in points]
@@ -104,7 +104,7 @@ def test_pruning_finds_every_near_pair() -> None:
     assert all(a < b for a, b in found)
 
 
-def test_an_empty_set_has_no_pairs() -> None:
+def test_empty_set_has_no_pairs() -> None:
     empty = from_rows([])
     assert len(empty) == 0
     assert nearest_pairs(empty.boxes, np.empty(0)).shape == (0, 2)

@@ -34,7 +34,7 @@ def in_shape(name):
 
 
 @pytest.mark.slow
-def test_a_new_outline_is_laid_out_estimated_and_checked(dodecagon):
+def test_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     layout = in_shape(dodecagon)
     assert not layout.shortfalls and all(coil.is_closed_circuit for coil in layout.coils)
     found = {name: estimated(in_shape(name)).coils[0].winding_inductance for name in ("octagon", dodecagon, "circle")}
@@ -43,7 +43,7 @@ def test_a_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     assert found[dodecagon] == approx(found["octagon"], rel=0.05)
 
 
-def test_a_new_outline_is_drawn_where_its_boundary_says(dodecagon):
+def test_new_outline_is_drawn_at_its_boundary(dodecagon):
     layout = in_shape(dodecagon)
     width = layout.spec.coil.trace_width
     for coil in layout.coils:
@@ -54,7 +54,7 @@ def test_a_new_outline_is_drawn_where_its_boundary_says(dodecagon):
             assert min(edge.distance(s.start) for s in inside) == approx(width / 2, rel=1e-6)
 
 
-def test_features_of_outlines():
+def test_outline_features_match_shapes():
     assert (SHAPES["circle"].ends, SHAPES["rectangle"].ends, SHAPES["racetrack"].ends) == (None, 4, 2)
     assert SHAPES["racetrack"].is_long and not SHAPES["hexagon"].is_long
     assert SHAPES["hexagon"].area == approx(math.sqrt(3) / 2, rel=1e-6)
@@ -72,7 +72,7 @@ class Ellipse(Racetrack):
 @pytest.mark.parametrize(
     ("name", "row"), [("circle", Ring("ring", "annular")), ("racetrack", Ellipse("ellipse", "elliptic", is_long=True))]
 )
-def test_a_coil_of_a_shape_without_error_bounds_is_refused_by_name(name, row, monkeypatch):
+def test_coil_shape_without_error_bounds_is_refused_by_name(name, row, monkeypatch):
     monkeypatch.setitem(SHAPES, name, row)
     coil = {**COIL, "shape": name, "outer_diameter": [9, 6] if row.is_long else 8, "turns": 6}
     with pytest.raises(sitscad.SpecError) as refused:
@@ -82,7 +82,7 @@ def test_a_coil_of_a_shape_without_error_bounds_is_refused_by_name(name, row, mo
 
 
 @pytest.mark.parametrize("key", ["target", "elastomer", "mount.finger"])
-def test_a_plate_of_a_shape_without_a_form_is_refused_by_name(key, monkeypatch):
+def test_plate_shape_without_form_is_refused_by_name(key, monkeypatch):
     monkeypatch.setitem(PLATES, "circle", Ring("ring", "annular"))
     plates = {"target": {"size": 8, "shape": "square"}, "elastomer": {"thickness": 1, "size": 8, "shape": "square"},
               "mount": {"kind": "fingertip", "finger": {"shape": "rectangle"}}}
@@ -93,13 +93,13 @@ def test_a_plate_of_a_shape_without_a_form_is_refused_by_name(key, monkeypatch):
     assert any("ring" in f.message for f in refused.value.findings)
 
 
-def test_a_shape_that_declares_nothing_is_refused_where_it_is_asked_for():
+def test_empty_shape_is_refused_at_use():
     """A program that exchanges the row of a loaded spec meets the same refusal."""
     for ask in (lambda: Ring("ring", "annular").is_disc, lambda: Ring("ring", "annular").fitted):
         with pytest.raises(ValueError, match="'ring'"):
             ask()
 
 
-def test_every_shape_of_a_spec_declares_what_its_use_needs():
+def test_spec_shapes_declare_needed_features():
     assert all(row.fitted == (name,) for name, row in SHAPES.items())
     assert {name: row.is_disc for name, row in PLATES.items()} == {"circle": True, "square": False, "rectangle": False}

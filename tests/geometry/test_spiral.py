@@ -22,7 +22,7 @@ MM = 1e-3
     st.floats(-7.0, 7.0),
     st.sampled_from([1, -1]),
 )
-def test_a_circle_follows_the_archimedean_spiral(diameter, pitch, turns, start, sense):
+def test_circle_winding_is_archimedean_spiral(diameter, pitch, turns, start, sense):
     turns = min(turns, (diameter - pitch) / 2 / pitch * 0.95)
     size = SpiralDimensions((diameter * MM, diameter * MM), pitch * MM / 2, pitch * MM, turns)
     path = SHAPES["circle"].wind(size, start, sense)
@@ -38,7 +38,7 @@ def test_a_circle_follows_the_archimedean_spiral(diameter, pitch, turns, start, 
     assert all(isinstance(segment, Arc) and (segment.sweep > 0) == (sense > 0) for segment in path)
 
 
-def test_the_square_of_the_contract_corner_by_corner():
+def test_square_winding_matches_specified_corners():
     """D = 3 mm, w = s = 0.1 mm: h = 1.45 mm, p = 0.2 mm; one flat faces +x, so the first side begins at -45 degrees."""
     path = SHAPES["square"].wind(SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.5), 0.0)
     corners = [path.start, *(segment.end for segment in path)]
@@ -49,7 +49,7 @@ def test_the_square_of_the_contract_corner_by_corner():
 
 @pytest.mark.parametrize(("shape", "corners"), [("square", 4), ("hexagon", 6), ("octagon", 8)])
 @pytest.mark.parametrize("sense", [1, -1])
-def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
+def test_polygon_sides_lie_on_flats(shape, corners, sense):
     diameter, width, pitch, turns = 5 * MM, 0.1 * MM, 0.2 * MM, 4
     path = SHAPES[shape].wind(SpiralDimensions((diameter, diameter), width, pitch, turns), 0.3, sense)
     assert len(path.segments) == corners * turns
@@ -71,7 +71,7 @@ def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
     st.integers(1, 48),
     st.floats(0.4, 5.0),
 )
-def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside):
+def test_polygon_winds_in_one_sense(shape, width, spread, sides, inside):
     """The step at the end of a whole turn once took more than the last side was long: a small octagon turned back."""
     name, corners = shape
     turns, pitch = max(0.5, sides / corners), width * spread
@@ -84,7 +84,7 @@ def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside)
     assert round(turns * corners) - len(path.segments) in ((0, 1) if (turns * corners) % corners == 0 else (0,))
 
 
-def test_a_rectangle_is_longer_one_way():
+def test_rectangle_winding_keeps_its_excess_length():
     path = SHAPES["rectangle"].wind(SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
     assert path.start.distance(Point(2.95 * MM, -1.45 * MM)) < 1e-12
     assert path.segments[1].length == approx(5.9 * MM, rel=1e-6)
@@ -97,7 +97,7 @@ def test_mirrored_layers_are_mirror_images():
         assert a.start.distance(Point(b.start.x, -b.start.y)) < 1e-15
 
 
-def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_winding():
+def test_corner_angle_is_last_corner_in_winding_direction():
     assert SHAPES["circle"].start(0.3, 1) == 0.3
     assert SHAPES["square"].start(0.0, 1) == approx(-math.pi / 4, rel=1e-6)
     assert SHAPES["square"].start(0.0, -1) == approx(math.pi / 4, rel=1e-6)
@@ -105,7 +105,7 @@ def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_windin
     assert SHAPES["hexagon"].start(0.0, 1) == approx(-math.pi / 6, rel=1e-6)
 
 
-def test_rounded_corners_keep_the_ends():
+def test_rounded_corners_keep_winding_ends():
     path = SHAPES["square"].wind(SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 3.0), 0.0)
     soft = rounded_corners(path, 0.3 * MM, 4, 0.2 * MM)
     assert soft.start == path.start and soft.end == path.end and soft.length < path.length
@@ -113,7 +113,7 @@ def test_rounded_corners_keep_the_ends():
 
 
 @pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon"])
-def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
+def test_outer_boundary_surrounds_coil_at_offset(shape):
     ring = SHAPES[shape].boundary((4 * MM, 4 * MM), 0.2 * MM)
     assert ring.is_closed
     distances = [math.hypot(*segment.at(0.5)) for segment in ring]
@@ -126,7 +126,7 @@ def racetrack(turns, angle, sense):
     return SHAPES["racetrack"].wind(size, angle, sense)
 
 
-def test_the_racetrack_of_the_contract():
+def test_racetrack_winding_matches_specification():
     """D = [9, 5] mm: straights from x = 2 to -2 mm, R = 2.45 mm, the +x end p/2 across with p/2 less radius."""
     path = racetrack(1.5, SHAPES["racetrack"].start(0.0, 1), 1)
     assert path.start.distance(Point(2 * MM, 2.45 * MM)) < 1e-12
@@ -140,7 +140,7 @@ def test_the_racetrack_of_the_contract():
 @pytest.mark.parametrize("quadrant", range(4))
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("turns", [0.5, 2.0, 4.5])
-def test_a_racetrack_is_smooth_and_spaced_from_every_junction(quadrant, sense, turns):
+def test_racetrack_is_smooth_and_evenly_spaced(quadrant, sense, turns):
     path = racetrack(turns, math.pi / 4 + quadrant * math.pi / 2, sense)
     assert len(path.segments) == round(4 * turns)
     corner = Point((2 if quadrant in (0, 3) else -2) * MM, (2.45 if quadrant < 2 else -2.45) * MM)
@@ -155,14 +155,14 @@ def test_a_racetrack_is_smooth_and_spaced_from_every_junction(quadrant, sense, t
     assert all((s.sweep > 0) == (sense > 0) for s in path if isinstance(s, Arc))
 
 
-def test_the_layers_of_a_racetrack_meet_inside():
+def test_racetrack_layers_meet_inside():
     for turns in (1.0, 2.5):
         angle = SHAPES["racetrack"].start(0.0, 1)
         inner, other = racetrack(turns, angle, 1), racetrack(turns, angle + 4 * math.pi * turns, -1)
         assert inner.end.distance(other.end) < 0.11 * MM
 
 
-def test_the_boundary_of_a_racetrack_surrounds_it():
+def test_racetrack_boundary_surrounds_winding():
     ring = SHAPES["racetrack"].boundary((9 * MM, 5 * MM), 0.2 * MM)
     assert ring.is_closed
     for segment in ring:

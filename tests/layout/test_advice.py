@@ -39,7 +39,7 @@ def value(finding, key):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize(("layers", "turns"), [(2, 11.75), (4, 11.0), (6, 10.25)])
-def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
+def test_inner_via_without_room_suggests_sufficient_diameter(sensor, layers, turns):
     spec = sensor(layers=layers, turns=turns, stackup="flex-4l" if layers <= 4 else "flex-6l")
     (finding,) = advised(spec)
     more = 1e-3 * value(finding, "coil.outer_diameter") - spec.coil.size[0]
@@ -49,7 +49,7 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
+def test_leads_without_room_suggest_sufficient_pitch(sensor):
     spec = sensor(pitch=4.09e-3, coils=3)
     (finding,) = advised(spec)
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
@@ -58,7 +58,7 @@ def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
 
 
 @pytest.mark.slow
-def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
+def test_explicit_centres_scaled_by_suggested_factor_have_room(sensor):
     spec = sensor(centres=[(-2.05e-3, 0.0), (2.05e-3, 0.0), (6.15e-3, 0.0)], coils=3)
     spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
     (finding,) = advised(spec)
@@ -69,7 +69,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
 
 
 @pytest.mark.slow
-def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
+def test_close_contacts_suggest_connector_with_room(sensor):
     spec = sensor(
         coils=4, rules="osh-park-flex", width=160e-6, spacing=100e-6, turns=3.75, layers=2, stackup="flex-2l-18um"
     )
@@ -84,7 +84,7 @@ def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     )
 
 
-def test_a_long_search_finds_the_least_amount_between_what_failed_and_what_works():
+def test_long_search_finds_least_sufficient_amount():
     asked = []
 
     def trial(fix):
@@ -102,7 +102,7 @@ def test_a_long_search_finds_the_least_amount_between_what_failed_and_what_works
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(sensor):
+def test_grid_lacking_little_pitch_suggests_least_pitch(sensor):
     """Four coils in a grid that are led out 0.1 mm farther apart: what was tried first is six times that."""
     text = (
         "sitscad: 1\nname: grid\narray: {pattern: grid, count: [2, 2], pitch: 7.3}\nfpc: {tail: {length: 30}}\n"
@@ -123,7 +123,7 @@ fpc: {body: {shape: rounded, size: 14, corner_radius: 2}, tail: {length: 50, con
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_inside_a_body_the_ends_of_the_layers_are_turned_before_it_is_made_larger():
+def test_given_body_suggests_start_angle_before_larger_body():
     """Another start angle lets the leads out; the search named a larger body alone, which the largest outline bars."""
     (finding,) = advised(load_text(GRID_IN_A_BODY, "tip.yaml"))
     assert [fix.edits[0].key for fix in finding.fixes] == ["coil.start_angle", "fpc.body.size"]
@@ -134,7 +134,7 @@ def test_inside_a_body_the_ends_of_the_layers_are_turned_before_it_is_made_large
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["inner room", "between coils", "in a body"])
-def test_a_search_for_hints_leaves_the_finding_and_its_place(kind, sensor):
+def test_hint_search_keeps_finding_and_place(kind, sensor):
     """Line and message of a lack of room were others with hints: annotations moved, baselines did not match."""
     spec = {
         "inner room": lambda: sensor(layers=2, turns=11.75),
@@ -145,32 +145,32 @@ def test_a_search_for_hints_leaves_the_finding_and_its_place(kind, sensor):
     assert found == plain and plain
 
 
-def test_start_angles_of_polygons_are_their_corners(sensor):
+def test_polygon_start_angles_are_corner_angles(sensor):
     tried = [fix.spec.coil.start_angle for fix in room.other_start_angles(sensor(shape="hexagon"))]
     assert tried == approx([k * math.pi / 3 for k in range(1, 6)], rel=1e-6)
 
 
 @pytest.mark.slow
-def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(sensor):
+def test_pair_with_coil_end_at_corner_leaves_beside_corner(sensor):
     """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
     spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
                   stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)
     assert lay_out(spec).shortfalls == ()
 
 
-def test_a_search_that_may_try_nothing_tells_no_way(sensor):
-    found = _attempt(sensor(), SearchLimit(0))
+def test_exhausted_search_limit_reports_missing_lead_room(sensor):
+    found = _attempt(sensor().artwork, SearchLimit(0))
     assert found.routing is None and [lack.what for lack in found.shortfalls] == [Missing.LEAD_ROOM]
 
 
-def test_a_layout_tries_no_other_board(sensor, monkeypatch):
+def test_layout_with_shortfall_attempts_one_board(sensor, monkeypatch):
     """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
     tried = []
     monkeypatch.setattr("sitscad.layout._attempt", lambda *given: tried.append(given) or _attempt(*given))
     assert lay_out(sensor(pitch=4.09e-3, coils=3)).shortfalls and len(tried) == 1
 
 
-def test_an_exit_that_no_lead_can_take_is_one_trial():
+def test_blocked_exit_counts_as_one_trial():
     """All ways of a coil to each of its exits were tried, though none of them passed the track of the other coil."""
     searches = SearchLimit()
     text = (
@@ -179,7 +179,7 @@ def test_an_exit_that_no_lead_can_take_is_one_trial():
         " trace_spacing: 76 um, start_angle: 45 deg}\n"
         "fpc: {rules: huayue, tail: {length: 30, connector: zif-0.3mm, layers: 1}}"
     )
-    assert _attempt(load_text(text), searches).routing is None
+    assert _attempt(load_text(text).artwork, searches).routing is None
     assert searches.left > BUDGET - 100
 
 
@@ -194,18 +194,18 @@ fpc: {rules: shipco, tail: {length: 60, connector: zif-0.5mm, layers: 2, bend: n
 
 
 @pytest.mark.slow
-def test_what_is_closed_of_a_ring_road_spares_trials_and_changes_no_way(monkeypatch):
+def test_closed_ring_pieces_save_trials_and_keep_escapes(monkeypatch):
     """Leads were tried round the whole coil though the track of another one lay across their road."""
     spec = load_text(CLOSED, "closed.yaml")
     proved, tried = SearchLimit(), SearchLimit()
-    found = _attempt(spec, proved)
+    found = _attempt(spec.artwork, proved)
     monkeypatch.setattr(_BranchSearch, "_runs_into", lambda *_: False)
-    other = _attempt(spec, tried)
+    other = _attempt(spec.artwork, tried)
     assert found.routing is not None and found.routing.escapes == other.routing.escapes
     assert BUDGET - proved.left < 0.75 * (BUDGET - tried.left)
 
 
-def test_tracks_that_are_asked_for_at_once_are_admitted_as_one_by_one(sensor):
+def test_admission_of_many_tracks_equals_single_admissions(sensor):
     rules, pick = sensor().fpc.rules, random.Random(7)
 
     def track(layer=1):
@@ -231,7 +231,7 @@ fpc: {stackup: flex-4l, rules: generic-fine, body: {shape: circle, size: 10}, ta
 """
 
 
-def test_a_coil_without_a_way_inside_a_body_is_named_and_coils_apart_are_tried_before_a_larger_body():
+def test_stuck_coil_in_given_body_is_named_and_pitch_suggested_before_body():
     """The hint named a body larger than the user's own; the coils 0.1 mm farther apart were enough and not tried."""
     design = Design(load_text(CROWDED))
     (lack,) = design.layout.shortfalls
@@ -243,7 +243,7 @@ def test_a_coil_without_a_way_inside_a_body_is_named_and_coils_apart_are_tried_b
     assert not lay_out(first.spec).shortfalls
 
 
-def test_an_outline_in_which_not_everything_has_room_is_not_advised_as_the_body():
+def test_insufficient_outline_is_not_suggested_as_body():
     """The hint proposed an edit and said in the same sentence that it fails."""
     small = CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 9.4}")
     spec = load_text(small)

@@ -53,7 +53,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
     {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.8}, {"shape": "rectangle", "size": [12, 13]},
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
 ])
-def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body):
+def test_copper_in_given_outline_keeps_edge_distance(button, body):
     layout = sitscad.lay_out(rewritten_spec(button, [("fpc.body", body)]))
     assert not layout.shortfalls
     assert layout.outline.is_closed
@@ -63,7 +63,7 @@ def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body
 
 
 @pytest.mark.slow
-def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button):
+def test_round_outline_joins_tail_with_tangent_corners(button):
     layout = sitscad.lay_out(button)
     segments = layout.outline.segments
     fillets = [s for s in segments if isinstance(s, Arc) and not s.ccw]
@@ -79,7 +79,7 @@ def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button)
 
 
 @pytest.mark.slow
-def test_the_place_of_the_coils_does_not_matter(button):
+def test_shifted_coils_shift_whole_layout(button):
     """The body goes with the mean of the coils' centres."""
     there = [[x + 3e-3, y - 2e-3] for x, y in (place.centre for place in button.array.placements)]
     here = sitscad.lay_out(button).body
@@ -87,7 +87,7 @@ def test_the_place_of_the_coils_does_not_matter(button):
     assert list(moved) == approx([here[0] + 3e-3, here[1] - 2e-3, here[2] + 3e-3, here[3] - 2e-3], rel=1e-9)
 
 
-def test_the_ball_in_the_root_touches_circle_and_tail():
+def test_root_rounding_touches_circle_and_tail():
     """(R + r)^2 = x^2 + (h + r)^2 (Pythagoras)."""
     found = root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
     assert found.centre.x == approx(math.sqrt(7e-3**2 - 2.75e-3**2), rel=1e-12)
@@ -96,7 +96,7 @@ def test_the_ball_in_the_root_touches_circle_and_tail():
 
 
 @pytest.mark.slow
-def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
+def test_small_body_is_refused_with_shortfall_and_sufficient_body(bare):
     found = refusals(bare.replace("fpc.body.size", 11e-3), "full")
     radius = bare.array.pitch / math.sqrt(3) + bare.coil.size[0] / 2
     said = found["SIT135"]
@@ -107,7 +107,7 @@ def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all
 
 
 @pytest.mark.slow
-def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
+def test_largest_outline_limits_computed_body(bare):
     free = bare.replace("fpc.body", None)
     x, y = sitscad.lay_out(free).body_size
     roomy = {"shape": "rectangle", "size": [x + 2e-3, y + 2e-3]}
@@ -121,7 +121,7 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "is_told"), [(13, True), (40, False)])
-def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
+def test_plate_beyond_largest_outline_yields_note(button, side, is_told):
     """A pad for a room of 25 mm came with a plate of 33 mm, which no command said before it was built."""
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "rectangle", "size": [side, side]})])
     found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
@@ -131,7 +131,7 @@ def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("room", "is_told"), [(0.99, True), (1.01, False)])
-def test_plate_is_noted_if_its_corners_leave_a_round_outline(button, room, is_told):
+def test_plate_corners_beyond_round_outline_yield_note(button, room, is_told):
     """The sides of a circle's box were compared with those of the plate, whose corners reach farther."""
     x0, y0, x1, y1 = plate_plan(sitscad.lay_out(button), film_thickness(button.encapsulation))
     diagonal = 1e3 * math.hypot(x1 - x0 - 4e-3, y1 - y0 - 4e-3) + 4.0  # corners of 2 mm
@@ -142,7 +142,7 @@ def test_plate_is_noted_if_its_corners_leave_a_round_outline(button, room, is_to
 
 
 @pytest.mark.slow
-def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():
+def test_long_coil_beyond_largest_outline_suggests_narrower_coil_with_fewer_turns():
     """A strip 3 mm wide was told "smaller coils" and no size: narrower, its vias had no room inside."""
     spec = sitscad.load_text(STRIP)
     found = refusals(spec, "full")["SIT136"]
@@ -176,7 +176,7 @@ def dxf(tmp_path: Path, draw, version: str = "R2013") -> bytes:
 D_SHAPE = [(5, -6, 0), (5, 6, 0), (0, 6, 1), (0, -6, 0)]
 
 
-def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
+def test_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     found = outline(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
     assert enclosed_area(found) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
@@ -189,7 +189,7 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     assert enclosed_area(outline(dxf(tmp_path, pieces))) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
-def test_lines_and_arcs_shorter_than_ends_that_join_leave_an_outline_as_it_is(tmp_path):
+def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
     """Exports hold lines of no length and fillets of no radius: such a line has no direction."""
 
     def draw(space) -> None:
@@ -222,13 +222,13 @@ def test_lines_and_arcs_shorter_than_ends_that_join_leave_an_outline_as_it_is(tm
      "POLYLINE .* is a spline"),
     (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
-def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):
+def test_invalid_drawing_is_refused_with_wrong_entity(tmp_path, draw, said):
     with pytest.raises(UnfitError, match=said):
         outline(dxf(tmp_path, draw))
 
 
 @pytest.mark.parametrize("version", ["R12", "R2000", "R2004", "R2007", "R2018"])
-def test_a_drawing_of_any_version_is_read_in_its_own_encoding(tmp_path, version):
+def test_drawing_of_each_version_is_read_in_its_encoding(tmp_path, version):
     """Before R2007 a layer's name is in the code page that the header names, not in UTF-8."""
 
     def draw(space) -> None:
@@ -243,7 +243,7 @@ def test_a_drawing_of_any_version_is_read_in_its_own_encoding(tmp_path, version)
     assert enclosed_area(outline(content)) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
-def test_an_arc_of_a_whole_turn_is_a_circle_and_a_flat_drawing_may_lie_anywhere(tmp_path):
+def test_full_arc_is_circle_at_any_height(tmp_path):
     turned = outline(dxf(tmp_path, lambda space: space.add_arc((0, 0, 3), 6, 30, 390)))
     assert enclosed_area(turned) == approx(math.pi * 36e-6, rel=1e-9)
 
@@ -251,7 +251,7 @@ def test_an_arc_of_a_whole_turn_is_a_circle_and_a_flat_drawing_may_lie_anywhere(
 CORNERS = ((-13, -7), (13, -7), (13, 7), (-13, 7))
 
 
-def test_a_drawing_without_a_header_is_in_millimetres():
+def test_drawing_without_header_is_in_millimetres():
     """It was read as one in metres, and refused for coordinates that are no lengths."""
     lines = "".join(
         f"0\nLINE\n8\n0\n10\n{x}\n20\n{y}\n11\n{u}\n21\n{v}\n"
@@ -265,13 +265,13 @@ IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"
 
 
 @pytest.mark.parametrize("content", [b"", b"hello\0\xff", IN_PARSECS])
-def test_a_file_that_is_no_drawing_is_refused(content):
+def test_file_without_drawing_is_refused(content):
     with pytest.raises(UnfitError):
         outline(content)
 
 
 @pytest.mark.slow
-def test_a_spec_with_a_drawing_follows_it(tmp_path):
+def test_spec_with_drawing_has_drawn_body(tmp_path):
     corners = [(6, -6, 0), (6, 6, 0), (0, 6, 1), (0, -6, 0)]
     dxf(tmp_path, lambda space: space.add_lwpolyline(corners, format="xyb", close=True))
     text = BUTTON.read_text(encoding="utf-8").replace("{shape: circle, size: 12}", "{shape: dxf, file: body.dxf}")
@@ -287,7 +287,7 @@ def test_a_spec_with_a_drawing_follows_it(tmp_path):
 
 
 @pytest.mark.parametrize("way", [{"offset": 20}, {"offset": -3}, {"turn": "left"}, {"turn": "right", "turn_radius": 8}])
-def test_coils_beyond_a_small_body_stay_where_they_are_beside_a_turned_tail(way):
+def test_coils_beyond_small_body_keep_positions_beside_turned_tail(way):
     """The turn was to bend the spirals that stand in its way: an internal error."""
     coil = {"shape": "circle", "outer_diameter": 7, "turns": 8, "layers": 2, "trace_width": 0.15, "trace_spacing": 0.15}
     fpc = {"body": {"shape": "rectangle", "size": 9}, "tail": {"length": 40, **way}}
@@ -301,7 +301,7 @@ def test_coils_beyond_a_small_body_stay_where_they_are_beside_a_turned_tail(way)
 
 
 @pytest.mark.parametrize("turn", ["left", "right"])
-def test_a_turn_begins_beyond_the_rounded_root_of_a_tail_however_short_it_is(bare, turn):
+def test_turn_of_short_tail_begins_beyond_rounded_root(bare, turn):
     """Without leads, the tail was as long as a turn takes that begins at the body, in the middle of the root."""
     small = {"shape": "rectangle", "size": "9 mm"}
     layout = sitscad.lay_out(bare.replace({"fpc.body": small, "fpc.tail": {"length": "1 mm", "turn": turn}}))

@@ -68,7 +68,7 @@ def shares_of(layout):
 
 
 @pytest.mark.parametrize("name, turns", CASES)
-def test_leads_run_round_their_coil_no_farther_than_its_turns_ask(name, turns):
+def test_leads_keep_least_closing_arc(name, turns):
     layout = board(name, turns)
     assert layout.shortfalls == ()
     least = least_closing(layout.spec.coil)
@@ -77,7 +77,7 @@ def test_leads_run_round_their_coil_no_farther_than_its_turns_ask(name, turns):
 
 
 @pytest.mark.parametrize("name, turns", [case for case in CASES if case[0] != "hexagon"])
-def test_what_leads_add_follows_how_far_they_must_run_round(name, turns):
+def test_lead_share_is_bounded_by_closing_arc(name, turns):
     """A closing arc links the winding's flux like the outermost turn: at most 1.8 of the middle turn's share."""
     layout = board(name, turns)
     coil = layout.spec.coil
@@ -87,7 +87,7 @@ def test_what_leads_add_follows_how_far_they_must_run_round(name, turns):
 
 @pytest.mark.parametrize("array", ["", "pattern: line, count: 2, pitch: 11.5"])
 @pytest.mark.parametrize("layers, turns", [(1, 10), (2, 10), (2, 10.25), (3, 8), (4, 6.25)])
-def test_a_square_turned_by_its_start_angle_keeps_its_inductance(layers, turns, array):
+def test_square_with_other_start_angle_keeps_inductance(layers, turns, array):
     """Once a lead ran half a turn on or back as the start angle had it: 8.8 % of the inductance at the contacts."""
     coil = f"shape: square, outer_diameter: 10, turns: {turns}, layers: {layers}, start_angle: {{}} deg"
     shares = [share for angle in (0, 90, 180, 270) for share in shares_of(laid_out(coil.format(angle), array))]
@@ -96,14 +96,14 @@ def test_a_square_turned_by_its_start_angle_keeps_its_inductance(layers, turns, 
 
 @pytest.mark.parametrize("layers, turns, least", [(2, 8.0, 0.0), (2, 8.1, -0.2), (2, 8.4, 0.2), (2, 8.25, 0.5),
                                                   (4, 7.75, 0.0), (3, 8.3, 0.0), (1, 8.6, 0.0)])
-def test_what_cannot_be_spared_is_what_all_turns_lack_of_a_whole_number(layers, turns, least):
+def test_least_closing_arc_completes_whole_turns(layers, turns, least):
     from .conftest import sensor
 
     coil = sensor(turns=turns, layers=layers).coil
     assert least_closing(coil) == approx(least, abs=1e-9)
 
 
-def test_an_arc_that_runs_on_is_cheaper_than_one_that_runs_back():
+def test_forward_closing_arc_costs_less_than_backward_arc():
     from .conftest import sensor
 
     for clockwise in (False, True):
@@ -113,7 +113,7 @@ def test_an_arc_that_runs_on_is_cheaper_than_one_that_runs_back():
 
 
 @pytest.mark.slow
-def test_the_turns_of_a_circle_move_the_contacts_as_they_move_the_winding():
+def test_lead_share_jumps_only_at_whole_turns():
     """Swept in fine steps, what leads add jumps once a whole turn of all layers, where they change from running back to
     running on; it jumped by as much wherever a coil's end passed the tail, and for coils side by side elsewhere.
     """
@@ -126,7 +126,7 @@ def test_the_turns_of_a_circle_move_the_contacts_as_they_move_the_winding():
 
 
 @pytest.mark.parametrize("case", [("one layer", 8.6), ("two circles", 8.3), ("squares", 8.25), ("racetracks", 6)])
-def test_the_winding_is_sampled_finely_enough_for_its_leads(case, monkeypatch):
+def test_winding_sampling_is_fine_enough_for_leads(case, monkeypatch):
     """Chords 50 um off the outermost turn, with a lead 100 um beside it, were 6e-4 of the winding wrong."""
     layout = board(*case)
     found = shares_of(layout)

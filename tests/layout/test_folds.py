@@ -9,7 +9,7 @@ from sitscad.checks.board.drawn_form import acute_angle, sliver
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.copper import conductor_notches, copper_of
+from sitscad.layout.gaps import conductor_notches, copper_of
 from sitscad.layout.lanes import Ring
 from sitscad.layout.routing.branches import fold_chord
 from sitscad.spec.coil import CoilPlacement
@@ -53,7 +53,7 @@ fpc: {{rules: generic-flex, tail: {{length: 15, {TAIL}: 2}}}}
 
 
 @pytest.mark.parametrize("name", FOLDED)
-def test_lead_beside_corner_of_ring_leaves_no_narrow_notch(name):
+def test_lead_beside_ring_corner_leaves_no_narrow_notch(name):
     spec = load_text(HEAD + FOLDED[name], "folded.yaml")
     layout = lay_out(spec)
     asked = min(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
@@ -90,7 +90,7 @@ def test_lead_that_turns_back_leaves_its_ring_at_a_right_angle(name):
 
 @pytest.mark.parametrize("opening", [20, 45, 80])
 @pytest.mark.parametrize("short", [10 * UM, 90 * UM])
-def test_chord_of_fold_parts_both_lines_by_what_is_asked(opening, short):
+def test_fold_chord_keeps_required_distance_between_lines(opening, short):
     """Both lines meet at `opening` degrees; one of them begins `short` before or after that corner."""
     there = polar(1e-3, math.radians(opening))
     for begin in (polar(short, math.radians(opening)), polar(short, math.radians(opening) + math.pi)):
@@ -103,7 +103,7 @@ def test_chord_of_fold_parts_both_lines_by_what_is_asked(opening, short):
         assert nearest >= 152 * UM - 1e-12
 
 
-def test_lines_that_lie_apart_or_are_too_short_get_no_chord():
+def test_distant_or_short_lines_get_no_fold_chord():
     one = Line(Point(1e-3, 0.0), Point(0.2e-3, 0.0))
     assert fold_chord(one, Line(Point(0.2e-3, 0.2e-3), Point(1e-3, 0.4e-3)), 152 * UM) is None
     assert fold_chord(one, Line(Point(0.2e-3, 0.02e-3), Point(0.25e-3, 0.05e-3)), 152 * UM) is None
@@ -111,7 +111,7 @@ def test_lines_that_lie_apart_or_are_too_short_get_no_chord():
 
 
 @pytest.mark.parametrize("shape", ["circle", "hexagon"])
-def test_line_outside_ring_is_told_from_line_across_it(sensor, shape):
+def test_line_outside_ring_is_distinguished_from_crossing_line(sensor, shape):
     ring = Ring(sensor(shape=shape).coil, CoilPlacement("C1", (1e-3, 2e-3), 0.3), 0.2e-3)
     away = [polar(5e-3, 0.9 + step, ring.centre) for step in (-0.05, 0.05)]
     assert ring.is_outside(Line(*away)) and ring.is_outside(Line(ring.at(0.9), polar(5e-3, 0.9, ring.centre)))

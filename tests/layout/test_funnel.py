@@ -13,7 +13,7 @@ from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout import lay_out
-from sitscad.layout.tail_tracks import descents
+from sitscad.layout.tail.tracks import descents
 from sitscad.spec.load import load_text
 
 from .test_layout import assert_sound
@@ -41,7 +41,7 @@ def gap(one, other):
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_tracks_in_the_funnel_keep_their_pitch(seed):
+def test_funnel_tracks_keep_pitch(seed):
     """Any heights, any lanes, in one order: as near as they come in and no nearer, whichever way each one goes."""
     pick, pitch = random.Random(seed), 1.0
     tracks = pick.choice([2, 3, 5])
@@ -56,13 +56,13 @@ def test_tracks_in_the_funnel_keep_their_pitch(seed):
     assert min(gap(one, other) for one, other in pairwise(necks)) > 0.985 * pitch  # what sampling may miss
 
 
-def test_a_track_with_room_ahead_bends_at_once():
+def test_funnel_track_with_room_bends_at_start():
     far, near = descents(3.0, [Point(3.0, 5.0), Point(3.0, 0.0)], [2.0, 0.5], 0.2)
     assert far.bend == 3.0 and far.foot == Point(6.0, 2.0)
     assert near.bend == 3.0 and near.parts and not far.parts
 
 
-def test_the_follower_waits_for_as_much_as_its_distance_lacks():
+def test_following_track_bends_later_by_missing_distance():
     ahead, behind = descents(0.0, [Point(0.0, 4.0), Point(0.0, 4.2)], [0.0, 0.5], 0.2)
     assert ahead.bend == 0.0 and behind.bend == approx((math.sqrt(2.0) - 1.0) * 0.2, rel=1e-6)
 
@@ -71,7 +71,7 @@ SQUARE = "{shape: square, outer_diameter: 8 mm, turns: 2, layers: 2, trace_width
 
 
 @pytest.mark.parametrize("tail", ["", ", tail: {length: 15, connector: solder-pads}", ", tail: {connector: zif-0.5mm}"])
-def test_a_pair_that_leaves_forwards_near_another_lane(tail):
+def test_forward_pair_near_other_lane_keeps_rules(tail):
     """The near coil's pair starts out beside the far coil's lane, and both run to the other side."""
     spec = spec_of(SQUARE, "{pattern: line, count: 2, pitch: 12 mm}", f"{{rules: generic-flex{tail}}}")
     assert_accepted_by_its_own_check(spec)
@@ -91,7 +91,7 @@ def test_a_pair_that_leaves_forwards_near_another_lane(tail):
     ],
     ids=["wide racetracks", "wide tracks side by side", "pairs side by side off the middle", "wide octagons"],
 )
-def test_few_wide_turns_in_line(coil, count, pitch, fpc):
+def test_coils_of_few_wide_turns_in_line_are_routed(coil, count, pitch, fpc):
     """Boards that were refused, or drawn with necks wider than their lanes."""
     layout = assert_accepted_by_its_own_check(
         spec_of(coil, f"{{pattern: line, count: {count}, pitch: {pitch}}}", f"{{{fpc}}}")
@@ -99,7 +99,7 @@ def test_few_wide_turns_in_line(coil, count, pitch, fpc):
     assert sum(bool(pad.net) for pad in layout.pads) == 2 * count
 
 
-def test_what_comes_too_near_at_the_contacts_is_not_drawn():
+def test_tracks_too_close_at_contacts_are_left_out():
     """Tracks of six mils, six mils apart, do not fit on contacts 0.3 mm apart."""
     coil = "{shape: circle, outer_diameter: 7, turns: 6.5, layers: 2, trace_width: 0.16, trace_spacing: 0.16}"
     fpc = "{rules: osh-park-flex, tail: {length: 30, connector: zif-0.3mm}}"

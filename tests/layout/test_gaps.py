@@ -9,7 +9,7 @@ from tolerance import approx
 import sitscad
 from sitscad.files.documents import order_notes
 from sitscad.files.formats import gerber as board
-from sitscad.layout.copper import smallest_gaps
+from sitscad.layout.gaps import smallest_gaps
 from sitscad.layout.lanes import lead_spacings
 from sitscad.spec import templates
 
@@ -27,14 +27,14 @@ def laid(name):
 
 
 @pytest.mark.parametrize("name", WITH_ROOM)
-def test_leads_with_room_keep_the_spacing_of_the_turns(name):
+def test_leads_with_room_keep_turn_spacing(name):
     layout = laid(name)
     gaps = smallest_gaps(layout)
     assert set(gaps) == set(layout.spec.coil.layers)
     assert all(near.gap > layout.spec.coil.trace_spacing - 1 * UM for near in gaps.values())
 
 
-def test_leads_without_room_go_down_to_the_fabricators_spacing():
+def test_leads_without_room_use_minimum_spacing():
     layout = laid("jaw_5x20")
     gaps = [near.gap for near in smallest_gaps(layout).values()]
     assert not layout.shortfalls
@@ -42,7 +42,7 @@ def test_leads_without_room_go_down_to_the_fabricators_spacing():
 
 
 @pytest.mark.parametrize("name, share", [("round_button_12mm", 0.5), ("three_axis_pad", 0.5), ("fingertip_cell", 0.25)])
-def test_leads_with_some_room_take_a_step_between_both_spacings(name, share):
+def test_leads_with_little_room_use_intermediate_spacing(name, share):
     layout = laid(name)
     wanted, least = layout.spec.coil.trace_spacing, layout.spec.fpc.rules.trace_spacing
     assert least + share * (wanted - least) in [approx(step, abs=1e-12) for step in lead_spacings(wanted, least)]
@@ -51,7 +51,7 @@ def test_leads_with_some_room_take_a_step_between_both_spacings(name, share):
 
 
 @pytest.mark.parametrize("name", [*CRAMPED, "grasper_4layer"])
-def test_order_notes_and_job_file_state_the_smallest_gap_of_each_layer(name):
+def test_order_notes_and_job_file_state_smallest_gap_per_layer(name):
     layout = laid(name)
     gaps = smallest_gaps(layout)
     text = " ".join(order_notes.readme(layout).split())

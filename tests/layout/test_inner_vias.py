@@ -31,14 +31,14 @@ def joins_of(monkeypatch, text):
     return len(looked), not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
 
 
-def test_places_beyond_the_nearest_are_thinned_out_before_they_are_worked_out(monkeypatch):
+def test_far_via_places_are_thinned_before_computation(monkeypatch):
     """Every join was worked out at all 726 places, and then a sixth of them compared."""
     looked, placed = joins_of(monkeypatch, RACETRACK)
     assert placed
     assert looked <= 3 * windings.MOST
 
 
-def test_holes_that_find_no_room_are_known_before_their_stubs():
+def test_holes_without_room_are_found_before_stubs():
     far = [0b10, 0b01]
     assert windings.one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
     assert windings.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
@@ -56,7 +56,7 @@ fpc: {rules: huayue}
 
 
 @pytest.mark.slow
-def test_the_places_in_a_long_stack_take_little_memory():
+def test_via_places_of_many_layers_take_little_memory():
     """All places were compared with all points of all layers at once: 180 MB."""
     windings._inner_joins.cache_clear()
     tracemalloc.start()
@@ -66,7 +66,7 @@ def test_the_places_in_a_long_stack_take_little_memory():
     assert most < 30e6
 
 
-def test_layers_that_lie_alike_share_the_ways_to_their_vias(monkeypatch):
+def test_equal_layers_share_stub_paths(monkeypatch):
     """Stubs of all eight layers were looked for, of which four lie as others do."""
     tried, admits = [], windings._StubRoom.admits
 

@@ -92,11 +92,11 @@ def clashes(layout, spacing):
     return found
 
 
-def test_the_copper_is_sound(layout):
+def test_copper_of_designs_keeps_all_rules(layout):
     assert_sound(layout)
 
 
-def test_every_coil_reaches_two_contacts_of_its_own(layout):
+def test_each_coil_reaches_two_own_contacts(layout):
     assert len(layout.pads) == 2 * len(layout.coils)
     assert [pad.number for pad in layout.pads] == list(range(1, len(layout.pads) + 1))
     heights = [pad.centre.y for pad in layout.pads]
@@ -108,7 +108,7 @@ def test_every_coil_reaches_two_contacts_of_its_own(layout):
         assert coil.series[-1].path.end.distance(pins[f"{coil.name}.B"]) < 1e-9
 
 
-def test_the_current_circulates_one_way_through_all_layers(layout):
+def test_current_circulates_in_one_sense_on_all_layers(layout):
     sense = -1 if layout.spec.coil.clockwise else 1
     for coil in layout.coils:
         for winding in coil.windings:
@@ -124,7 +124,7 @@ def test_the_current_circulates_one_way_through_all_layers(layout):
             assert swept == approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
 
 
-def test_all_copper_keeps_away_from_the_edge(layout):
+def test_copper_keeps_edge_distance(layout):
     shapely = pytest.importorskip("shapely", reason="shapely measures to the outline; it comes with sitscad[all]")
     board = shapely.Polygon(layout.outline.flattened(0.2e-6))
     edge = layout.spec.fpc.rules.copper_to_edge
@@ -136,7 +136,7 @@ def test_all_copper_keeps_away_from_the_edge(layout):
         assert board.exterior.distance(shapely.Point(via.centre)) > via.pad / 2 + edge - 1e-6
 
 
-def test_pairs_lie_above_each_other_where_the_tail_has_two_layers(sensor):
+def test_pairs_are_stacked_in_tail_of_two_layers(sensor):
     layout = lay_out(sensor())
     for coil in layout.coils:
         leads = [piece for piece in coil.series if isinstance(piece, Trace) and piece.role is Role.TAIL]
@@ -145,7 +145,7 @@ def test_pairs_lie_above_each_other_where_the_tail_has_two_layers(sensor):
         assert longest[1] == approx(longest[2], abs=5e-3)
 
 
-def test_layers_are_joined_where_the_angle_says(sensor):
+def test_layers_join_at_start_angle(sensor):
     """4 x 7.75 turns: inner vias near 270 and 90 degrees, as the windings' ends stand there."""
     layout = lay_out(sensor(coils=1))
     centre = layout.coils[0].centre
@@ -155,7 +155,7 @@ def test_layers_are_joined_where_the_angle_says(sensor):
 
 
 @pytest.mark.parametrize("extra", [0.0, 2e-6])
-def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
+def test_missing_room_for_inner_via_is_named(sensor, extra):
     layout = lay_out(sensor(diameter=2.6e-3, turns=7.0, layers=2, pitch=3.2e-3, stackup="flex-2l-18um"))
     (lack,) = layout.shortfalls
     assert lack.what is Missing.INNER_ROOM and lack.missing == lack.need - lack.have > 0.0
@@ -165,7 +165,7 @@ def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
     assert Missing.INNER_ROOM not in {lack.what for lack in mended.shortfalls}
 
 
-def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
+def test_odd_layer_count_needs_free_layer(sensor):
     spec = sensor(layers=1, coils=1, turns=5, stackup="flex-2l-18um")
     coverlay = StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")
     one = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
@@ -176,7 +176,7 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
+def test_close_coils_are_refused_with_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
     layout = lay_out(spec)
     assert [lack.what for lack in layout.shortfalls] == [Missing.LEAD_ROOM]
@@ -186,7 +186,7 @@ def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_random_designs_are_sound_or_say_why_not():
+def test_random_designs_keep_rules_or_have_shortfalls():
     from .conftest import sensor
 
     source = random.Random(20261120)
@@ -221,19 +221,19 @@ def test_random_designs_are_sound_or_say_why_not():
     assert routed >= 20
 
 
-def test_names_and_points_are_what_they_say(sensor):
+def test_layout_names_and_points_match_properties(sensor):
     layout = lay_out(sensor())
     assert layout.nets == ("C1", "C2") and layout.coils[0].centre == Point(-2.25e-3, 0.0)
     assert layout.body_size[1] == approx(4.72e-3, abs=1e-6)
 
 
-def test_an_array_in_rows_needs_two_layers_in_the_tail(sensor):
+def test_array_in_rows_needs_two_tail_layers(sensor):
     layout = lay_out(sensor(centres=positions.triangle(5e-3), tail_layers=1))
     assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_LAYERS]
     assert layout.pads == () and len(layout.coils) == 3
 
 
-def test_the_order_of_explicit_centres_does_not_matter(sensor):
+def test_order_of_explicit_centres_keeps_layout(sensor):
     spec = sensor(coils=3, pitch=5e-3, layers=2, stackup="flex-2l-18um", turns=6)
     backwards = dataclasses.replace(spec.array, placements=spec.array.placements[::-1])
     layout = lay_out(dataclasses.replace(spec, array=backwards))
@@ -249,13 +249,13 @@ def with_fine_connector(spec, length=5e-3):
 
 
 @pytest.mark.slow
-def test_a_short_tail_is_made_long_enough_for_its_tracks(sensor):
+def test_short_tail_is_lengthened_for_tracks(sensor):
     assert_sound(lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3))))
 
 
 @pytest.mark.parametrize("coils", [1, 2, 4])
 @pytest.mark.parametrize("rules", ["generic-flex", "shipco", "rehan-2l"])
-def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draws_in(sensor, coils, rules):
+def test_tail_with_wide_vias_is_wider_and_narrows_at_contacts(sensor, coils, rules):
     spec = sensor(diameter=7e-3, turns=6.5, coils=coils, pitch=9e-3, rules=rules, layers=2, stackup="flex-2l-18um")
     layout = lay_out(with_fine_connector(spec, 8e-3))
     assert_sound(layout)
@@ -266,7 +266,7 @@ def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draw
     assert layout.bend_zone[1] <= bounding_box([layout.stiffener.outline.outline])[0] + 1e-9
 
 
-def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
+def test_crowded_tail_is_refused(sensor):
     """At 0.3 mm pitch contacts and tracks of six mils, six mils apart, leave each other no room."""
     layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="osh-park-flex")))
     assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_ROOM]
@@ -279,10 +279,10 @@ def with_edge_distance(spec, edge):
 
 @pytest.mark.parametrize("tail", [True, False])
 @pytest.mark.parametrize("edge", [0.15e-3, 0.3e-3, 0.381e-3])
-def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, tail):
+def test_edge_distance_is_kept_at_contacts(sensor, edge, tail):
     layout = lay_out(with_edge_distance(sensor(tail=tail), edge))
     assert_sound(layout)
-    test_all_copper_keeps_away_from_the_edge(layout)
+    test_copper_keeps_edge_distance(layout)
     half = layout.spec.fpc.tail.connector.width(4) / 2 if tail else None
     if half:
         end = max(point.x for point in layout.outline.flattened(1e-6))
@@ -293,7 +293,7 @@ def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, 
     "aside", ["turn: left", "offset: 3", "turn: right, turn_radius: 15", "offset: 3, connector: solder-pads"]
 )
 @pytest.mark.parametrize("length", [8, 12])
-def test_a_short_tail_is_made_long_enough_for_its_turn(aside, length):
+def test_short_tail_is_lengthened_for_turn(aside, length):
     spec = load_text(
         "sitscad: 1\nname: turned\n"
         "coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}\n"
@@ -303,7 +303,7 @@ def test_a_short_tail_is_made_long_enough_for_its_turn(aside, length):
     assert_sound(lay_out(spec))
 
 
-def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
+def test_long_coil_vias_stay_inside_round_corners():
     """Inner ends of some layers lie in corners that the turns of others round off: no via may stand out there."""
     from .conftest import sensor
 
@@ -315,7 +315,7 @@ def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
 
 
 @pytest.mark.parametrize("turns", ["0.5", "0.25", "[0.5, 3.5]", "[3.5, 0.5]"])
-def test_a_long_coil_with_less_than_a_turn_on_a_layer_has_its_inner_via(turns):
+def test_long_coil_with_partial_turn_has_inner_via(turns):
     """Less than a turn goes round no place, so that it must not be asked to go round the via's."""
     spec = load_text(
         "sitscad: 1\nname: short\n"

@@ -35,13 +35,13 @@ def grid(**changes):
 
 def maze_of(spec, length=40e-3, half_width=15e-3):
     """An empty board, its coils at the far end."""
-    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
+    bus = bus_for(spec.artwork)
     across = Breadth(-half_width, half_width)
-    lattice = Lattice(spec, bus, -10e-3, length, across)
+    lattice = Lattice(spec.artwork, bus, -10e-3, length, across)
     return Maze(lattice, bus, Ground(length - 5e-3, length, across, half_width))
 
 
-def test_a_wave_goes_round_what_is_not_free():
+def test_wave_goes_round_occupied_nodes():
     free = np.ones((7, 9), dtype=bool)
     free[3, :8] = False
     wave = spread(free, [(0, 0)])
@@ -52,7 +52,7 @@ def test_a_wave_goes_round_what_is_not_free():
     assert all(max(abs(a - c), abs(b - d)) == 1 for (a, b), (c, d) in pairwise(way))
 
 
-def test_a_wave_takes_the_shortest_way():
+def test_wave_distances_are_shortest():
     """Distances against Bellman and Ford's, over random lattices."""
     rng = random.Random(4)
     for _ in range(5):
@@ -70,7 +70,7 @@ def test_a_wave_takes_the_shortest_way():
         assert np.array(found) == approx(expected, rel=1e-6)
 
 
-def test_no_way_steps_across_a_thin_track_of_a_large_board():
+def test_maze_path_never_crosses_thin_track():
     """The lattice of a large board is coarser than a track with its spacing: no way may slip through."""
     spec = grid(diameter=8e-3, turns=6, width=7.6e-5, spacing=7.6e-5, centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec, length=120e-3, half_width=30e-3)
@@ -87,15 +87,15 @@ def test_no_way_steps_across_a_thin_track_of_a_large_board():
 
 
 @pytest.mark.parametrize("angle", [0.0, 20.0, 45.0])
-def test_no_way_cuts_the_corner_of_a_coil_on_a_large_board(angle):
+def test_maze_path_never_cuts_coil_corner(angle):
     """A long step between two free points may lead over a corner: the way would end in the other coil's copper."""
     centres = positions.grid(3, 3, 14.8e-3 if angle < 45.0 else 18e-3)
     spec = grid(shape="square", diameter=10.6e-3, turns=6, width=0.12e-3, spacing=0.1e-3, centres=centres)
     turned = tuple(replace(p, rotation=math.radians(angle)) for p in spec.array.placements)
     spec = replace(spec, array=replace(spec.array, placements=turned))
-    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
+    bus = bus_for(spec.artwork)
     across = Breadth(-30e-3, 30e-3)
-    maze = Maze(Lattice(spec, bus, -22e-3, 60e-3, across), bus, Ground(55e-3, 60e-3, across, 30e-3))
+    maze = Maze(Lattice(spec.artwork, bus, -22e-3, 60e-3, across), bus, Ground(55e-3, 60e-3, across, 30e-3))
     assert maze.step > 1.5 * bus.pitch
     # beside a corner at an odd angle a step comes a little nearer: the exact check of every lead refuses such a way
     need = bus.spacing + bus.width / 2 - (0.1 * maze.step if angle == 20.0 else 0.0)
@@ -115,7 +115,7 @@ def from_square(points, placement, half):
     return np.hypot(*np.maximum(np.abs(away) - half, 0.0).T)
 
 
-def test_a_step_is_taken_only_where_the_place_halfway_is_free():
+def test_wave_step_needs_free_midpoint():
     free = np.array([[1, 1], [0, 1]], dtype=bool)
     between = np.ones((3, 3), dtype=bool)
     assert spread(free, [(0, 0)], between).distance((1, 1)) == approx(math.sqrt(2), rel=1e-6)
@@ -125,14 +125,14 @@ def test_a_step_is_taken_only_where_the_place_halfway_is_free():
     assert math.isinf(spread(free, [(0, 0)], between).distance((1, 1)))
 
 
-def test_no_way_passes_a_wall_from_edge_to_edge():
+def test_maze_path_never_passes_full_wall():
     spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
     maze.add([TrackToPlace(polyline([Point(20e-3, -15e-3), Point(21e-3, 15e-3)]), maze.bus.width, 1)], [])
     assert list(maze.exits(spec.array.placements[0], Point(40e-3, 0.0))) == []
 
 
-def test_ways_keep_off_holes_and_end_before_the_tail():
+def test_maze_paths_avoid_holes_and_end_before_tail():
     spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
     holes = [ViaToPlace(Point(12e-3, k * 0.9e-3), 0.45e-3, 0.2e-3) for k in range(-6, 7)]
@@ -142,7 +142,7 @@ def test_ways_keep_off_holes_and_end_before_the_tail():
     assert max(p.x for p in way) <= 40e-3 + 1e-9
 
 
-def test_ways_leave_the_ring_square_to_it():
+def test_maze_paths_leave_ring_at_right_angle():
     """A lead may come round the ring from either side, and must not bend back over itself."""
     spec = grid(shape="rectangle", size=(9e-3, 4e-3), centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
@@ -152,7 +152,7 @@ def test_ways_leave_the_ring_square_to_it():
         assert min(abs(out.way[0].x - start.x), abs(out.way[0].y - start.y)) < 1e-9 or is_corner(ring, start)
 
 
-def test_no_way_turns_back_at_the_corner_that_it_leaves():
+def test_maze_path_never_turns_back_at_first_corner():
     """A lead left a corner downwards and came back round it towards the tail, its two legs 72 um apart."""
     text = """sitscad: 1
 name: corner
@@ -182,7 +182,7 @@ def dense(way):
 
 @pytest.mark.parametrize("centres", [positions.grid(2, 2, 6e-3), positions.grid(3, 3, 6e-3), positions.triangle(6e-3),
                                      [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])
-def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
+def test_each_tail_order_has_lane_for_each_coil(centres):
     placements = tuple(CoilPlacement(f"C{k}", (x, y)) for k, (x, y) in enumerate(centres))
     orders = rows_of_lanes(placements)
     ranks = [tuple(lane.rank for lane in order) for order in orders]
@@ -193,7 +193,7 @@ def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
 
 
 @pytest.mark.slow
-def test_a_grid_with_room_between_its_rows_is_routed():
+def test_grid_with_room_between_rows_is_routed():
     """Once refused: vias of the near coils stand where the far ones were to pass, beside 4.5 mm of free board."""
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,
                 stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))
@@ -201,14 +201,14 @@ def test_a_grid_with_room_between_its_rows_is_routed():
 
 
 @pytest.mark.parametrize("centre, rotation", [((0.0, 1e-3), 0.0), ((0.0, 0.0), math.radians(30))])
-def test_one_coil_beside_the_axis_or_turned_is_routed(centre, rotation):
+def test_single_offset_or_rotated_coil_is_routed(centre, rotation):
     spec = sensor(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", coils=1)
     array = replace(spec.array, pattern="explicit", placements=(CoilPlacement("C1", centre, rotation),))
     assert lay_out(replace(spec, array=array)).shortfalls == ()
 
 
 @pytest.mark.slow
-def test_no_lead_turns_back_over_itself():
+def test_leads_never_turn_back_over_themselves():
     """Once the lead of the second coil left the ring towards the tail though it came along its side from there."""
     spec = sensor(shape="square", diameter=5.24e-3, turns=11.5, layers=4, width=76e-6, spacing=76e-6, coils=4,
                   pitch=6.6e-3, clockwise=True, corner_radius=0.56e-3)
@@ -219,16 +219,17 @@ def test_no_lead_turns_back_over_itself():
                 assert float(ahead @ onward) > -0.9
 
 
-def test_an_array_without_a_way_is_given_up_at_once():
+def test_array_without_escape_ends_search_early():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
     spec = grid(centres=positions.grid(3, 3, 5.2e-3))
-    bus, searches = bus_for(spec.array.placements, spec.coil, spec.fpc), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+    bus, searches = bus_for(spec.artwork), SearchLimit()
+    artwork = spec.artwork
+    assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
                         searches) is None
     assert searches.left > 0.9 * BUDGET
 
 
-def test_searches_end_early_where_two_coils_find_no_way():
+def test_search_limit_ends_early_with_two_stuck_coils():
     """One that is missing is looked for with all of it: boards found the last of six coils after 7,600 trials."""
     searches = SearchLimit()
     searches.begin(4)
@@ -243,7 +244,7 @@ def test_searches_end_early_where_two_coils_find_no_way():
 
 
 @pytest.mark.slow
-def test_a_board_on_which_two_coils_find_no_way_is_given_up():
+def test_board_with_two_stuck_coils_ends_search_early():
     """All 16,000 trials were made on it, and check took 69 times what importing numpy takes."""
     spec = load_text(
         "sitscad: 1\nname: lost\narray: {pattern: grid, pitch: 13.09, count: [2, 2]}\n"
@@ -251,14 +252,15 @@ def test_a_board_on_which_two_coils_find_no_way_is_given_up():
         " trace_spacing: 76 um}\n"
         "fpc: {rules: generic-flex, tail: {length: 15, connector: zif-0.5mm, layers: 2, bend: static}}"
     )
-    bus, searches = bus_for(spec.array.placements, spec.coil, spec.fpc), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+    bus, searches = bus_for(spec.artwork), SearchLimit()
+    artwork = spec.artwork
+    assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
                         searches) is None
     assert searches.left > BUDGET - 1.3 * LOST
 
 
 @pytest.mark.slow
-def test_no_coil_is_led_out_twice_on_one_board_beside_the_same_leads(monkeypatch):
+def test_equal_escape_searches_run_once(monkeypatch):
     """Orders that begin alike once led the first coils out again: an eighth of all searches of this board."""
     found, lead_out = [], routes._lead_out
 
@@ -268,15 +270,16 @@ def test_no_coil_is_led_out_twice_on_one_board_beside_the_same_leads(monkeypatch
 
     monkeypatch.setattr(routes, "_lead_out", recorded)
     spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid(2, 2, 5.5e-3))
-    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+    bus = bus_for(spec.artwork)
+    artwork = spec.artwork
+    assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
                         SearchLimit()) is not None
     assert len(found) > 40
     assert len(set(found)) == len(found)
 
 
 @pytest.mark.slow
-def test_far_coils_pass_wide_gaps_whichever_way_the_near_ones_leave():
+def test_far_coils_pass_wide_gaps_for_all_near_exits():
     """Six square coils nearly a coil apart: every exit without a way took all that one coil's search may try."""
     text = """
 sitscad: 1

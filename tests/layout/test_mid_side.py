@@ -20,7 +20,7 @@ def spec(**keys):
     {}, {"turns": 8.25}, {"turns": 7.5, "layers": 4}, {"corner_radius": 0.6, "sense": "clockwise"},
     {"shape": "rectangle", "outer_diameter": [10, 7], "start_angle": "90 deg"}, {"turns": [8, 7.75]},
 ])
-def test_mid_side_coil_is_led_out_without_errors(keys):
+def test_mid_side_coil_is_routed_without_errors(keys):
     found = check(spec(**keys), hints="none").findings
     assert [f.rule for f in found if f.severity is not Severity.NOTE] == []
 
@@ -31,7 +31,7 @@ def test_mid_side_coil_is_led_out_without_errors(keys):
     ({"turns": 8.1}, ("SIT015", "coil.turns")),
     ({"start": "middle"}, ("SIT007", "coil.start")),
 ])
-def test_mid_side_of_other_shapes_or_parts_of_sides_is_refused(keys, expected):
+def test_mid_side_start_of_other_shapes_is_refused(keys, expected):
     with pytest.raises(SpecError) as refused:
         spec(**keys)
     assert [(found.rule, found.key) for found in refused.value.findings] == [expected]

@@ -15,7 +15,7 @@ from sitscad.checks.judging import check
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
-from sitscad.layout.tail_frame import Taper
+from sitscad.layout.tail.frame import Taper
 from sitscad.spec.load import load, load_text
 
 MM, UM = 1e-3, 1e-6
@@ -102,7 +102,7 @@ BOARDS = {
 
 
 @pytest.mark.parametrize("changes", BOARDS.values(), ids=BOARDS)
-def test_inner_corners_have_the_fabricators_radius(changes):
+def test_inner_corners_have_fabricator_radius(changes):
     spec = board(**changes)
     layout = lay_out(spec)
     assert not layout.shortfalls
@@ -114,13 +114,13 @@ def test_inner_corners_have_the_fabricators_radius(changes):
     assert [f for f in check(spec, layout).findings if f.rule in geometric] == []
 
 
-def test_inner_corners_of_the_templates(template):
+def test_template_inner_corners_have_minimum_radius(template):
     layout = lay_out(load(template))
     assert len(inner_corners(layout.outline)) == 2
     assert min(inner_corners(layout.outline)) >= layout.spec.fpc.rules.inside_radius - 1e-9
 
 
-def test_a_body_without_room_for_the_corner_becomes_as_wide_as_its_tail():
+def test_body_without_corner_room_is_as_wide_as_tail():
     """The board then says so: its body's width, which has to fit the jaw, is the one that is cut.
 
     Two inner corners are left, at the plug.
@@ -135,7 +135,7 @@ def test_a_body_without_room_for_the_corner_becomes_as_wide_as_its_tail():
 
 @pytest.mark.parametrize("near, far", [(4.0, 1.25), (1.25, 4.0), (2.0, 1.9), (1.9, 2.0), (2.0, 1.999), (2.0, 2.0)])
 @pytest.mark.parametrize("inner", [0.5, 1.0, 10.0])
-def test_a_taper_has_room_for_both_its_roundings(near, far, inner):
+def test_taper_has_room_for_both_roundings(near, far, inner):
     """Two arcs and the straight between them fit between the corners; the board is nowhere smaller than asked."""
     step = abs(near - far) * MM
     taper = Taper(5 * MM, 5 * MM + step, near * MM, far * MM, inner * MM, 0.25 * MM)
@@ -151,14 +151,14 @@ def test_a_taper_has_room_for_both_its_roundings(near, far, inner):
     assert taper.length >= step - 1e-12 and taper.angle <= math.pi / 4 + 1e-12
 
 
-def test_the_radius_follows_the_profile():
+def test_corner_radius_follows_profile():
     """The same board from two fabricators differs in its inner corners, and nowhere in its copper."""
     one, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
     assert [min(inner_corners(each.outline)) for each in (one, other)] == approx([1 * MM, 2 * MM], rel=1e-6)
     assert one.traces == other.traces and one.body == other.body
 
 
-def test_a_board_without_a_tail_has_the_strip_that_the_page_says():
+def test_board_without_tail_has_documented_strip():
     """A reader took "none" for a board that ends with its body."""
     root = Path(__file__).parents[2]
     page = (root / "docs/spec.md").read_text(encoding="utf-8")
@@ -174,7 +174,7 @@ def test_a_board_without_a_tail_has_the_strip_that_the_page_says():
 
 
 @pytest.mark.parametrize("angle", [0, 90, 180])
-def test_body_is_no_wider_for_contacts_that_are_wider_whatever_the_start_angle(angle):
+def test_wider_contacts_keep_body_width_at_all_start_angles(angle):
     """A body of 3.0 mm was 6.5 mm wide with the coils begun at their other end: it had grown by 0.1 mm at the tail."""
     layout = lay_out(load_text(STRIP.format(angle=angle), "strip.yaml"))
     assert layout.shortfalls == () and layout.body_size[1] < 3.1e-3 < 6e-3 < layout.size[1]

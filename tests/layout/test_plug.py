@@ -44,7 +44,7 @@ def plugged(request):
     return layout
 
 
-def test_the_tail_has_the_contacts_of_a_connector_that_is_made(plugged):
+def test_tail_has_contact_count_of_made_connector(plugged):
     connector = plugged.spec.fpc.tail.connector
     assert len(plugged.pads) in connector.positions and [p.number for p in plugged.pads] == [
         *range(1, len(plugged.pads) + 1)
@@ -58,7 +58,7 @@ def test_the_tail_has_the_contacts_of_a_connector_that_is_made(plugged):
     assert steps == {round(connector.pitch, 9)}
 
 
-def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip(plugged):
+def test_plug_opening_covers_fingers_and_passes_tip(plugged):
     rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
     x0, y0, x1, y1 = bounding_box([plugged.top_openings[0].outline])
     _, edge = plugged.reach_at(plugged.pads[0].centre.x)
@@ -73,7 +73,7 @@ def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip
 
 
 @pytest.mark.slow
-def test_the_checks_find_nothing_wrong_with_it(plugged):
+def test_plug_has_no_findings(plugged):
     found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
     kinds = {f.rule for f in found if f.rule != "SIT103"}
     assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in found]
@@ -82,7 +82,7 @@ def test_the_checks_find_nothing_wrong_with_it(plugged):
     assert ("SIT124" in kinds) == (plugged.spec.fpc.tail.connector.name == "zif-0.3mm"), "+-50 um for a band of +-30 um"
 
 
-def test_what_comes_with_every_plug_is_asked_in_the_order_and_is_no_finding(plugged):
+def test_usual_plug_questions_are_in_order_and_no_findings(plugged):
     """Width and thickness closer than the fabricator's: the notes of every check, and now of the order alone."""
     rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
     text = " ".join(readme(plugged).split())
@@ -93,7 +93,7 @@ def test_what_comes_with_every_plug_is_asked_in_the_order_and_is_no_finding(plug
     assert text.count("to be confirmed") >= 2 and "measured" in text
 
 
-def test_an_outline_that_no_closer_cut_brings_into_the_guide_is_found():
+def test_outline_too_wide_for_guide_yields_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
     assert (found.measured, found.limit) == approx((250e-6, 70e-6), rel=1e-9)
@@ -120,12 +120,12 @@ def assert_contacts_are_as_thick_as_their_layers(layout):
     return made
 
 
-def test_contacts_are_as_thick_as_what_the_files_have_there(plugged):
+def test_contact_thickness_equals_layers_in_files(plugged):
     assert_contacts_are_as_thick_as_their_layers(plugged)
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "bench_7mm"])
-def test_contacts_of_a_template_are_within_half_a_stock_step_of_the_connector(name):
+def test_template_contacts_are_within_half_stock_step(name):
     """Copper that ends before the contacts was counted: boards of four layers came out 50 um thinner than stated."""
     layout = sitscad.lay_out(sitscad.load(f"templates/{name}.yaml"))
     made, wanted = assert_contacts_are_as_thick_as_their_layers(layout), layout.spec.fpc.tail.connector
@@ -134,7 +134,7 @@ def test_contacts_of_a_template_are_within_half_a_stock_step_of_the_connector(na
     assert f"gives {show(made, 'm')}" in text and "this total governs" in text
 
 
-def test_copper_under_the_contacts_is_counted():
+def test_copper_under_contacts_counts_in_thickness():
     layout = board(1, "zif-0.5mm")
     pad = layout.pads[0]
     under = Trace(closed_polygon([pad.centre.shifted(dx * MM, dy * MM) for dx, dy in ((-1, 0), (1, 0), (1, 0.1))]),
@@ -145,7 +145,7 @@ def test_copper_under_the_contacts_is_counted():
     assert at[1] - at[0] == approx(thick, rel=1e-6)
 
 
-def test_a_connector_of_another_number_is_written():
+def test_written_contact_count_is_used_or_refused():
     layout = board(1, "zif-0.3mm", ", contacts: 6")
     assert [pad.number for pad in layout.pads if not pad.is_unused] == [3, 4] and len(layout.pads) == 6
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT127"]
@@ -156,7 +156,7 @@ def test_a_connector_of_another_number_is_written():
         board(2, "solder-pads", ", contacts: 6")
 
 
-def test_more_contacts_than_any_connector_has_is_an_error():
+def test_contact_count_beyond_connectors_is_error():
     layout = board(2, "zif-0.5mm")
     connector = presets.connector("zif-0.5mm")
     few = replace(connector, positions=(2, 3))
@@ -166,7 +166,7 @@ def test_more_contacts_than_any_connector_has_is_an_error():
     assert found.severity.value == "error" and (found.measured, found.limit) == (4.0, 3.0)
 
 
-def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
+def test_coverlay_covers_solder_pad_rims():
     for tail in ("", ", turn: left"):
         layout = board(2, "solder-pads", tail)
         lap = layout.spec.fpc.rules.pad_lap
@@ -179,7 +179,7 @@ def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
 
 
 @pytest.mark.parametrize("lap", [0.15, 0.25, 1.0])
-def test_solder_pads_under_a_wide_lap_stay_half_bare_and_the_short_lap_is_a_finding(lap):
+def test_small_solder_pads_stay_half_bare_with_finding(lap):
     layout = board(1, "solder-pads", fpc=f", rules: {{pad_lap: {lap}}}")
     for pad, opening in zip(layout.pads, layout.top_openings, strict=True):
         x0, y0, x1, y1 = bounding_box([opening.outline])
@@ -194,13 +194,13 @@ def test_solder_pads_under_a_wide_lap_stay_half_bare_and_the_short_lap_is_a_find
         assert [(f.measured, f.limit) for f in found] == [(approx(drawn, rel=1e-6), approx(lap * MM, rel=1e-6))]
 
 
-def test_a_tighter_outline_needs_no_word_about_the_width():
+def test_tight_outline_tolerance_has_no_width_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 50 um}")
     assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
 
 
 @pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
-def test_hard_gold_needs_plating_bars(connector):
+def test_hard_gold_asks_for_plating_bars(connector):
     layout = board(2, connector, fpc=", finish: hard-gold")
     found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
     (bars,) = [f for f in found if "plating bars are not drawn" in f.message]
@@ -217,7 +217,7 @@ def test_hard_gold_needs_plating_bars(connector):
 
 
 @pytest.mark.slow
-def test_other_finishes_need_no_word():
+def test_other_finishes_add_no_question():
     for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
         layout = board(1, connector, fpc=f", finish: {finish}")
         found = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
@@ -237,7 +237,7 @@ STACKUPS = ("flex-2l-18um", "flex-2l-35um", "flex-4l", "flex-6l", "flex-8l")
 
 @pytest.mark.parametrize("connector", PLUGS)
 @pytest.mark.parametrize("stackup", STACKUPS)
-def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connector):
+def test_stiffener_is_nearest_stock_film(stackup, connector):
     """A film and an adhesive of the list, as near to what the connector takes as they come."""
     layout = board(1, connector, ", layers: 2", f", stackup: {stackup}")
     plate, wanted = layout.stiffener, presets.connector(connector)
@@ -259,7 +259,7 @@ def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connecto
     ("stackup", "connector"),
     [("flex-6l", "zif-0.3mm"), ("flex-8l", "zif-0.3mm")],
 )
-def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stackup, connector):
+def test_thick_tail_without_stiffener_is_refused(stackup, connector):
     """Where tail.layers is left out all layers run down it, and no stiffener makes that thinner."""
     layout = board(1, connector, fpc=f", stackup: {stackup}")
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
@@ -269,7 +269,7 @@ def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stack
 
 
 @pytest.mark.slow
-def test_a_stiffener_that_is_not_in_stock_is_a_question():
+def test_stiffener_outside_stock_yields_question():
     layout = board(1, "zif-0.5mm", ", stiffener: 200 um")
     assert layout.stiffener.thickness == 200e-6 and layout.stiffener.adhesive > 0.0
     assert "SIT129" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
@@ -292,7 +292,7 @@ def test_a_stiffener_that_is_not_in_stock_is_a_question():
     ("stackup: rigid-4l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),
     ("stackup: flex-2l-18um, tail: {length: 30, stiffener: 0.05}", "fpc.tail.stiffener: 0.2295 (tried)"),
 ])
-def test_a_tail_too_thick_for_its_connector_is_mended_by_a_key_and_its_value(fpc, key):
+def test_thick_tail_suggests_key_and_value(fpc, key):
     coil = "shape: circle, outer_diameter: 8, turns: 6, layers: 2, trace_width: 0.25, trace_spacing: 0.25"
     text = f"sitscad: 1\nname: thick\ncoil: {{{coil}}}\nfpc: {{rules: generic-fine, {fpc}}}\n"
     found = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings

@@ -14,7 +14,7 @@ from sitscad.kernels.geometry.path import Point, polar
 from sitscad.kernels.geometry.shapes import SHAPES, Polygon
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
-from sitscad.layout.copper import copper_of, too_near
+from sitscad.layout.gaps import copper_of, too_near
 from sitscad.layout.lanes import Ring
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
@@ -25,7 +25,7 @@ def ring(sensor, rotation=0.0, **coil):
 
 
 @pytest.mark.parametrize("rotation", [0.0, 0.7])
-def test_it_passes_a_corner_on_both_sides(sensor, rotation):
+def test_ring_passes_corner_on_both_sides(sensor, rotation):
     square = ring(sensor, rotation, shape="square", diameter=4e-3)
     corner = polar(2e-3 * math.sqrt(2.0), math.pi / 4 + rotation, square.centre)
     first, second = square.facing(corner)
@@ -34,7 +34,7 @@ def test_it_passes_a_corner_on_both_sides(sensor, rotation):
         assert square.at(angle).distance(corner) == approx(0.2e-3, rel=1e-6)
 
 
-def test_it_passes_a_long_side_straight_above_a_point(sensor):
+def test_ring_faces_point_beside_long_side(sensor):
     long = ring(sensor, shape="racetrack", size=(10e-3, 4e-3))
     point = Point(1e-3 + 2e-3, 2e-3 + 2e-3)
     first, second = long.facing(point)
@@ -42,7 +42,7 @@ def test_it_passes_a_long_side_straight_above_a_point(sensor):
     assert long.at(first).x == approx(point.x, rel=1e-6) and long.at(first).y == approx(point.y + 0.2e-3, rel=1e-6)
 
 
-def test_a_circle_is_passed_straight_outwards(sensor):
+def test_round_ring_faces_point_radially(sensor):
     round_ring = ring(sensor)
     assert round_ring.facing(Point(1e-3, 5e-3)) == approx((math.pi / 2, math.pi / 2), rel=1e-6)
 
@@ -55,7 +55,7 @@ def test_a_circle_is_passed_straight_outwards(sensor):
         {"shape": "hexagon", "diameter": 6e-3, "turns": 6.0, "layers": 2, "pitch": 8e-3, "stackup": "flex-2l-18um"},
     ],
 )
-def test_leads_do_not_bend_back_sharply(sensor, coil):
+def test_leads_never_bend_back_sharply(sensor, coil):
     """Corners of less than 70 degrees hold etchant, and a lead at a slant stays too near the turn that it leaves."""
     layout = lay_out(sensor(**coil))
     assert layout.shortfalls == ()
@@ -74,7 +74,7 @@ def test_leads_do_not_bend_back_sharply(sensor, coil):
 fpc: {rules: generic-fine, stackup: flex-4l, tail: {length: 5, connector: zif-0.5mm}}""",
     ],
 )
-def test_stubs_of_octagons_keep_their_distance(text):
+def test_octagon_stubs_keep_clearance(text):
     """Their via stood beside the end of a last side of no length, and their lead bent at a corner beside a stub."""
     layout = lay_out(load_text(f"sitscad: 1\nname: octagon\n{text}\n", "octagon.yaml"))
     assert layout.shortfalls == ()
@@ -90,21 +90,21 @@ def bend(before, after):
     return abs(math.remainder(first - second, 2.0 * math.pi))
 
 
-def test_a_long_coil_is_left_at_its_end(sensor):
+def test_long_coil_exit_is_at_its_end(sensor):
     """All exits lie on the half circle that faces the tail, and no lead turns round to reach one."""
     layout = lay_out(sensor(shape="racetrack", size=(11e-3, 4e-3), turns=6.5, layers=4, coils=1))
     ways = [t.path for t in layout.traces if t.role is Role.LEAD and t.path.segments[0].start.x > 5.5e-3]
     assert ways and all(abs(point.y) <= 2.6e-3 for path in ways for point in (path.start, path.end))
 
 
-def test_rotation_turns_the_ring(sensor):
+def test_rotated_coil_rotates_ring(sensor):
     straight, turned = ring(sensor, shape="hexagon"), ring(sensor, 0.3, shape="hexagon")
     assert turned.at(1.3).distance(turned.centre) == approx(straight.at(1.0).distance(straight.centre), rel=1e-6)
     assert replace(turned, placement=straight.placement) == straight
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5 * math.pi, math.pi])
-def test_a_ring_reaches_as_far_as_its_farther_corner(sensor, monkeypatch, turn):
+def test_ring_half_size_reaches_farther_corner(sensor, monkeypatch, turn):
     """Of a pentagon the board ended before the corner that has a side across from it."""
     monkeypatch.setitem(SHAPES, "square", Polygon("square", "pentagonal", 5, bounds=("square", "hexagon")))
     at = CoilPlacement("C1", (0.0, 0.0), turn)
@@ -115,7 +115,7 @@ def test_a_ring_reaches_as_far_as_its_farther_corner(sensor, monkeypatch, turn):
 
 
 @pytest.mark.parametrize("coils, shape, turns", [(3, "racetrack", 3.0), (4, "racetrack", 3.5), (3, "rectangle", 3.0)])
-def test_leads_of_long_coils_in_a_line_never_cross_their_own_winding(sensor, coils, shape, turns):
+def test_long_coil_leads_in_line_never_cross_own_winding(sensor, coils, shape, turns):
     """A lead that left its ring on the side turned away from its lane was drawn straight across the coil's turns."""
     spec = sensor(shape=shape, size=(11.2e-3, 2.2e-3), turns=turns, width=76e-6, spacing=76e-6, coils=coils,
                   pitch=12.1e-3)

@@ -33,7 +33,7 @@ def lone(layout, points, *vias, width=100 * UM):
     return replace(layout, coils=(), traces=(track,), vias=vias, pads=())
 
 
-def test_the_hull_of_a_pad_and_a_track(bench):
+def test_via_teardrop_is_hull_of_pad_and_track(bench):
     """The sides are tangents: they stand the radius away from the pad's centre and half a width from the track's."""
     at, end = Point(14 * MM, 0.0), Point(16 * MM, 0.0)
     (drop,) = lone(bench, [at, end], Via(at, 0.2 * MM, 0.45 * MM, "C1")).teardrops
@@ -45,7 +45,7 @@ def test_the_hull_of_a_pad_and_a_track(bench):
     assert abs(enclosed_area(drop.outline)) > 0.675 * MM * 100 * UM
 
 
-def test_a_track_as_wide_as_the_pad_or_too_short_has_none(bench):
+def test_wide_or_short_track_has_no_teardrop(bench):
     at, via = Point(14 * MM, 0.0), Via(Point(14 * MM, 0.0), 0.2 * MM, 0.45 * MM, "C1")
     assert lone(bench, [at, at.shifted(2 * MM, 0.0)], via, width=0.45 * MM).teardrops == ()
     assert lone(bench, [at, at.shifted(0.3 * MM, 0.0)], via).teardrops == ()
@@ -53,7 +53,7 @@ def test_a_track_as_wide_as_the_pad_or_too_short_has_none(bench):
 
 
 @pytest.mark.parametrize(("x", "y"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-def test_one_of_a_contact_reaches_into_the_contact(bench, x, y):
+def test_contact_teardrop_reaches_into_contact(bench, x, y):
     """Whichever way the track leaves: copper that only touches may leave a slit where machines round."""
     at, size = Point(14 * MM, 0.0), (0.5 * MM, 0.3 * MM) if x else (0.3 * MM, 0.5 * MM)
     pad = replace(bench.pads[0], centre=at, size=size, net="C1", layer=1)
@@ -62,7 +62,7 @@ def test_one_of_a_contact_reaches_into_the_contact(bench, x, y):
     assert (min(ways), max(ways)) == approx((0.25 * MM - 10 * UM, 0.25 * MM + 0.45 * MM), rel=1e-6)
 
 
-def test_room_decides_how_long_one_is(bench):
+def test_teardrop_length_follows_room(bench):
     """A foreign via beside the track shortens the teardrop, and takes it away where it is nearer still."""
     at, rules = Point(14 * MM, 0.0), bench.spec.fpc.rules
     own, points = Via(at, 0.2 * MM, 0.45 * MM, "C1"), [at, at.shifted(2 * MM, 0.0)]
@@ -76,7 +76,7 @@ def test_room_decides_how_long_one_is(bench):
     assert lengths == sorted(lengths, reverse=True) and lengths[0] > lengths[-1]
 
 
-def test_a_track_that_turns_back_is_in_its_own_way(bench):
+def test_returning_track_shortens_its_teardrop(bench):
     """Seed 752 of the random boards: a lead turned back after 0.53 mm and passed its own teardrop at 58 um."""
     at = Point(14 * MM, 0.0)
     via = Via(at, 0.2 * MM, 0.45 * MM, "C1")
@@ -91,7 +91,7 @@ def test_a_track_that_turns_back_is_in_its_own_way(bench):
 
 
 @pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
-def test_templates_have_teardrops_that_keep_the_rules(template):
+def test_template_teardrops_keep_rules(template):
     from sitscad.checks.judging import RULES
     from sitscad.checks.rules import apply_rule
     from sitscad.estimates.design import Design
@@ -109,10 +109,10 @@ def test_templates_have_teardrops_that_keep_the_rules(template):
         assert math.isfinite(enclosed_area(drop.outline))
 
 
-def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
+def test_rule_check_finds_close_teardrop(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
     from sitscad.layout.board import Teardrop
-    from sitscad.layout.copper import copper_of, too_near
+    from sitscad.layout.gaps import copper_of, too_near
 
     copper = copper_of(bench)
     assert sum(isinstance(item, Teardrop) for item in copper.items) == len(bench.teardrops) > 4
@@ -121,7 +121,7 @@ def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
     assert not any(pair.gap < 100 * UM - 1 * UM for pair in near if isinstance(pair.one, Teardrop))
 
 
-def test_the_key_is_a_choice():
+def test_teardrops_key_accepts_only_choices():
     coil = "{shape: circle, outer_diameter: 6, turns: 5, trace_width: 0.1, trace_spacing: 0.1}"
     text = f"sitscad: 1\nname: a\ncoil: {coil}\n"
     assert load_text(text, "a.yaml").fpc.teardrops == "auto"

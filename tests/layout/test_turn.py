@@ -17,7 +17,7 @@ import sitscad
 from sitscad.estimates import estimate
 from sitscad.kernels.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
 from sitscad.layout.board import Role
-from sitscad.layout.tail_frame import course, turn_length
+from sitscad.layout.tail.frame import course, turn_length
 from sitscad.spec.circuit import Tail
 from sitscad.spec.presets import connector
 from sitscad.spec.reading import SpecError
@@ -43,7 +43,7 @@ def tail(**kwargs):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_quarter_turn_has_the_inner_radius_that_is_asked(side):
+def test_quarter_turn_has_written_inner_radius(side):
     turned = tail(turn="left" if side > 0 else "right", turn_radius=2e-3)
     way = course(turned, HALF, 10e-3)
     assert turn_length(turned, HALF) == approx(0.5 * math.pi * (2e-3 + HALF), rel=1e-6)
@@ -57,7 +57,7 @@ def test_a_quarter_turn_has_the_inner_radius_that_is_asked(side):
 
 
 @pytest.mark.parametrize("offset", [0.3e-3, -3e-3, 6.5e-3, -20e-3])
-def test_an_offset_ends_so_far_aside_and_straight_on(offset):
+def test_offset_tail_ends_parallel_at_written_offset(offset):
     aside = tail(offset=offset)
     way = course(aside, HALF, 10e-3)
     end = 10e-3 + turn_length(aside, HALF)
@@ -70,7 +70,7 @@ def test_an_offset_ends_so_far_aside_and_straight_on(offset):
 
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-30e-3, 30e-3), st.floats(0.5e-3, 5e-3), st.floats(-1.2e-3, 1.2e-3), st.floats(-1.2e-3, 1.2e-3))
-def test_any_course_is_unbroken_smooth_and_keeps_distances(offset, radius, one, other):
+def test_tail_course_is_smooth_and_keeps_distances(offset, radius, one, other):
     way = course(tail(offset=offset, turn_radius=radius), HALF, 5e-3)
     if way is None:
         assert offset == 0.0
@@ -95,7 +95,7 @@ def _heading(segment, fraction):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
+def test_turned_board_is_straight_board_along_course(way):
     layout = board(way)
     spec = layout.spec
     straight = sitscad.lay_out(
@@ -117,7 +117,7 @@ def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
-def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
+def test_turned_tail_passes_checks_with_contacts_at_side(way):
     layout = board(way)
     result = sitscad.check(layout.spec, layout)
     assert [f for f in result.findings if f.severity == "error"] == []
@@ -135,7 +135,7 @@ def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
 
 
 @pytest.mark.slow
-def test_a_pair_round_the_turn_has_what_a_straight_one_has():
+def test_pair_in_turn_has_straight_pair_estimates():
     """The way back is below the way there, round the turn as before it: alike in resistance and capacitance.
 
     Of all pairs together: the inner one is shorter by what the outer one is longer, 2.5 % of this board's.
@@ -158,20 +158,20 @@ def test_a_pair_round_the_turn_has_what_a_straight_one_has():
         ("offset: 3 ohm", "SIT005", "fpc.tail.offset"),
     ],
 )
-def test_what_cannot_be_turned_is_refused(way, rule, key):
+def test_unusable_turn_is_refused_at_key(way, rule, key):
     with pytest.raises(SpecError) as caught:
         sitscad.load_text(text_of(way))
     assert [(f.rule, f.key) for f in caught.value.findings] == [(rule, key)]
 
 
-def test_the_fabricators_radius_is_the_default_where_it_is_larger():
+def test_turn_radius_defaults_to_larger_fabricator_radius():
     spec = sitscad.load_text(text_of("turn: left").replace("rules: generic-fine", "rules: {inside_radius: 3}"))
     assert spec.fpc.tail.turn_radius == approx(3e-3, rel=1e-6)
     assert "fpc.tail.turn_radius: 3 mm, the default" in spec.source.defaults
 
 
 @pytest.mark.slow
-def test_a_tail_too_short_for_its_turn_becomes_longer():
+def test_short_turned_tail_is_lengthened():
     layout = sitscad.lay_out(sitscad.load_text(text_of("turn: left").replace("length: 30", "length: 5")))
     assert layout.shortfalls == ()
     assert [f for f in sitscad.check(layout.spec, layout).findings if f.severity == "error"] == []
@@ -189,7 +189,7 @@ def test_a_tail_too_short_for_its_turn_becomes_longer():
         *(pytest.param(way, "three_axis_grid", marks=[pytest.mark.slow, pytest.mark.more]) for way in WAYS[1:]),
     ],
 )
-def test_kicad_accepts_it_and_the_files_read_back(way, template, tmp_path):
+def test_turned_board_passes_kicad_and_reads_back(way, template, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     sitscad.build(sitscad.load_text(text_of(way, template)), tmp_path, only=("gerber", "kicad"), force=True)
     folder = tmp_path / "turned"

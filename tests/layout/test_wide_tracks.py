@@ -13,7 +13,7 @@ from .test_layout import assert_sound
 @pytest.mark.parametrize("layers", [3, 4])
 @pytest.mark.parametrize("width", [0.4e-3, 0.5e-3, 0.8e-3])
 @pytest.mark.parametrize("shape", ["square", "hexagon", "circle"])
-def test_leads_wider_than_the_pad_keep_off_their_coil(sensor, shape, width, layers):
+def test_leads_wider_than_via_pad_keep_coil_clearance(sensor, shape, width, layers):
     turns = {"square": 3, "hexagon": 2, "circle": 1.75}[shape]
     spacing = 0.11e-3 if shape == "circle" else 0.1e-3  # on a steep spiral turns lie nearer than the spec's spacing
     layout = lay_out(
@@ -25,7 +25,7 @@ def test_leads_wider_than_the_pad_keep_off_their_coil(sensor, shape, width, laye
     assert outside and all(via.pad == layout.spec.fpc.rules.via_pad for via in outside)
 
 
-def test_wide_tracks_in_an_array(sensor):
+def test_wide_tracks_in_array_keep_rules(sensor):
     assert_sound(
         lay_out(
             sensor(shape="circle", diameter=8e-3, turns=1.5, layers=4, width=0.5e-3, spacing=0.15e-3, coils=3,
@@ -34,7 +34,7 @@ def test_wide_tracks_in_an_array(sensor):
     )
 
 
-def test_a_joined_via_is_as_large_as_the_wider_of_pad_and_track():
+def test_joined_via_is_as_wide_as_pad_or_track():
     rules = installed_rules("generic-flex")
     assert joined_hole(rules, 0.5 * rules.via_pad).pad == rules.via_pad
     wide = joined_hole(rules, 3.0 * rules.via_pad)

@@ -125,7 +125,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
     layout = sitscad.lay_out(spec)
     assert layout.shortfalls == () and len(layout.coils) == 2
     for coil in layout.coils:
-        home = wind_coil(spec, replace(coil.placement, centre=(0.0, 0.0)))
+        home = wind_coil(spec.artwork, replace(coil.placement, centre=(0.0, 0.0)))
         assert [w.path.length for w in coil.windings] == approx([w.path.length for w in home], rel=1e-6)
 
 

@@ -35,7 +35,7 @@ def laid(name, *changes):
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
-def test_every_bend_lies_where_tracks_are_straight_and_is_wide_enough(name):
+def test_bends_lie_on_straight_tracks_with_minimum_radius(name):
     layout = laid(name)
     found, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec.fpc)
     assert found
@@ -47,7 +47,7 @@ def test_every_bend_lies_where_tracks_are_straight_and_is_wide_enough(name):
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
-def test_the_solids_are_bent_where_the_list_says(name):
+def test_solids_bend_at_listed_bends(name):
     layout = laid(name)
     here, turned = layout.body[2], []
     for stretch in tail_path(layout).stretches:
@@ -58,7 +58,7 @@ def test_the_solids_are_bent_where_the_list_says(name):
 
 
 @pytest.mark.parametrize("name", ["fingertip_foil", "grasper_4layer", "jaw_5x20", "bench_7mm"])
-def test_every_paper_names_every_bend(name):
+def test_documents_name_all_bends(name):
     """The S of a grasper's tail stood in STEP and jaw drawing alone, and the cap's lip nowhere."""
     layout = laid(name)
     drawing = " ".join(i.text for i in flattened(board_drawing.drawing(layout, "").items) if isinstance(i, Label))
@@ -68,13 +68,13 @@ def test_every_paper_names_every_bend(name):
             assert f"{bend.angle_text} {bend.direction}" in words
 
 
-def test_an_angle_of_the_mount_is_rounded_to_degrees_and_the_specs_own_is_not():
+def test_mount_bend_angle_is_rounded_and_spec_angle_is_exact():
     *mounts, own = bends(laid("jaw_5x20", ("bend: static", "bend: {kind: static, angle: 22.5 deg}")))
     assert [re.findall(r"\d+\.\d", bend.angle_text) for bend in mounts] == [[], []]
     assert own.angle_text.startswith("22.5 ")
 
 
-def test_a_cap_lets_the_tail_down_over_a_lip_of_its_bend_radius():
+def test_cap_lip_has_tail_bend_radius():
     """Readme and drawing asked for 1.16 mm, the cap's lip had 0.5 mm."""
     layout = laid("fingertip_foil")
     down, up = bends(layout)
@@ -87,7 +87,7 @@ def test_a_cap_lets_the_tail_down_over_a_lip_of_its_bend_radius():
     assert tail_path(layout).start.z - end.z == approx(layout.spec.mount.standoff, rel=0.05)
 
 
-def test_a_tail_bends_down_beyond_its_bench_plate_not_into_it():
+def test_downward_bend_lies_beyond_bench_plate():
     layout = laid("bench_7mm", ("length: 30", "length: 16"))
     assert own_bend(layout).start >= free_from(layout) - 1e-9
 
@@ -96,12 +96,12 @@ def said(layout):
     return apply_rule(RULES[0], Design(layout.spec, layout))[0]
 
 
-def test_a_tail_too_short_to_be_let_down_is_told():
+def test_tail_too_short_for_descent_yields_finding():
     layout = laid("fingertip_foil", ("standoff: 1.2", "standoff: 9"), ("length: 40", "length: 16"))
     assert any("let down" in finding.message or "the mount bends" in finding.message for finding in said(layout))
 
 
-def test_a_jaw_whose_hinge_is_not_known_asks_for_no_bend_but_those_of_its_mount():
+def test_jaw_without_hinge_has_only_mount_bends():
     """90 degrees were ordered 27 mm behind the heel, within the tube."""
     layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
     assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)

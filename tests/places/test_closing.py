@@ -34,26 +34,26 @@ def faces(closing, tilt):
 
 
 @given(st.floats(0.0, 6e-3), st.floats(-4e-3, 4e-3), st.floats(-2e-3, 2e-3))
-def test_the_gap_at_the_tilt_is_the_tissue_wherever_the_pivot_is(thickness, offset, parallel_at):
+def test_gap_at_tilt_equals_tissue_for_all_pivots(thickness, offset, parallel_at):
     closing = Closing(parallel_at, 18e-3, math.radians(60.0), offset)
     lower, upper = faces(closing, closing.tilt(thickness))
     assert upper[1] - lower[1] == approx(thickness, abs=1e-12)
     assert upper[0] - lower[0] == approx(closing.slide(thickness), abs=1e-12)
 
 
-def test_jaws_with_their_pivot_in_the_middle_do_not_slide():
+def test_jaws_with_central_pivot_do_not_slide():
     assert CLOSING.slide(3e-3) == 0.0
     assert abs(Closing(0.5e-3, 18e-3, 1.0, 2e-3).slide(3e-3)) > 0.1e-3
 
 
-def test_faces_are_parallel_on_what_is_left_of_the_port_and_lean_both_ways():
+def test_faces_are_parallel_on_remaining_port_height():
     assert CLOSING.tilt(0.5e-3) == approx(0.0, abs=1e-15) and CLOSING.tilt(0.0) < 0.0 < CLOSING.tilt(1e-3)
     assert CLOSING.most == approx(0.5e-3 * math.cos(math.radians(30.0)) + 18e-3, rel=1e-6)
     assert CLOSING.tilt(CLOSING.most) == approx(CLOSING.opening, rel=1e-6)
     assert CLOSING.tilt(1.0) is None
 
 
-def test_a_sensor_s_closing_is_that_of_its_pair():
+def test_sensor_closing_follows_closed_section():
     layout = handmade.jaw_sensor()
     found = closing(layout)
     assert found.parallel_at == approx(5e-3 - closed_section(layout).height, rel=1e-6)
@@ -65,7 +65,7 @@ def test_a_sensor_s_closing_is_that_of_its_pair():
 
 
 @pytest.mark.parametrize("name", presets.names("jaw"))
-def test_every_jaw_passes_its_port_alone_and_says_where_its_hinge_is(name):
+def test_jaw_presets_pass_port_and_state_hinge(name):
     jaw = presets.jaw(name)
     bar = section(rim(jaw))
     assert 2.0 * jaw.height < jaw.port_diameter and rim(jaw).height < jaw.port_diameter / 2
@@ -75,7 +75,7 @@ def test_every_jaw_passes_its_port_alone_and_says_where_its_hinge_is(name):
         assert jaw.pocket[0] <= jaw.length and jaw.pocket[1] < bar.face and jaw.recess > 0.0
 
 
-def test_a_face_measured_wider_than_the_port_s_chord_has_a_flatter_back():
+def test_face_wider_than_port_chord_has_flatter_back():
     written = section(replace(handmade.jaw(height=1.2e-3), face=4.8e-3))
     assert written.face == approx(4.8e-3, rel=1e-6) and written.radius > 2.5e-3 and written.side == 0.0
     narrow = section(replace(handmade.jaw(height=1.2e-3), face=3e-3))
@@ -83,7 +83,7 @@ def test_a_face_measured_wider_than_the_port_s_chord_has_a_flatter_back():
     assert written.outline.is_closed and narrow.outline.is_closed
 
 
-def test_what_lies_in_a_pad_pocket_is_narrower_than_it():
+def test_pieces_in_pad_pocket_are_narrower_than_pocket():
     jaw = replace(handmade.jaw(height=0.9e-3), recess=0.6e-3, pocket=(14e-3, 3.4e-3))
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", jaw, 1e-3))
     floor = -0.2e-3 - 1e-3
@@ -93,7 +93,7 @@ def test_what_lies_in_a_pad_pocket_is_narrower_than_it():
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_a_pocketed_jaw_and_its_insert_do_not_touch_but_on_the_floor():
+def test_insert_touches_only_pocket_floor():
     from solid_pairs import interferences
 
     from sitscad.assembly.places.bodies import BodyRole

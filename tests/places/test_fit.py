@@ -31,7 +31,7 @@ def glued(layout, **assembly):
 
 
 @given(lengths, lengths, bands, bands, bands, st.integers(0, 10**6))
-def test_no_part_within_its_tolerances_reaches_beyond_the_worst_case(y, z, a, b, c, seed):
+def test_parts_within_tolerances_stay_within_worst_case(y, z, a, b, c, seed):
     across = Toleranced(y) + Toleranced.of(0.0, a, "a") + Toleranced.of(0.0, b, "b")
     up = Toleranced(z) + Toleranced.of(0.0, c, "c")
     nominal, likely, worst = Corner("edge", across, up).reach
@@ -43,7 +43,7 @@ def test_no_part_within_its_tolerances_reaches_beyond_the_worst_case(y, z, a, b,
 
 
 @given(st.lists(st.tuples(lengths, bands), min_size=1, max_size=6))
-def test_lengths_that_are_subtracted_from_themselves_have_no_tolerance_left(parts):
+def test_length_minus_itself_has_no_tolerance(parts):
     length = sum((Toleranced.of(size, band, str(i)) for i, (size, band) in enumerate(parts)), Toleranced(0.0))
     gone = length - length
     assert gone.nominal == 0.0 and gone.spread == 0.0
@@ -51,7 +51,7 @@ def test_lengths_that_are_subtracted_from_themselves_have_no_tolerance_left(part
     assert (length + length).spread == approx(2 * length.spread, rel=1e-6)
 
 
-def test_the_worst_case_is_the_worst_of_all_sensors_at_the_ends_of_their_tolerances():
+def test_worst_case_is_maximum_over_tolerance_corners():
     """Every layer at either end, drawn anew without the arithmetic of tolerances: none is worse, and one is as bad."""
     layout = glued(handmade.jaw_sensor(), tolerances=(("outline", 0.0), ("placement", 0.0)))
     layers, found = column(layout), closed_section(layout)
@@ -68,7 +68,7 @@ def test_the_worst_case_is_the_worst_of_all_sensors_at_the_ends_of_their_toleran
     )
 
 
-def test_root_sum_square_agrees_with_sampled_sensors():
+def test_root_sum_square_matches_sampled_sensors():
     """Tolerances as three sigma of normal spread: 99.7 of 100 pairs lie within it, for one corner decides here."""
     layout = glued(handmade.jaw_sensor(encapsulation=None, elastomer=None, target=None), tolerances=(("outline", 0.0),))
     layers, pair = column(layout), fit(layout)[0]
@@ -80,7 +80,7 @@ def test_root_sum_square_agrees_with_sampled_sensors():
     assert over <= 4000 * 0.006
 
 
-def test_every_glued_piece_has_its_line_and_nothing_else():
+def test_only_glued_pieces_have_glue_lines():
     parts = [layer.part for layer in column(glued(handmade.jaw_sensor()))]
     assert parts == [
         "jaw", "glue under the mount", "mount", "glue under the shield", "shield", "glue under the mount-spacer",
@@ -91,7 +91,7 @@ def test_every_glued_piece_has_its_line_and_nothing_else():
     assert column(handmade.bench_sensor()) == ()
 
 
-def test_levels_follow_each_other_and_end_at_the_height():
+def test_levels_are_contiguous_up_to_height():
     layers = column(glued(handmade.jaw_sensor()))
     here = 0.0
     for lower, upper in levels(layers).values():
@@ -100,20 +100,20 @@ def test_levels_follow_each_other_and_end_at_the_height():
     assert here == approx(closed_section(glued(handmade.jaw_sensor())).height, rel=1e-6)
 
 
-def test_glue_makes_the_pair_higher_by_its_lines_alone():
+def test_glue_raises_pair_by_its_lines():
     bare, with_glue = (fit(layout)[0] for layout in (handmade.jaw_sensor(), glued(handmade.jaw_sensor())))
     assert with_glue.nominal > bare.nominal and with_glue.worst > bare.worst
     assert slack(glued(handmade.jaw_sensor()))[1] > slack(handmade.jaw_sensor())[1]
 
 
-def test_a_written_tolerance_goes_before_the_process_s_and_says_so():
+def test_written_tolerance_replaces_process_tolerance():
     layout = glued(handmade.jaw_sensor(), tolerances=(("elastomer", 50e-6),))
     shares = {share.part: share for share in fit(layout)[0].parts}
     assert shares["elastomer"].tolerance == 50e-6 and "assembly.tolerances" in shares["elastomer"].source
     assert fit(glued(handmade.jaw_sensor()))[0].worst > fit(layout)[0].worst
 
 
-def test_the_board_is_held_against_the_chord_of_the_jaw_s_back():
+def test_board_width_is_compared_with_jaw_chord():
     layout = handmade.board(handmade.jaw_sensor().spec, body=(9e-3, 4.6e-3))
     over = next(measure for measure in fit(layout) if measure.name == OVERHANG)
     face = section(layout.spec.mount.jaw).face
@@ -121,7 +121,7 @@ def test_the_board_is_held_against_the_chord_of_the_jaw_s_back():
     assert over.nominal == approx((4.6e-3 - face) / 2, rel=1e-6) and over.limit == approx(0.9e-3, rel=1e-6)
 
 
-def test_measures_of_a_sensor_name_their_limits():
+def test_fit_measures_name_limits():
     found = {measure.name: measure for measure in fit(handmade.jaw_sensor())}
     assert list(found) == [CLOSED_PAIR, OVERHANG, LENGTH]
     assert found[CLOSED_PAIR].limit == 5e-3 and found[LENGTH].limit == 16e-3
@@ -131,13 +131,13 @@ def test_measures_of_a_sensor_name_their_limits():
     assert fit(handmade.bench_sensor()) == ()
 
 
-def test_a_shield_that_does_not_fit_leaves_nothing_to_measure():
+def test_unfitting_shield_has_no_fit_measures():
     deep = handmade.jaw_sensor(shield=handmade.Shield(handmade.COPPER, 0.1e-3, 1.0e-3))
     assert measures(deep) == ()
 
 
 @pytest.mark.parametrize("process", PROCESSES)
-def test_every_process_has_its_limits_and_its_tolerance(process):
+def test_processes_have_limits_and_tolerances(process):
     for figure in ("wall", "free_wall", "hole", "clearance"):
         limit = print_limit(process, figure)
         assert 0.0 < limit.value < 3e-3 and limit.source
@@ -147,12 +147,12 @@ def test_every_process_has_its_limits_and_its_tolerance(process):
 
 
 @pytest.mark.parametrize(("size", "band"), [(0.05e-3, 5e-6), (0.15e-3, 18e-6), (0.2e-3, 18e-6), (1.0e-3, 50e-6)])
-def test_sheets_have_the_tolerance_of_their_thickness(size, band):
+def test_sheet_tolerance_follows_thickness(size, band):
     assert process_tolerance("sheet", "rolled", size).band == approx(band, rel=1e-6)
 
 
 @pytest.mark.parametrize(("width", "is_told"), [("4.8 mm", True), ("4.6 mm", True), ("4.2 mm", False)])
-def test_a_jaw_whose_face_is_narrower_than_its_written_width_is_told_the_face(width, is_told):
+def test_jaw_with_narrow_face_lists_face_among_defaults(width, is_told):
     """A width of 4.8 or 4.6 mm left the face at 4.386 mm, and nothing said so."""
     text = templates.read("jaw_5x20").replace("jaw: generic-5mm", f"jaw: {{based_on: generic-5mm, width: {width}}}")
     assert width in text

@@ -4,7 +4,7 @@ import pytest
 from tolerance import approx
 
 from sitscad import load_text
-from sitscad.assembly.places.bodies import metal_face, room_behind, shield_span, target_gap
+from sitscad.assembly.places.bodies import backing_of, target_gap
 from sitscad.assembly.places.column import column, levels
 from sitscad.estimates.design import Design
 
@@ -34,22 +34,22 @@ def design(standoff="1.2", shield=NEAR):
     ("standoff", "shield"),
     [("1.2", NEAR), ("0.7", NEAR), ("0.7", ""), ("0", "")],
 )
-def test_gaps_are_those_of_the_closed_pair_from_back_to_back(standoff, shield):
+def test_gaps_match_column_of_closed_pair(standoff, shield):
     """Two ways to the same heights: the column of all layers that decides about the port, and the coils' gaps."""
     found = design(standoff, shield)
     at = {part: (low.nominal, high.nominal) for part, (low, high) in levels(column(found.layout)).items()}
     top = at["board"][1]
     assert target_gap(found.spec) == approx(at["target"][0] - top, rel=1e-6)
-    assert metal_face(found.spec) == approx(at["jaw"][1] - top, rel=1e-6)
+    assert backing_of(found.spec).metal_face == approx(at["jaw"][1] - top, rel=1e-6)
     if shield:
-        assert shield_span(found.spec) == approx([level - top for level in at["shield"]], rel=1e-6)
-        assert room_behind(found.spec) == approx(at["board"][0] - at["shield"][1], rel=1e-6)
+        assert backing_of(found.spec).shield_span == approx([level - top for level in at["shield"]], rel=1e-6)
+        assert backing_of(found.spec).room == approx(at["board"][0] - at["shield"][1], rel=1e-6)
     else:
-        assert room_behind(found.spec) == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
+        assert backing_of(found.spec).room == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
 
 
 @pytest.mark.slow
-def test_glue_takes_the_target_away_and_inductance_up():
+def test_glue_increases_target_gap_and_inductance():
     thin, thick = design(), Design(design().spec.replace("assembly.glue_line", "100 um"))
     rest, other = (each.estimates.coils[0].states["rest"].inductance for each in (thin, thick))
     assert other > 1.01 * rest

@@ -20,13 +20,13 @@ def test_bare_numbers_are_millimetres_degrees_and_newtons():
     assert list(found.held) == [True]
 
 
-def test_nothing_is_the_pose_at_rest():
+def test_no_input_is_pose_at_rest():
     found = read_motions()
     assert np.array_equal(found.poses, np.zeros((1, 6)))
     assert len(found.loads) == 0
 
 
-def test_a_scan_is_a_product_the_last_range_fastest():
+def test_scan_is_product_with_last_range_fastest():
     found = read_motions(scans=["x=-2:2:5,rz=90,z=-0.9:0:4", "normal=0:2:3,shear_x=0.5"])
     assert found.poses.shape == (20, 6)
     assert found.poses[1] - found.poses[0] == approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
@@ -34,7 +34,7 @@ def test_a_scan_is_a_product_the_last_range_fastest():
     assert found.loads == approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]), rel=1e-6)
 
 
-def test_files_name_their_columns_and_units(tmp_path):
+def test_motion_files_name_columns_and_units(tmp_path):
     poses, loads = tmp_path / "poses.csv", tmp_path / "loads.csv"
     poses.write_text("# scanned\nx,z_m,ry_deg\n1,-0.0002,2\n\n2,,\n")
     loads.write_text("normal_N,shear_x,rotation\n1,0.5,held\n2,0,\n")
@@ -44,7 +44,7 @@ def test_files_name_their_columns_and_units(tmp_path):
     assert list(found.held) == [True, False]
 
 
-def test_columns_of_readings_are_passed_over_and_told(tmp_path):
+def test_reading_columns_are_skipped_and_reported(tmp_path):
     """The plan that `calibrate` writes is asked for as it is, empty or filled in."""
     plan, poses = tmp_path / "plan.csv", tmp_path / "poses.csv"
     plan.write_text("normal_N,shear_x_N,C1_counts,C2_counts\n0,0,,\n8,-1.15,8123456,7654321\n")
@@ -59,7 +59,7 @@ def test_columns_of_readings_are_passed_over_and_told(tmp_path):
 
 
 @pytest.mark.parametrize("head", ["normal_N,C1", "normal_N,normal_counts", "normal_N,_counts", "normal_N,C1_V"])
-def test_a_column_that_is_neither_is_refused(tmp_path, head):
+def test_unknown_column_is_refused(tmp_path, head):
     (tmp_path / "loads.csv").write_text(f"{head}\n1,2\n")
     with pytest.raises(MotionError, match="is none of normal"):
         read_motions(load_files=[str(tmp_path / "loads.csv")])
@@ -84,7 +84,7 @@ def test_a_column_that_is_neither_is_refused(tmp_path, head):
         ({"scans": [""]}, "scans nothing"),
     ],
 )
-def test_what_cannot_be_read_says_what_is_allowed(asked, said):
+def test_unreadable_motion_states_allowed_forms(asked, said):
     with pytest.raises(MotionError, match=said):
         read_motions(**asked)
 
@@ -94,7 +94,7 @@ def test_what_cannot_be_read_says_what_is_allowed(asked, said):
     [("", "first line"), ("x,q\n1,2\n", "column 'q'"), ("x,x_m\n1,2\n", "each once"), ("x,y\n1\n", "row 2"),
      ("x_N\n1\n", "column 'x_N'"), ("x\nabc\n", "abc"), ("x_m\nnan\n", "finite")],
 )
-def test_a_file_that_cannot_be_read_says_where(tmp_path, text, said):
+def test_unreadable_file_states_row(tmp_path, text, said):
     path = tmp_path / "poses.csv"
     path.write_text(text)
     with pytest.raises(MotionError, match=said):
@@ -102,7 +102,7 @@ def test_a_file_that_cannot_be_read_says_where(tmp_path, text, said):
 
 
 @given(st.text(alphabet="xyzr=,:.-+0123456789e mdN\n_alo", max_size=40), st.sampled_from(["poses", "loads", "scans"]))
-def test_any_text_is_read_or_refused(text, kind):
+def test_random_text_is_read_or_refused(text, kind):
     try:
         found = read_motions(**{kind: [text]})
     except MotionError:
@@ -112,14 +112,14 @@ def test_any_text_is_read_or_refused(text, kind):
     assert found.loads.shape[1:] == (len(FORCE),)
 
 
-def test_a_frequency_needs_its_unit():
+def test_frequency_without_unit_is_refused():
     assert frequency_of("5MHz") == 5e6
     for text in ("5", "0 Hz", "-1 MHz", "5 GHz", "x"):
         with pytest.raises(MotionError):
             frequency_of(text)
 
 
-def test_a_pull_and_a_file_without_end_are_refused(tmp_path):
+def test_negative_force_and_endless_file_are_refused(tmp_path):
     with pytest.raises(MotionError, match="normal=-5: it presses"):
         read_motions(loads=["normal=-5"])
     with pytest.raises(MotionError, match="normal=-1"):
@@ -128,7 +128,7 @@ def test_a_pull_and_a_file_without_end_are_refused(tmp_path):
         read_motions(load_files=["/dev/zero"])
 
 
-def test_a_file_of_an_old_macintosh_and_a_cell_beyond_all_bounds(tmp_path):
+def test_old_line_ends_are_read_and_huge_cells_refused(tmp_path):
     """Both ended in a traceback of the csv module."""
     path = tmp_path / "loads.csv"
     path.write_bytes(b"normal_N,shear_x_N\r1,0.5\r2,0\r")

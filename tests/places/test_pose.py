@@ -14,7 +14,7 @@ LENGTHS = st.floats(-1e-2, 1e-2)
 
 
 @given(ANGLES, ANGLES, ANGLES)
-def test_the_turn_is_a_rotation(rx, ry, rz):
+def test_pose_rotation_is_orthonormal(rx, ry, rz):
     rows = Pose(rx=rx, ry=ry, rz=rz).rotation
     for i in range(3):
         for j in range(3):
@@ -32,24 +32,24 @@ def test_the_turn_is_a_rotation(rx, ry, rz):
         (Pose(z=-2e-4), (1e-3, 0.0, 0.0), (1e-3, 0.0, -2e-4)),
     ],
 )
-def test_signs_are_those_of_the_board_axes(pose, point, gone):
+def test_pose_signs_follow_board_axes(pose, point, gone):
     assert pose.moved(point, (0.0, 0.0, 0.0)) == approx(gone, abs=1e-15)
 
 
 @given(LENGTHS, LENGTHS, LENGTHS, ANGLES, ANGLES, ANGLES)
-def test_the_turn_is_about_the_near_face(x, y, z, rx, ry, rz):
+def test_pose_rotates_about_near_face(x, y, z, rx, ry, rz):
     centre = (1e-3, -2e-3, 1.5e-3)
     gone = Pose(x, y, z, rx, ry, rz).moved(centre, centre)
     assert gone == approx((centre[0] + x, centre[1] + y, centre[2] + z), abs=1e-15)
 
 
-def test_the_turns_follow_each_other():
+def test_pose_rotations_apply_in_order():
     """R = Rx Ry Rz: a point is turned about z first."""
     half = math.pi / 2
     moved = Pose(rx=half, rz=half).moved((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert moved == approx((0.0, 0.0, 1.0), abs=1e-12)
 
 
-def test_rest_is_no_motion():
+def test_rest_pose_moves_nothing():
     assert REST_POSE.rx == REST_POSE.ry == 0.0
     assert REST_POSE.moved((1.0, 2.0, 3.0), (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)

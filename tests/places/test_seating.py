@@ -22,7 +22,7 @@ mount: {{kind: grasper-pad, jaw: robotic-12mm, standoff: 1.5}}
 
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "solder-pads"])
 @pytest.mark.parametrize(("diameter", "pitch", "margin"), [(8, 8.5, 0), (8, 8.5, 0.5), (7, 7.6, 0.2), (5, 6, 0)])
-def test_cheeks_stand_beside_the_tail_over_their_whole_length(diameter, pitch, margin, connector):
+def test_cheeks_stand_beside_tail_over_full_length(diameter, pitch, margin, connector):
     """A body of 8.9 mm narrows to its tail of 2.5 mm over 3 mm: cheeks as for the tail's end stood in the taper."""
     spec = sitscad.load_text(JAW.format(diameter=diameter, pitch=pitch, margin=margin, connector=connector), "jaw.yaml")
     layout = sitscad.lay_out(spec)
@@ -36,7 +36,7 @@ def test_cheeks_stand_beside_the_tail_over_their_whole_length(diameter, pitch, m
         assert board.intersection(cheek).area < 1e-10
 
 
-def test_a_taper_that_goes_on_past_the_tongue_leaves_no_room_for_cheeks():
+def test_long_taper_has_no_cheeks():
     text = JAW.format(diameter=8, pitch=8.5, margin=0, connector="zif-0.5mm")
     layout = sitscad.lay_out(sitscad.load_text(text, "jaw.yaml"))
     found = relief(layout)
@@ -44,7 +44,7 @@ def test_a_taper_that_goes_on_past_the_tongue_leaves_no_room_for_cheeks():
     assert found.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
 
 
-def test_some_tongues_have_cheeks():
+def test_templates_include_tongues_with_cheeks():
     text = JAW.format(diameter=5, pitch=6, margin=0, connector="zif-0.5mm")
     found = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
     assert found is not None and found.cheeks is not None

@@ -6,7 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.places.bodies import BodyRole, backing_of, top_height
 from sitscad.assembly.places.column import column
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import closed_span
@@ -27,7 +27,7 @@ def layout(request):
     return layout_of(request.param)
 
 
-def test_pieces_are_in_order_and_touch(layout):
+def test_stack_pieces_are_ordered_and_touch(layout):
     pieces = stack(layout)
     assert [piece.lower for piece in pieces] == sorted(piece.lower for piece in pieces)
     assert all(piece.thickness > 0.0 for piece in pieces)
@@ -36,14 +36,14 @@ def test_pieces_are_in_order_and_touch(layout):
         assert over.lower == approx(under.upper, abs=1e-12)
 
 
-def test_metals_are_those_that_the_estimate_sees(layout):
+def test_stack_metals_match_estimates(layout):
     conducting = {piece.role for piece in stack(layout) if piece.metal is not None}
     assert conducting <= {BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.TARGET, BodyRole.SHIELD}
     assert (BodyRole.TARGET in conducting) == (layout.spec.target is not None)
 
 
-def test_the_closed_pair_reaches_from_back_to_back(layout):
-    span, section = closed_span(layout.spec), closed_section(layout)
+def test_closed_section_spans_both_backs(layout):
+    span, section = closed_span(backing_of(layout.spec), top_height(layout.spec)), closed_section(layout)
     if span is None:
         assert section is None
         return
@@ -54,7 +54,7 @@ def test_the_closed_pair_reaches_from_back_to_back(layout):
     assert lines and section.height == approx(span[1] - span[0] + 30e-6 * len(lines), rel=1e-6)
 
 
-def test_states_carry_the_pose_of_the_target():
+def test_states_have_target_pose():
     found = {state.name: state for state in sitscad.estimate(layout_of("bench_7mm")).states}
     assert list(found) == [FREE, REST, PRESSED]
     assert found[FREE].is_free and not found[REST].is_free
@@ -64,7 +64,7 @@ def test_states_carry_the_pose_of_the_target():
     assert found[PRESSED].force == layout_of("bench_7mm").spec.requirements.normal_force
 
 
-def test_every_state_has_words():
+def test_states_have_texts():
     assert {in_words(kind.name) for kind in STATES}.isdisjoint((FREE, REST))
     assert titled("behind_the_board") == "behind the board"
     assert in_words("scissor") == "scissor"

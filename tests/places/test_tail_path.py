@@ -19,7 +19,7 @@ WAY = TailPath(
 @pytest.mark.parametrize("turned", [0.0, 2.5])
 @pytest.mark.parametrize("x", [-1e-3, 1e-3, 3.5e-3, 4.5e-3, 7e-3])
 @pytest.mark.parametrize("z", [-4e-3, -1e-3, 0.0, 0.8e-3])
-def test_the_distance_of_a_point_is_that_of_the_nearest_place(turned, x, z):
+def test_distance_from_tail_path_is_least_sampled_distance(turned, x, z):
     way = TailPath(Station(0.3e-3, 0.2e-3, turned), WAY.stretches)
     places = (way.at(way.length * i / 5000) for i in range(5001))
     nearest = min(math.hypot(place.x - x, place.z - z) for place in places)

@@ -21,7 +21,7 @@ from sitscad.estimates.signal import signals
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_part, render
-from sitscad.layout.tail_tracks import contact_rows, contacts
+from sitscad.layout.tail.tracks import contact_rows, contacts
 from sitscad.spec import templates
 from sitscad.spec.presets import unverified_figures
 

@@ -60,7 +60,7 @@ KINDS = dict(kinds())
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_figures_and_solids_agree_on_what_carries_the_board(kind):
+def test_support_from_figures_matches_solids(kind):
     """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
     layout = KINDS[kind]
     plane, (pressed, body) = support(layout), carried(layout, whole(layout))
@@ -79,7 +79,7 @@ mount: {kind: custom, step: own.step, standoff: 4}
 
 
 @pytest.mark.slow
-def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
+def test_part_under_tail_bend_is_found_with_volume(tmp_path):
     """The steps had the tail bent about a line that the user's own block reaches under, and nothing was found."""
     import build123d as bd
 
@@ -130,20 +130,20 @@ def built(tmp_path, size):
 
 
 @pytest.mark.slow
-def test_a_block_that_is_large_enough_says_nothing(tmp_path):
+def test_sufficient_block_has_no_finding(tmp_path):
     assert built(tmp_path, (12, 12, 3))[0] == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "severity"), [(5.0, Severity.WARNING), (2.0, Severity.ERROR)])
-def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, severity):
+def test_block_smaller_than_pad_is_found_with_both_areas(tmp_path, side, severity):
     (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))
     assert (found.rule, found.severity) == ("SIT326", severity)
     assert (found.measured, found.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))
 
 
 @pytest.mark.slow
-def test_a_seat_is_found_whatever_the_port_takes_of_it():
+def test_seat_that_kernel_cuts_wrongly_has_mesh_volume():
     """The kernel's common part of this seat and its port was nothing at all, and no mount was built; the volume is that
     of the meshes' common part, less what the edge under the tail is rounded by.
     """
@@ -152,14 +152,14 @@ def test_a_seat_is_found_whatever_the_port_takes_of_it():
     assert seat.shape.is_valid and seat.volume == approx(47.03e-9, rel=1e-4)
 
 
-def test_a_cap_may_leave_the_board_on_the_finger_itself():
+def test_cap_without_standoff_is_valid_and_has_no_support_measure():
     finger = KINDS["rectangle"].spec.mount.finger
     layout = handmade.bench_sensor(mount=handmade.Mount("fingertip", None, 0.0, finger=finger))
     (cap,) = pieces.mount(layout)
     assert cap.shape.is_valid and carried(layout, (cap,)) == ()
 
 
-def test_a_custom_mount_without_a_file_carries_the_board_over_a_shield():
+def test_custom_mount_without_file_supports_board_over_shield():
     mount = replace(handmade.Mount("bench-plate", None, 3e-3), kind="custom")
     layout = handmade.bench_sensor(mount=mount, shield=handmade.jaw_sensor().spec.shield)
     solids = whole(layout)

@@ -37,7 +37,7 @@ FITTED = {
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("case", FITTED)
-def test_figures_and_meshes_agree_on_the_envelope(case):
+def test_envelope_from_figures_matches_meshes(case):
     layout = handmade.jaw_sensor(**FITTED[case])
     pair = closed_pair(layout)
     section = closed_section(layout)
@@ -48,14 +48,14 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
     assert height * 1e-3 == approx(section.height, rel=1e-6)
 
 
-def test_the_height_is_the_sum_of_the_stack():
+def test_closed_height_is_sum_of_stack():
     section = closed_section(handmade.jaw_sensor())
     assert section.height == approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3, rel=1e-6)
     assert section.radius < 2.5e-3 < section.likely < section.worst
     assert section.fits
 
 
-def test_a_pair_that_is_too_high_or_too_wide_does_not_fit_and_says_what_decides():
+def test_high_or_wide_pair_does_not_fit_and_names_part():
     high = closed_section(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=1.4e-3), 1e-3)))
     assert not high.fits
     assert "jaw" in high.decided_by
@@ -64,13 +64,13 @@ def test_a_pair_that_is_too_high_or_too_wide_does_not_fit_and_says_what_decides(
     assert wide.decided_by == "encapsulation"
 
 
-def test_without_a_jaw_there_is_no_closed_pair():
+def test_sensor_without_jaw_has_no_closed_pair():
     assert closed_section(handmade.bench_sensor()) is None
 
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
+def test_envelope_includes_both_jaws_without_tail():
     with pytest.raises(ValueError, match="opposing jaw"):
         envelope_radius(handmade.solids("jaw"))
     layout = handmade.jaw_sensor()
@@ -81,7 +81,7 @@ def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
 
 
 @pytest.mark.cad
-def test_clearances_and_interferences_of_two_boxes():
+def test_two_boxes_have_clearance_or_interference():
     first = Solid("a", box(0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3), "m", "#000000", BodyRole.MOUNT)
 
     def second(x: float) -> Solid:
@@ -97,7 +97,7 @@ def test_clearances_and_interferences_of_two_boxes():
 
 
 @pytest.mark.cad
-def test_a_part_that_is_moved_into_another_is_found():
+def test_part_moved_into_neighbour_is_found():
     import build123d as bd
 
     moved = [
@@ -111,7 +111,7 @@ def test_a_part_that_is_moved_into_another_is_found():
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_the_shield_keeps_its_gap_to_the_board_and_the_board_its_standoff():
+def test_shield_keeps_gap_and_board_keeps_standoff():
     gaps = {(c.first, c.second): c.gap for c in clearances(handmade.solids("jaw"))}
     assert gaps["shield", "board"] == approx(0.6e-3, rel=1e-6)
     assert gaps["jaw", "board"] == approx(1.0e-3, rel=1e-6)

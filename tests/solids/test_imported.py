@@ -60,7 +60,7 @@ LIES = "step: jaw.step, datum: [10, -1, 30], along: x, up: -y"
 
 
 @pytest.mark.slow
-def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
+def test_imported_jaw_lies_at_datum(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     layout, jaw = jaw_of(spec)
     box = jaw.shape.bounding_box()
@@ -74,7 +74,7 @@ def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
 
 
 @pytest.mark.slow
-def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
+def test_named_coordinate_system_is_datum(tmp_path, jaw_file):
     text = jaw_file.read_text()
     named = (
         "#90001=CARTESIAN_POINT('',(10.,-1.,30.));\n#90002=DIRECTION('',(0.,-1.,0.));\n"
@@ -93,7 +93,7 @@ def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_rules_in_the_plane_say_why_they_are_not_checked(tmp_path, jaw_file):
+def test_plane_rules_state_reason_if_not_checked(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     result = check(spec)
     reasons = {entry.rule: entry.reason for entry in result.not_checked}
@@ -105,7 +105,7 @@ def test_rules_in_the_plane_say_why_they_are_not_checked(tmp_path, jaw_file):
     assert prove(layout, whole(layout)).faults == ()
 
 
-def test_metal_of_a_file_is_metal_behind_the_coils(tmp_path, jaw_file):
+def test_file_metal_counts_behind_coils(tmp_path, jaw_file):
     from sitscad.estimates.targets.assembly import metal_behind
 
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}, material: titanium-grade-5}}, standoff: 1}}")
@@ -116,7 +116,7 @@ def test_metal_of_a_file_is_metal_behind_the_coils(tmp_path, jaw_file):
 
 
 @pytest.mark.slow
-def test_a_file_that_stands_in_the_board_is_found_once(tmp_path, jaw_file):
+def test_file_overlapping_board_is_found_once(tmp_path, jaw_file):
     sunk = lay_out(beside(tmp_path, jaw_file, "{jaw: {step: jaw.step, datum: [10, 0.9, 30], up: -y}, standoff: 1}"))
     found = [each for each in in_file(sunk.spec.mount, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
     assert [(each.what, each.is_kept, "jaw" in (each.first, each.second)) for each in found] == [
@@ -125,7 +125,7 @@ def test_a_file_that_stands_in_the_board_is_found_once(tmp_path, jaw_file):
 
 
 @pytest.mark.slow
-def test_a_mount_of_one_s_own_and_none_at_all(tmp_path, jaw_file):
+def test_custom_mount_with_and_without_file_is_built(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
     found = {solid.name: solid for solid in solids(own)}
     assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == found["mount"].shape.bounding_box().max.Z
@@ -146,7 +146,7 @@ def test_a_mount_of_one_s_own_and_none_at_all(tmp_path, jaw_file):
         ("large.step", b"ISO-10303-21;" + b" " * (17 << 20) + b"END-ISO-10303-21;", "SIT010", "larger than 16 MiB"),
     ],
 )
-def test_files_that_are_none_are_found_by_name_and_line(tmp_path, name, content, rule, words):
+def test_invalid_file_is_refused_at_key_and_line(tmp_path, name, content, rule, words):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     inner = tmp_path / "inner" if name.startswith("..") else tmp_path
@@ -165,7 +165,7 @@ def test_files_that_are_none_are_found_by_name_and_line(tmp_path, name, content,
     "body",
     ["", "HEADER;\nENDSEC;\nDATA;\n#1=NONSENSE(#2,#1);\nENDSEC;\n", "DATA;\n" + "#1=A(((((((((" * 2000 + "\nENDSEC;\n"],
 )
-def test_a_file_with_nothing_in_it_is_refused_by_the_build(tmp_path, body):
+def test_empty_file_is_refused_by_build(tmp_path, body):
     (tmp_path / "jaw.step").write_text(f"ISO-10303-21;\n{body}END-ISO-10303-21;\n")
     spec = load(written(tmp_path, "{jaw: {step: jaw.step}}"))
     with pytest.raises(PartsError, match=r"jaw\.step"):
@@ -173,7 +173,7 @@ def test_a_file_with_nothing_in_it_is_refused_by_the_build(tmp_path, body):
 
 
 @pytest.mark.slow
-def test_two_solids_are_not_one_part(tmp_path):
+def test_file_with_two_solids_is_refused(tmp_path):
     import build123d as bd
 
     apart = bd.Compound([bd.Solid.make_box(1, 1, 1), bd.Solid.make_box(1, 1, 1).moved(bd.Location((3, 0, 0)))])
@@ -183,7 +183,7 @@ def test_two_solids_are_not_one_part(tmp_path):
         solids(lay_out(spec))
 
 
-def test_a_spec_that_lost_its_file_says_so(tmp_path, jaw_file):
+def test_spec_without_its_file_is_refused(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     lost = replace(spec, source=replace(spec.source, files={}))
     with pytest.raises(PartsError, match="load the spec from its file again"):
@@ -207,7 +207,7 @@ def test_a_spec_that_lost_its_file_says_so(tmp_path, jaw_file):
         ("{kind: bench-plate, holes: [{at: [9, 9], diameter: 5, head: 3}]}", "mount.holes", "SIT009"),
     ],
 )
-def test_keys_that_do_not_go_together_are_flaws(tmp_path, jaw_file, mount, key, rule):
+def test_contradictory_keys_are_flaws(tmp_path, jaw_file, mount, key, rule):
     (tmp_path / "jaw.step").write_bytes(jaw_file.read_bytes())
     with pytest.raises(SpecError) as caught:
         load(written(tmp_path, mount))
@@ -215,7 +215,7 @@ def test_keys_that_do_not_go_together_are_flaws(tmp_path, jaw_file, mount, key, 
 
 
 @pytest.mark.slow
-def test_the_other_jaw_of_a_file_is_its_mirror_image_on_the_glued_sensor(tmp_path, jaw_file):
+def test_opposing_jaw_of_file_is_mirror_image(tmp_path, jaw_file):
     """Where no figure stands beside the file there was none: pictures and assembly showed half an instrument."""
     layout, lower = jaw_of(beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}"))
     assert layout.spec.mount.jaw is None

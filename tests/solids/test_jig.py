@@ -13,7 +13,10 @@ from solid_pairs import clearances, interferences
 from tolerance import approx
 
 from sitscad.assembly.places import stack
-from sitscad.assembly.places.bodies import BodyRole, above_board, elastomer, elastomers, joined, target, targets
+from sitscad.assembly.places.bodies import (
+    BodyRole,
+    plates_of,
+)
 from sitscad.assembly.places.column import levels, on_board
 from sitscad.assembly.places.seating import process_clearance
 from sitscad.assembly.solids import aids, solids
@@ -55,7 +58,7 @@ def as_solid(body, lift=0.0):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
-def test_every_piece_is_closed_and_one_piece(name):
+def test_jig_pieces_are_closed_single_solids(name):
     found = aids(handmade.layout(name))
     assert all(solid.shape.is_valid and solid.volume > 0.0 for solid in found)
     for solid in found:
@@ -66,10 +69,10 @@ def test_every_piece_is_closed_and_one_piece(name):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
-def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
+def test_board_and_pieces_in_jig_touch_only_board(name):
     layout, found = handmade.layout(name), pieces(name)
     board = as_solid(stack.board(layout.outline, layout.spec.fpc.stackup))
-    for body in (elastomer(layout.spec), target(layout.spec)):
+    for body in (plates_of(layout.spec).elastomer, plates_of(layout.spec).target):
         together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
         assert interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in clearances(together)}
@@ -79,7 +82,7 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
 
 
 @pytest.mark.slow
-def test_the_frame_goes_on_one_way_only():
+def test_jig_frame_has_single_orientation():
     """Turned by half a circle, the thick pin stands where the thin one's hole is."""
     import build123d as bd
 
@@ -118,8 +121,8 @@ def specs():
 
 def placed(layout):
     """Everything on the board by its part: its bodies with the levels of lower and upper face, least and largest."""
-    at, whole = levels(on_board(layout)), joined(layout.spec)
-    rows = {"elastomer": elastomers(layout.spec) if whole is None else (whole,), "target": targets(layout.spec)}
+    at, plates = levels(on_board(layout)), plates_of(layout.spec)
+    rows = {part: plates.glued(part) for part in ("elastomer", "target")}
     for part, row in rows.items():
         if row:
             lower, upper = (each - at["board"][1] for each in at[part])
@@ -127,7 +130,7 @@ def placed(layout):
 
 
 @pytest.mark.parametrize(("name", "spec"), [pytest.param(*each, id=each[0]) for each in specs()])
-def test_jig_frames_leave_pads_and_targets_of_every_thickness_free(name, spec):
+def test_jig_frames_clear_pads_and_targets_of_all_thicknesses(name, spec):
     """A frame stood on the rim of a pad larger than its target, and on every thick pad."""
     layout = lay_out(spec)
     for frame in jig_frames(layout):
@@ -148,7 +151,7 @@ def test_jig_frames_leave_pads_and_targets_of_every_thickness_free(name, spec):
     [pytest.param(*each, id=each[0], marks=() if each[0] in ("grasper_4layer", "three_axis_pad") else pytest.mark.more)
      for each in specs() if each[1].target],
 )
-def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
+def test_jig_pieces_overlap_no_contents(name, spec):
     """Boolean overlaps of all pieces of the jig with board, pads and targets, as thin and as thick as they may be."""
     layout = lay_out(spec)
     found = {solid.name: solid for solid in jig(layout)}
@@ -170,7 +173,7 @@ def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round"])
-def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
+def test_press_rests_only_on_piece_at_all_thicknesses(name):
     """A thin pad was never touched by the press, which stopped on the frame; a thick one was squeezed."""
     layout = handmade.layout(name)
     glued = replace(layout, spec=replace(layout.spec, assembly=GLUE))
@@ -189,31 +192,31 @@ def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
 
 
 @pytest.mark.slow
-def test_a_wide_board_is_pushed_out_by_holes_all_over_it():
+def test_wide_board_has_push_holes_over_its_area():
     """One hole of 2.5 mm was to push out a skin of 46 x 46 mm."""
     grid, small = (lay_out(load_text(templates.read(name), "t.yaml")) for name in ("skin_grid_3x3", "grasper_4layer"))
-    places, size = push_places(grid)
+    places, size = push_places(grid.body, grid.body_outline)
     (x0, y0, x1, y1) = grid.body
     for x, y in ((x0, y0), (x1, y1), (0.5 * (x0 + x1), 0.5 * (y0 + y1))):
         assert min(math.hypot(x - at.x, y - at.y) for at in places) <= PUSH_PITCH / math.sqrt(2.0)
     assert size == max(PUSH_HOLES) and len(places) == 9
-    assert push_places(small)[1] == min(PUSH_HOLES)
+    assert push_places(small.body, small.body_outline)[1] == min(PUSH_HOLES)
     base = manifold(tessellate(next(solid for solid in jig(small) if solid.name == "jig-base")))
-    assert base.genus() == len(push_places(small)[0])
+    assert base.genus() == len(push_places(small.body, small.body_outline)[0])
 
 
-def test_without_anything_on_the_board_there_is_no_jig():
+def test_board_without_pieces_has_no_jig():
     assert jig(handmade.layout("bare")) == () and mould(handmade.layout("bare")) == ()
-    assert pour(handmade.layout("bare").spec) is None
+    assert pour(plates_of(handmade.layout("bare").spec)) is None
 
 
 @pytest.mark.parametrize("name", ["jaw", "round"])
-def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
+def test_mould_cavity_has_nominal_pad_volume(name):
     """What the cavities take out of the tray, grooves apart, is the pads' volume but for the draft's second order."""
     layout = handmade.layout(name)
-    pad = elastomer(layout.spec)
+    pad = plates_of(layout.spec).elastomer
     tray, lid = mould(layout)
-    found = pour(layout.spec)
+    found = pour(plates_of(layout.spec))
     x, y = pad.footprint.size
     area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
     assert found.pad == approx(area * pad.thickness, rel=1e-6) and found.mixed == approx(
@@ -227,7 +230,7 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
     assert manifold(tessellate(lid)).genus() == 2 * CAVITIES
 
 
-def test_a_coarser_process_leaves_more_room_in_the_jig():
+def test_coarser_process_gives_jig_more_clearance():
     mount = replace(handmade.jaw_sensor().spec.mount, process="filament")
     usual = handmade.jaw_sensor().spec.mount
     assert process_clearance(handmade.jaw_sensor(mount=mount).spec.mount) > process_clearance(usual)
@@ -235,7 +238,7 @@ def test_a_coarser_process_leaves_more_room_in_the_jig():
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_pads_that_webs_join_are_cast_and_laid_as_one_piece():
+def test_webbed_pads_are_cast_and_placed_as_single_piece():
     """The tray's cavity at half its height is four pads and their webs, which one well takes; targets have four."""
     text = (TEMPLATES / "skin_grid_3x3.yaml").read_text().replace("[3, 3]", "[2, 2]")
     text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")
@@ -246,16 +249,17 @@ def test_pads_that_webs_join_are_cast_and_laid_as_one_piece():
     whole, middle = cut.slice(low + 0.5).area(), cut.slice(low + 2.0 + 0.49 * depth).area()
     area = 4 * 10.0**2 + 4 * 2.0 * 6.0
     assert whole - middle == approx(area, rel=0.01)
-    assert (pour(layout.spec).pads, pour(layout.spec).pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
+    silicone = pour(plates_of(layout.spec))
+    assert (silicone.pads, silicone.pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
     found = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
     assert found["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
-    assert found["jig-target"].slice(1e3 * elastomer(layout.spec).upper + 1.0).num_contour() == 3 + 4
+    assert found["jig-target"].slice(1e3 * plates_of(layout.spec).elastomer.upper + 1.0).num_contour() == 3 + 4
 
 
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("gap", "wells"), [(1.0, 2), (0.66, 2), (0.5, 1)])
-def test_a_frame_with_wells_of_neighbours_is_one_piece(gap, wells):
+def test_frame_with_neighbouring_wells_is_single_piece(gap, wells):
     """Drilled corners cut the wall between them off, and `build` refused; too thin to print, it is left out."""
     spec = load_text(f"""
 sitscad: 1
@@ -269,10 +273,10 @@ mount: {{kind: grasper-pad, jaw: robotic-12mm, standoff: 1}}
 """)
     found = {solid.name: manifold(tessellate(solid)) for solid in jig(lay_out(spec))}
     assert found["jig-elastomer"].slice(1.0).num_contour() == 3 + wells  # outside, two pins
-    assert found["jig-target"].slice(1e3 * elastomer(spec).upper + 1.0).num_contour() == 3 + wells
+    assert found["jig-target"].slice(1e3 * plates_of(spec).elastomer.upper + 1.0).num_contour() == 3 + wells
 
 
-def test_tools_that_overlap_cut_what_they_cut_one_after_the_other():
+def test_joint_cut_equals_successive_cuts():
     block = box(0.0, 0.0, 0.0, 4e-3, 2e-3, 1e-3)
     tools = [box(0.5e-3, 0.5e-3, 0.5e-3, 2e-3, 1.5e-3, 2e-3), box(1.5e-3, 1e-3, -1e-3, 3e-3, 1.8e-3, 2e-3)]
     # their volumes less what both take of the block
@@ -287,14 +291,14 @@ def test_tools_that_overlap_cut_what_they_cut_one_after_the_other():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("template", ["round_button_12mm", "three_axis_triangle", "grasper_4layer"])
-def test_the_board_s_press_stands_on_the_board_s_rim_and_touches_neither_mount_nor_pieces(template):
+def test_board_press_stands_on_rim_and_clears_mount_and_pieces(template):
     """A frame stood on the mount's rim where boards are thin, and its glue was pressed by nothing."""
     layout = lay_out(load_text(templates.read(template)))
     press = next(solid for solid in jig(layout) if solid.name == BOARD_PRESS)
     mounts = [solid for solid in solids(layout) if solid.role is BodyRole.MOUNT]
     thin = lifted(as_solid(stack.board(layout.outline, layout.spec.fpc.stackup)),
                   -50e-6)  # a board below the mount's rim
-    around = (lifted(press, -50e-6), thin, *(as_solid(body) for body in above_board(layout.spec)), *mounts)
+    around = (lifted(press, -50e-6), thin, *(as_solid(body) for body in plates_of(layout.spec).all), *mounts)
     assert not [clash for clash in interferences(around) if BOARD_PRESS in clash]
     gaps = {(c.first, c.second): c.gap for c in clearances((around[0], thin))}
     assert gaps[BOARD_PRESS, "board"] == approx(0.0, abs=1e-9)

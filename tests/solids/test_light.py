@@ -20,13 +20,13 @@ MODULES = (
 )
 
 
-def test_importing_parts_and_their_writers_imports_no_cad():
+def test_import_of_parts_and_writers_loads_no_cad():
     code = f"import {MODULES}, sys; print([name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
-def test_the_closed_section_needs_no_cad():
+def test_closed_section_loads_no_cad():
     import handmade
 
     from sitscad.assembly.places.fit import closed_section
@@ -36,7 +36,7 @@ def test_the_closed_section_needs_no_cad():
     assert {name for name in HEAVY if name in sys.modules} == before
 
 
-def test_a_package_that_is_not_there_is_one_sentence_with_the_command():
+def test_missing_package_is_refused_with_install_command():
     with pytest.raises(MissingExtra) as caught:
         solid.require("sitscad_has_no_such_package")
     text = str(caught.value)
@@ -46,7 +46,7 @@ def test_a_package_that_is_not_there_is_one_sentence_with_the_command():
     assert isinstance(caught.value, ImportError)
 
 
-def test_a_package_without_its_system_library_names_the_libraries(monkeypatch):
+def test_missing_system_library_is_named(monkeypatch):
     def broken(name: str) -> types.ModuleType:
         raise OSError("libGL.so.1: cannot open shared object file")
 
@@ -55,7 +55,7 @@ def test_a_package_without_its_system_library_names_the_libraries(monkeypatch):
         solid.require("gmsh")
 
 
-def test_a_package_that_lacks_a_package_of_its_own_says_which(monkeypatch):
+def test_missing_dependency_of_package_is_named(monkeypatch):
     def broken(name: str) -> types.ModuleType:
         raise ModuleNotFoundError("No module named 'OCP'", name="OCP")
 
@@ -64,7 +64,7 @@ def test_a_package_that_lacks_a_package_of_its_own_says_which(monkeypatch):
         solid.require("build123d")
 
 
-def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
+def test_interrupted_package_import_raises_keyboard_interrupt(monkeypatch):
     """A Ctrl-C within a compiled package's start came out as "cannot be loaded: pip install ..."."""
 
     def interrupted(package):
@@ -78,7 +78,7 @@ def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
         solid.require("build123d")
 
 
-def test_what_cad_imports_and_nobody_asks_for_is_loaded_when_somebody_does(tmp_path, monkeypatch):
+def test_unused_cad_dependencies_load_on_demand(tmp_path, monkeypatch):
     (tmp_path / "aside.py").write_text("there = 5\n")
     (tmp_path / "inside.py").write_text("import aside\n\ndef asked():\n    return aside.there\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -94,7 +94,7 @@ def test_what_cad_imports_and_nobody_asks_for_is_loaded_when_somebody_does(tmp_p
 
 
 @pytest.mark.slow
-def test_the_cad_kernels_start_without_sympy_and_vtk_and_have_them_on_demand():
+def test_cad_kernels_start_without_sympy_and_vtk():
     code = (
         "from sitscad.assembly.solids.solid import require, UNUSED\nimport sys\n"
         "for name in ('build123d', 'cadquery', 'trimesh', 'matplotlib.figure'): require(name)\n"

@@ -43,20 +43,20 @@ def placed(shape, *at):
     return shape.moved(bd.Location(at))
 
 
-def test_a_block_s_wall_is_its_least_side():
+def test_block_wall_is_least_side():
     found = printable(solid(block(5, 4, 0.7)), "resin")
     assert found.wall == approx(0.7e-3, abs=2e-6) and found.hole is None and found.faults == ()
     assert found.volume == approx(14e-9, rel=1e-6) and found.bed in ("-z", "+z") and found.unsupported == 0.0
 
 
-def test_a_wall_thinner_than_its_process_makes_is_a_fault_with_both_figures():
+def test_thin_wall_is_fault_with_size_and_limit():
     piece = solid((block(5, 4, 3) - placed(block(4, 3, 3), 0.3, 0.5, 0.5)).solids()[0])
     assert printable(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
     (fault,) = printable(piece, "resin").faults
     assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "mount.process" in fault.fix
 
 
-def test_holes_count_and_pins_do_not():
+def test_smallest_hole_ignores_pins():
     import build123d as bd
 
     drilled = block(9, 9, 3) - placed(bd.Solid.make_cylinder(0.3, 4), 3, 3, -0.5)
@@ -66,13 +66,13 @@ def test_holes_count_and_pins_do_not():
     assert [fault.what for fault in printable(solid(pinned), "powder").faults] == ["wall", "hole"]
 
 
-def test_a_hollow_that_nothing_leads_out_of_is_found():
+def test_closed_hollow_is_found():
     piece = solid((block(6, 6, 6) - placed(block(2, 2, 2), 2, 2, 2)).solids()[0])
     (fault,) = printable(piece, "resin").faults
     assert fault.what == "trapped volume" and fault.measured == approx(8e-9, rel=1e-6)
 
 
-def test_a_piece_lies_so_that_least_wants_support():
+def test_print_bed_side_needs_least_support():
     """A table: standing it has a roof to be held up, upside down none."""
     table = block(8, 8, 1) + placed(block(2, 2, 5), 3, 3, -5)
     found = printable(solid(table.solids()[0]), "resin")
@@ -111,7 +111,7 @@ def pieces(layout):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
-def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
+def test_mount_pieces_are_printable_in_resin(kind):
     for piece in mounts.mount(KINDS[kind]):
         assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
 
@@ -120,7 +120,7 @@ def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("process", ["powder", "filament"])
 @pytest.mark.parametrize("kind", ["ledges", "ati-nano17", "finger-circle"])
-def test_every_piece_can_be_made_by_every_process(kind, process):
+def test_mount_pieces_are_printable_by_all_processes(kind, process):
     """But for the holes of a cap, which are drilled and tapped where its printer makes none so small."""
     layout = made(KINDS[kind], process)
     for piece in pieces(layout) if process == "filament" else mounts.mount(layout):
@@ -130,7 +130,7 @@ def test_every_piece_can_be_made_by_every_process(kind, process):
 
 
 @pytest.mark.slow
-def test_the_report_says_how_each_piece_is_made():
+def test_report_states_process_of_each_piece():
     from sitscad.assembly.solids.pieces import jaw
     from sitscad.assembly.solids.tooling import mould
 
@@ -149,7 +149,7 @@ def test_the_report_says_how_each_piece_is_made():
 @pytest.mark.parametrize(
     "kind", ["dovetail", *(pytest.param(kind, marks=pytest.mark.more) for kind in ("ati-nano17", "finger-circle"))]
 )
-def test_slicers_find_nothing_to_mend(kind, tmp_path):
+def test_slicer_accepts_printed_meshes(kind, tmp_path):
     """admesh: no facet to be repaired; PrusaSlicer slices STL and 3MF without a warning."""
     layout = KINDS[kind]
     found = pieces(layout)
@@ -170,7 +170,7 @@ def test_slicers_find_nothing_to_mend(kind, tmp_path):
         out.unlink()
 
 
-def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
+def test_cap_bore_has_clearance_round_finger():
     from sitscad.assembly.places.seating import clearance
 
     layout = KINDS["finger-circle"]
@@ -180,7 +180,7 @@ def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
 
 
 @pytest.mark.slow
-def test_a_dovetail_s_tongue_has_its_section_s_volume():
+def test_dovetail_tongue_has_section_volume():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
     held = mounts.mount(KINDS["dovetail"])[0]
     found = Retention("dovetail")
@@ -191,7 +191,7 @@ def test_a_dovetail_s_tongue_has_its_section_s_volume():
 
 
 @pytest.mark.slow
-def test_pins_have_their_cylinders_volume_less_their_chamfers():
+def test_pins_have_cylinder_volume_less_chamfers():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
     held, found = mounts.mount(KINDS["pins"])[0], Retention("pins")
     radius, cut = found.diameter / 2, 0.1e-3
@@ -203,7 +203,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])
-def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
+def test_jaw_cutout_is_larger_by_clearance(kind):
     from sitscad.assembly.places.seating import joint_clearance
     from sitscad.assembly.solids.pieces import jaw
 
@@ -219,7 +219,7 @@ def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
         mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume
 
 
-def test_rays_through_a_large_plate_with_many_holes_meet_what_is_near_alone(monkeypatch):
+def test_wall_rays_in_plate_with_holes_meet_only_near_triangles(monkeypatch):
     """The print check of a jig's base of 300 x 300 mm, with 361 holes, took minutes: each ray met every triangle."""
     import build123d as bd
 

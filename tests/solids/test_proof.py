@@ -10,7 +10,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.assembly.places.bodies import BodyRole, elastomer
+from sitscad.assembly.places.bodies import BodyRole, plates_of
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.state import Pose
 from sitscad.assembly.solids.clash import clashes
@@ -57,7 +57,7 @@ def random_sensor(seed):
         *(pytest.param(seed, marks=[pytest.mark.slow, pytest.mark.more]) for seed in range(12, 40)),
     ],
 )
-def test_figures_and_solids_agree(seed):
+def test_fit_from_figures_matches_solids(seed):
     layout = random_sensor(seed)
     proof, plane = prove(layout, whole(layout)), closed_section(layout)
     assert proof.radius == approx(plane.radius, abs=6e-6)
@@ -67,7 +67,7 @@ def test_figures_and_solids_agree(seed):
 
 
 @pytest.mark.slow
-def test_glue_leaves_a_gap_of_its_line_between_pieces_and_none_elsewhere():
+def test_glued_pieces_have_gap_of_glue_line():
     layout = handmade.jaw_sensor()
     layout = replace(layout, spec=replace(layout.spec, assembly=GLUED))
     gaps = {(c.first, c.second): c.gap for c in prove(layout, whole(layout)).clearances}
@@ -96,7 +96,7 @@ def said(layout, pieces, loads=()):
 
 
 @pytest.mark.slow
-def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
+def test_fitting_sensor_has_no_findings_and_all_rules_checked(hinged, pieces):
     gentle = (PadLoad("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
     document = mounting.document(prove(hinged, pieces, gentle))
@@ -104,7 +104,7 @@ def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
 
 
 @pytest.mark.slow
-def test_pieces_that_stand_in_each_other_are_found_with_their_volume(hinged, pieces):
+def test_overlapping_pieces_are_found_with_volume(hinged, pieces):
     import build123d as bd
 
     down = bd.Location((0, 0, -0.1))
@@ -117,7 +117,7 @@ def test_pieces_that_stand_in_each_other_are_found_with_their_volume(hinged, pie
     assert findings[0].rule == "SIT320" and "stand in each other" in findings[0].message and findings[0].place
 
 
-def test_a_post_over_the_other_jaw_stops_it_from_opening(hinged, pieces):
+def test_post_over_opposing_jaw_blocks_opening(hinged, pieces):
     top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
     post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
     faults, findings = said(hinged, (*pieces, post))
@@ -127,14 +127,14 @@ def test_a_post_over_the_other_jaw_stops_it_from_opening(hinged, pieces):
     assert "open by" in finding.detail
 
 
-def test_a_piece_beyond_the_circle_does_not_pass_the_port(hinged, pieces):
+def test_piece_beyond_port_circle_is_found(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
     faults, findings = said(hinged, (*pieces, post))
     assert [(each.what, each.first) for each in faults] == [(PORT, "post")]
     assert findings[0].rule == "SIT321" and findings[0].measured > 2.9e-3 and findings[0].limit == 2.75e-3
 
 
-def test_a_pushed_target_and_a_bulging_pad_meet_what_stands_beside_them(hinged, pieces):
+def test_loaded_target_and_pad_meet_neighbours(hinged, pieces):
     target = next(s for s in pieces if s.name == "target").shape.bounding_box()
     edge = (target.max.X + 0.3) * 1e-3
     block = box(edge, -1e-3, 0.1e-3, edge + 1e-4, 1e-3, target.max.Z * 1e-3)
@@ -151,18 +151,18 @@ def test_a_pushed_target_and_a_bulging_pad_meet_what_stands_beside_them(hinged, 
     assert travel.second == "post" and travel.value == approx(0.1e-3, abs=1e-6)
 
 
-def test_the_bulge_keeps_the_pads_volume():
+def test_bulged_pad_keeps_volume():
     """A parabola over the height that is left, round the pad: what the press took away."""
     spec = handmade.jaw_sensor().spec
     pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness
     x, y = pad.size
-    out = mounting.bulge(elastomer(spec), press)
+    out = mounting.bulge(plates_of(spec).elastomer, press)
     assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == approx(x * y * press, rel=1e-6)
-    assert mounting.bulge(elastomer(spec), 0.0) == 0.0
+    assert mounting.bulge(plates_of(spec).elastomer, 0.0) == 0.0
 
 
 @pytest.mark.slow
-def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
+def test_thick_pin_and_narrow_shaft_are_found_without_solids():
     import sitscad
     from sitscad.spec import templates
 
@@ -182,7 +182,7 @@ def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
 
 
 @pytest.mark.slow
-def test_a_build_judges_what_was_measured(hinged, pieces):
+def test_build_reports_measured_faults(hinged, pieces):
     import json
 
     import sitscad
@@ -199,7 +199,7 @@ def test_a_build_judges_what_was_measured(hinged, pieces):
     assert [f.rule for f in after.findings if f not in before.findings] == ["SIT321"] and not after.ok
 
 
-def test_without_a_jaw_nothing_is_proven():
+def test_sensor_without_jaw_has_no_proof():
     layout = handmade.bench_sensor()
     assert prove(layout, whole(layout)) is None
 
@@ -211,7 +211,7 @@ def red_of(clash):
     return red.volume(), set(shown)
 
 
-def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
+def test_overlap_is_shown_cut_open_in_red(hinged, pieces):
     post = Solid("post", box(-2e-3, 1e-3, 0.3e-3, 0.0, 2e-3, 0.5e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), post)
     drawn = clashes(hinged, around, prove(hinged, around), ())
@@ -222,7 +222,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 
 
-def test_glue_that_stands_in_a_mount_is_shown(hinged, pieces):
+def test_glue_overlapping_mount_is_shown(hinged, pieces):
     """The jaw's own STEP file took the glue under the shield; the picture of it ended every build."""
     line, block = box(5e-3, 0.0, 9e-3, 7e-3, 1e-3, 9.05e-3), box(6e-3, 0.0, 8e-3, 8e-3, 1e-3, 10e-3)
     around = (*pieces, Solid("glue-shield", line, "adhesive", "#d9b26a", BodyRole.GLUE),
@@ -233,7 +233,7 @@ def test_glue_that_stands_in_a_mount_is_shown(hinged, pieces):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
+def test_excess_beyond_port_is_shown_with_circle(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
     (clash,) = clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ())
     volume, names = red_of(clash)
@@ -250,7 +250,7 @@ def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
 
 
 @pytest.mark.slow
-def test_opened_jaws_and_loaded_pads_are_shown_as_they_are_then(hinged, pieces):
+def test_clashes_show_opened_jaws_and_loaded_pads(hinged, pieces):
     top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
     post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
     (opened,) = [

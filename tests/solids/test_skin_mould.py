@@ -39,21 +39,21 @@ def hollow(height):
 
 
 @pytest.mark.slow
-def test_the_film_lies_in_the_cup_which_is_as_large_at_its_upper_end():
+def test_film_fills_cup_at_nominal_upper_size():
     assert interferences((cup(), encapsulation(LAYOUT))) == ()
     side, corner = 4.0 + 2e3 * FILM, 1e3 * FILM
     at_top = hollow(1e3 * top_height(LAYOUT.spec) - 1e-3)
     assert at_top == approx(side**2 - (4 - math.pi) * corner**2, abs=0.02)
 
 
-def test_walls_lean_by_the_draft():
+def test_cup_walls_lean_by_draft():
     high, low = hollow(1.5), hollow(0.8)
     wider = 2.0 * 0.7 * math.tan(DRAFT)
     assert math.sqrt(low) - math.sqrt(high) == approx(wider, rel=0.05)
 
 
 @pytest.mark.slow
-def test_the_cup_goes_on_the_jig_s_base_one_way_only():
+def test_cup_fits_jig_base_in_single_orientation():
     import build123d as bd
 
     base = next(solid for solid in jig(LAYOUT) if solid.name == "jig-base")
@@ -63,13 +63,13 @@ def test_the_cup_goes_on_the_jig_s_base_one_way_only():
     assert interferences((base, replace(cup(), shape=cup().shape.rotate(middle, 180.0)))) != ()
 
 
-def test_what_is_poured_is_the_film_and_what_the_draft_adds():
+def test_poured_volume_is_film_and_draft():
     film, found = encapsulation(LAYOUT), skin_pour(LAYOUT)
     assert found.mixed == approx(SPILL * found.pad, rel=1e-6)
     assert 0.9 * film.volume < found.pad < 1.3 * film.volume
 
 
-def test_a_film_thinner_than_the_cup_is_true_is_brushed_on():
+def test_thin_film_is_not_cast():
     thin = handmade.jaw_sensor(encapsulation=Encapsulation(handmade.PDMS, 0.1e-3))
     assert not is_cast(thin) and skin_mould(thin) is None and skin_pour(thin) is None
     assert not is_cast(handmade.layout("bare"))

@@ -34,19 +34,19 @@ def named(sensor: str) -> dict:
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_shapes_are_made_in_place(sensor):
+def test_shapes_carry_no_location(sensor):
     """A shape that carries a location is written to STEP as an instance with a running number for a name."""
     for solid in handmade.solids(sensor):
         assert solid.shape.wrapped.Location().IsIdentity(), solid.name
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_only_what_the_spec_contains_is_built(sensor):
+def test_solids_contain_only_written_parts(sensor):
     assert [solid.name for solid in handmade.solids(sensor)] == NAMES[sensor].split()
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
+def test_solids_are_valid_with_closed_meshes(sensor):
     for solid in handmade.solids(sensor):
         assert solid.shape.is_valid, solid.name
         body = manifold(tessellate(solid))
@@ -54,12 +54,12 @@ def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_no_two_solids_share_any_volume(sensor):
+def test_solids_share_no_volume(sensor):
     assert interferences(handmade.solids(sensor)) == ()
 
 
 @pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])
-def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
+def test_volumes_are_areas_times_thicknesses(sensor):
     layout, found = handmade.layout(sensor), named(sensor)
     spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
     assert found["board"].volume == approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
@@ -70,13 +70,13 @@ def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
             assert found[name].volume == approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
 
 
-def test_round_parts_are_round():
+def test_round_parts_have_disc_volume():
     found = named("round")
     assert found["elastomer"].volume == approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
     assert found["target"].volume == approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
 
 
-def test_heights_follow_the_stack():
+def test_solid_heights_follow_stack():
     found = named("jaw")
     heights = {name: (bounds(solid)[2], bounds(solid)[5]) for name, solid in found.items()}
     wanted = {
@@ -94,7 +94,7 @@ def test_heights_follow_the_stack():
         assert heights[name] == approx(levels, abs=1e-9), name
 
 
-def test_the_pad_stands_over_the_middle_of_the_array():
+def test_pad_is_centred_on_array():
     from dataclasses import replace
 
     layout = handmade.bare(
@@ -107,7 +107,7 @@ def test_the_pad_stands_over_the_middle_of_the_array():
 
 
 @pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging", "oblique"])
-def test_the_film_is_nowhere_thinner_than_asked(sensor):
+def test_film_has_minimum_thickness_everywhere(sensor):
     """What a ball of the film's radius sweeps over target and pad stays inside film, target, pad and board."""
     m3 = pytest.importorskip("manifold3d")
     found = {name: manifold(tessellate(solid)) for name, solid in named(sensor).items()}
@@ -118,7 +118,7 @@ def test_the_film_is_nowhere_thinner_than_asked(sensor):
         assert (grown - inside).volume() < 2e-4, name
 
 
-def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
+def test_rotated_target_and_offset_pad_have_written_positions():
     """The target's corners, turned by 30 degrees counter-clockwise, seen from the mean of the coils' centres."""
     found = named("oblique")
     assert bounds(found["elastomer"])[:2] == approx((-1.9e-3, -1.7e-3), abs=1e-9)
@@ -128,13 +128,13 @@ def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
     assert min(math.dist(corner, place) for place in at) < 1e-9
 
 
-def test_contacts_on_the_body_stay_open():
+def test_contacts_on_body_stay_open_in_film():
     film, opening = named("solder-pads")["encapsulation"], handmade.layout("solder-pads").top_openings[0]
     covered = named("jaw")["encapsulation"]
     assert covered.volume - film.volume == approx(opening.area * 0.1e-3, rel=1e-3)
 
 
-def test_the_film_s_outer_edges_are_rounded():
+def test_film_outer_edges_are_rounded():
     """Rounding four upright and four upper edges takes (1 - pi/4) r^2 of each away: less than the sharp block."""
     found = named("jaw")
     sharp = (4.2e-3**2 * 1.3e-3) - found["elastomer"].volume - found["target"].volume
@@ -145,40 +145,41 @@ def test_the_film_s_outer_edges_are_rounded():
     assert kinds & {"TORUS", "SPHERE"}
 
 
-def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_give():
+def test_unfitting_shield_is_refused_with_needed_standoff():
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(), 0.5e-3))
     with pytest.raises(PartsError, match=r"mount\.standoff at least 0\.7 mm"):
         solids(layout)
 
 
 @pytest.mark.cad
-def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
+def test_tail_of_fewer_layers_has_documented_thickness():
     """The assembly had a tail of all four layers, 261 um, where two run down it."""
     import sitscad
     from sitscad.assembly.places.stack import tail_heights
-    from sitscad.assembly.solids.pieces import board_body, stiffener
+    from sitscad.assembly.solids.pieces import assemble, board_body
     from sitscad.assembly.solids.solid import manifold, tessellate
     from sitscad.spec import templates
 
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
-    body = board_body(layout)
-    under = tail_heights(layout)[0]
+    body = board_body(layout.outline, layout.body[2], layout.spec.fpc)
+    under = tail_heights(layout.spec.fpc)[0]
     assert -layout.spec.fpc.stackup.thickness < under < 0.0
     tail = manifold(tessellate(body)).trim_by_plane((1.0, 0.0, 0.0), layout.body[2] * 1e3 + 1e-6)
     assert tail.bounding_box()[2] == approx(under * 1e3, abs=1e-6)
-    lowest, plate_top = body.shape.bounding_box().min.Z, stiffener(layout).shape.bounding_box().max.Z
+    plate = next(solid for solid in assemble(layout) if solid.name == "stiffener")
+    lowest, plate_top = body.shape.bounding_box().min.Z, plate.shape.bounding_box().max.Z
     assert body.shape.is_valid and lowest == approx(-layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6)
     assert plate_top == approx(under * 1e3, abs=1e-6)
 
 
-def test_corners_are_the_same_to_the_last_bit_wherever_their_edges_lie_in_memory():
+def test_corner_coordinates_are_independent_of_memory_addresses():
     middle = Point(-2.7712812921102037e-3, 0.0)
     ring = Region(circle(middle, 2e-3), (circle(middle, 8.4e-4),))
     kept = [face(ring) for _ in range(40)]
     assert len({tuple(tuple(vertex) for vertex in each.vertices()) for each in kept}) == 1
 
 
-def test_a_path_that_does_not_join_is_no_face():
+def test_disjoint_path_is_refused_as_face():
     sides = rectangle(0.0, 0.0, 1e-3, 2e-3).segments
     apart = Path((sides[0],)).shifted(0.0, -1e-5).segments
     with pytest.raises(ValueError, match="do not join"):

@@ -77,12 +77,12 @@ def faults(layout):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("figures", [FIGURES, "material: titanium-grade-5"])
-def test_a_jaw_with_teeth_holes_taper_and_shank_passes(tmp_path, figures):
+def test_jaw_file_with_teeth_holes_taper_and_shank_passes(tmp_path, figures):
     assert faults(layout_of(tmp_path, grasper(), figures)) == {}
 
 
 @pytest.mark.slow
-def test_two_jaws_with_shanks_open(tmp_path):
+def test_opened_jaws_with_shanks_have_no_interference(tmp_path):
     layout = layout_of(tmp_path, grasper(), f"{FIGURES}, hinge: 4, opening: 40 deg")
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     assert {each["what"] for each in document["measured"] if not each["kept"]} <= {"jaw back with room"}
@@ -114,7 +114,7 @@ TOLD = [
 
 
 @pytest.mark.parametrize(("figures", "keys"), [row[1:] for row in TOLD], ids=[row[0] for row in TOLD])
-def test_a_file_that_contradicts_the_written_jaw_is_an_error(tmp_path, file, figures, keys):
+def test_file_contradicting_written_jaw_is_error(tmp_path, file, figures, keys):
     (tmp_path / "jaw.step").write_bytes(file)
     (tmp_path / "sensor.yaml").write_text(f"{SENSOR}mount:\n  jaw: {{step: jaw.step, {figures}}}\n")
     assert set(faults(lay_out(load(tmp_path / "sensor.yaml")))) == keys
@@ -138,7 +138,7 @@ BACKS = [
 
 
 @pytest.mark.parametrize(("shape", "port", "severity"), [row[1:] for row in BACKS], ids=[row[0] for row in BACKS])
-def test_a_file_s_back_is_measured_against_the_round_back_of_the_fit(tmp_path, shape, port, severity):
+def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity):
     """The square edge reaches hypot(3, half the pair's height) mm from the closed pair's axis."""
     layout = layout_of(tmp_path, shape(), FIGURES.replace(": 9", f": {port}"))
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
@@ -152,7 +152,7 @@ def test_a_file_s_back_is_measured_against_the_round_back_of_the_fit(tmp_path, s
         assert (each.measured + pair.worst - pair.radius > pair.port_radius) == (severity == "warning")
 
 
-def test_a_file_s_face_wider_than_the_chord_of_a_round_back_is_told(tmp_path):
+def test_file_face_wider_than_chord_yields_finding(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace("face: 6, ", "").replace(": 9", ": 6"))
     found = {each.key: each for each in judged_on_solids(
         {"measured": [mounting._measured(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
@@ -162,7 +162,7 @@ def test_a_file_s_face_wider_than_the_chord_of_a_round_back_is_told(tmp_path):
     assert (face.measured, face.limit) == (approx(6e-3, rel=1e-6), approx(section(layout.spec.jaw).face, rel=1e-6))
 
 
-def test_a_corner_beyond_the_port_is_told_by_place_and_excess_and_no_passing_rule_is_named(tmp_path):
+def test_corner_beyond_port_states_place_and_excess(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace(": 9", ": 7.5"))
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     (found,) = [each for each in judged_on_solids(document, layout.spec.readout.device,
@@ -177,20 +177,20 @@ def test_a_corner_beyond_the_port_is_told_by_place_and_excess_and_no_passing_rul
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", [10.0, 25.4])
-def test_a_file_in_another_unit_has_no_metal_under_the_coils(tmp_path, unit):
+def test_file_in_wrong_unit_has_no_metal_under_coils(tmp_path, unit):
     found = faults(layout_of(tmp_path, block().scale(1 / unit), FIGURES))
     assert set(found) == {"mount.jaw.step"} and f"{24 / unit:.4g} x" in found["mount.jaw.step"].detail
 
 
 @pytest.mark.slow
-def test_a_contradiction_says_measured_and_written_value(tmp_path):
+def test_contradiction_states_measured_and_written_value(tmp_path):
     found = faults(layout_of(tmp_path, block(24, 6.3, 1.8), FIGURES))
     values = {key.rpartition(".")[2]: (each.measured, each.limit) for key, each in found.items()}
     assert values == {"width": (approx(6.3e-3, rel=1e-6), 6e-3), "height": (approx(1.8e-3, rel=1e-6), 2e-3)}
 
 
 @pytest.mark.slow
-def test_a_tilted_jaw_is_found_by_its_face(tmp_path):
+def test_tilted_jaw_is_found_by_face(tmp_path):
     import build123d as bd
 
     found = faults(layout_of(tmp_path, block().rotate(bd.Axis.Y, 1), FIGURES))
@@ -199,7 +199,7 @@ def test_a_tilted_jaw_is_found_by_its_face(tmp_path):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
+def test_reversed_jaw_is_found_by_face_width(tmp_path):
     import build123d as bd
 
     bar = bd.Solid.make_cylinder(4.5, 30, bd.Plane((-15, 0, 2.5), z_dir=(1, 0, 0)))
@@ -210,7 +210,7 @@ def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_window_belongs_to_the_figures(tmp_path):
+def test_window_in_file_must_equal_written_window(tmp_path):
     import build123d as bd
 
     (jaw,) = (block() - bd.Solid.make_box(4, 3, 9).moved(bd.Location((-2, -1.5, -4)))).solids()
@@ -232,7 +232,7 @@ def unread(name):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["two solids", "sheet", "wire", "far too large"])
-def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
+def test_file_without_single_solid_is_finding_at_key(tmp_path, name):
     layout = layout_of(tmp_path, unread(name), FIGURES)
     document = json.loads(mounting.unread_files(layout.spec.mount, layout.spec.source))
     (found,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
@@ -241,7 +241,7 @@ def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
 
 
 @pytest.mark.slow
-def test_an_unknown_coordinate_system_is_a_finding_at_the_datum(tmp_path):
+def test_unknown_coordinate_system_is_finding_at_datum(tmp_path):
     layout = layout_of(tmp_path, block(), f"{FIGURES}, datum: SEAT")
     (found,) = read_files(layout.spec.mount, layout.spec.source)
     assert (found.is_kept, found.key) == (False, "mount.jaw.datum")
@@ -249,7 +249,7 @@ def test_an_unknown_coordinate_system_is_a_finding_at_the_datum(tmp_path):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_forced_package_says_which_files_cannot_be_made_of_an_unread_file(tmp_path):
+def test_forced_package_lists_files_missing_for_unread_file(tmp_path):
     layout = layout_of(tmp_path, unread("two solids"), FIGURES)
     stopped = sitscad.build(layout.spec, tmp_path / "out", only=["laser", "mount"])
     assert not stopped.written and [each.rule for each in errors_of(stopped)] == ["SIT333"]
@@ -263,7 +263,7 @@ def test_a_forced_package_says_which_files_cannot_be_made_of_an_unread_file(tmp_
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_mount_in_its_shield_is_forced_as_any_other_interference(tmp_path):
+def test_mount_overlapping_shield_can_be_forced(tmp_path):
     import build123d as bd
 
     bd.export_step(block(20, 9, 3), tmp_path / "own.step")
@@ -289,7 +289,7 @@ def spec_with(folder, name):
 
 
 @pytest.mark.parametrize("kind", ["folder", "link to nowhere", "not allowed", "pipe"])
-def test_a_path_that_is_no_file_is_found_at_its_key(tmp_path, kind):
+def test_missing_file_path_is_found_at_key(tmp_path, kind):
     path = tmp_path / "jaw.step"
     if kind == "folder":
         path.mkdir()
@@ -311,7 +311,7 @@ def test_a_path_that_is_no_file_is_found_at_its_key(tmp_path, kind):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("datum", ["datum: [50.8, 0, 0]", "datum: SEAT"])
-def test_a_file_in_inches_is_the_jaw_that_it_says(tmp_path, datum):
+def test_file_in_inches_is_read_to_scale(tmp_path, datum):
     """The block's middle is 2 inches from the origin; a datum's figures are millimetres, a named one is the file's."""
     import build123d as bd
 

@@ -26,7 +26,7 @@ def unglued(layout):
 
 @pytest.mark.few(2)
 @pytest.mark.slow
-def test_a_template_s_solids_fit_together(template):
+def test_template_solids_fit_together(template):
     layout = unglued(lay_out(load(template)))
     built = solids(layout)
     assert all(solid.shape.is_valid for solid in built)

@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly import solids as parts
-from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.places.bodies import BodyRole, backing_of
 from sitscad.assembly.places.column import column, levels
 from sitscad.assembly.places.tail_path import BentStretch, Station, tail_path
 
@@ -33,7 +33,7 @@ def pieces(layout):
 
 
 @pytest.mark.slow
-def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
+def test_whole_assembly_has_all_pieces_without_overlap(layout, pieces):
     assert not interferences(tuple(pieces.values()))
     wanted = {"jaw", "opposing-jaw", "shield", "mount", "elastomer", "target", "encapsulation", "stiffener"}
     wanted |= {f"glue-{part}" for part in ("shield", "mount", "board", "elastomer", "target")}
@@ -43,7 +43,7 @@ def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
 
 
 @pytest.mark.slow
-def test_heights_are_those_of_the_column(layout, pieces):
+def test_assembled_heights_match_column(layout, pieces):
     at = levels(column(layout))
     board = at["board"][1].nominal
     for part in ("jaw", "shield", "mount", "elastomer", "target", "opposing-jaw"):
@@ -54,14 +54,14 @@ def test_heights_are_those_of_the_column(layout, pieces):
         assert approx(layer.z, abs=1e-9) == (bounds.min.Z + bounds.max.Z) / 2e3
 
 
-def test_films_fill_the_board(layout, pieces):
+def test_films_fill_board(layout, pieces):
     """Coverlay, copper, filling and dielectric of the body together are as large as the board's body without films."""
     films = [s for s in pieces.values() if s.name.startswith(("board-", "copper-"))]
     coverlay = pieces["board-1-coverlay"].volume / layout.spec.fpc.stackup.layers[0].thickness
     assert sum(s.volume for s in films) == approx(coverlay * layout.spec.fpc.stackup.thickness, rel=1e-9)
 
 
-def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
+def test_bent_tail_keeps_flat_volume(layout, pieces):
     """A film above the middle of the tail is stretched by one bend and shortened by the other, which is equal."""
     path = tail_path(layout)
     assert path.radius and not path.reason
@@ -69,7 +69,7 @@ def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
     straight = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", "none"))
     from sitscad.assembly.solids.whole import films
 
-    there = {solid.name: solid for solid in films(straight, tail_path(straight))}
+    there = {solid.name: solid for solid in films(straight, tail_path(straight), (0.0, 0.0))}
     for name in ("tail-1-coverlay", "tail-3-dielectric", "tail-5-coverlay"):
         assert pieces[name].volume == approx(there[name].volume, rel=1e-6)
     low = min(pieces[name].shape.bounding_box().min.Z for name in pieces if name.startswith("tail-"))
@@ -77,7 +77,7 @@ def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
     assert low == approx(face, abs=1e-6)
 
 
-def test_bends_keep_their_radius_and_end_level(layout):
+def test_bends_have_radius_and_end_level(layout):
     path = tail_path(layout)
     thickness = math.fsum(layer.thickness for layer in layout.spec.fpc.tail_layers)
     for stretch in path.stretches:
@@ -88,13 +88,13 @@ def test_bends_keep_their_radius_and_end_level(layout):
     assert math.fsum(stretch.turn for stretch in opened.stretches) == approx(-math.radians(30), rel=1e-6)
 
 
-def test_a_station_goes_round_a_circle():
+def test_station_after_half_circle_is_opposite():
     end = Station(0.0, 0.0, 0.0).after(BentStretch(math.pi, math.pi))
     assert (end.x, end.z, end.angle) == approx((0.0, 2.0, math.pi), rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.slow
-def test_without_a_jaw_there_is_still_an_assembly():
+def test_sensor_without_jaw_is_assembled():
     from sitscad.assembly.solids.whole import whole
 
     spec = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
@@ -107,7 +107,7 @@ def test_without_a_jaw_there_is_still_an_assembly():
 
 
 @pytest.mark.slow
-def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
+def test_metal_finger_is_drawn_and_not_weighed():
     """What the coils of a fingertip see was in no picture."""
     from sitscad.assembly.solids.whole import weigh, whole
     from sitscad.files.documents.mounting import render_picture
@@ -129,7 +129,7 @@ def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
     assert b"finger: aluminium, 10 mm" in render_picture(metal, parts.solids(metal))["mount/assembly.svg"]
 
 
-def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
+def test_weight_includes_leads_contacts_and_tail_copper(layout, pieces):
     """Against the exact union of all copper on each layer (shapely): joints are counted twice, by 3 % at most."""
     from sitscad.assembly.solids.whole import balance, weigh
 
@@ -157,8 +157,7 @@ def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
 @pytest.mark.parametrize(
     "mount", ["{kind: fingertip, standoff: 1.2, %s}", "{kind: bench-plate, standoff: 2, %s}", "{kind: custom, %s}"]
 )
-def test_metal_behind_is_drawn_where_it_counts_and_is_not_weighed(mount):
-    from sitscad.assembly.places.bodies import metal_face
+def test_metal_behind_is_drawn_in_place_and_not_weighed(mount):
     from sitscad.assembly.solids.whole import weigh, whole
 
     text = (TEMPLATES / "fingertip_foil.yaml").read_text(encoding="utf-8")
@@ -168,7 +167,7 @@ def test_metal_behind_is_drawn_where_it_counts_and_is_not_weighed(mount):
     found = whole(layout)
     drawn = next(solid for solid in found if solid.name == "metal-behind")
     box = drawn.shape.bounding_box()
-    assert approx((1e3 * metal_face(layout.spec), 2.0), rel=1e-6) == (box.max.Z, box.size.Z)
+    assert approx((1e3 * backing_of(layout.spec).metal_face, 2.0), rel=1e-6) == (box.max.Z, box.size.Z)
     assert box.size.Y > 10.0, "wider than the coil"
     for other in found:
         if other.name.startswith("mount"):

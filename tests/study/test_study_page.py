@@ -25,7 +25,7 @@ from sitscad.apps.study.answer_text import (
 from sitscad.apps.study.evaluation import Breach, Evaluation
 from sitscad.apps.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, board_sketch, study_page
 from sitscad.apps.study.running import StudyResults, sobol_set
-from sitscad.assembly.places import bodies
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.layout import sketch
 from sitscad.spec import templates
 
@@ -152,7 +152,7 @@ def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_p
 def test_a_small_drawing_has_the_outline_of_the_body_and_all_targets(name, targets, arcs):
     """A round body of 12 mm is drawn 400 px wide."""
     layout = sketch(sitscad.load_text(templates.read(name)))
-    plates = [one.outline() for one in bodies.targets(layout.spec)]
+    plates = [one.outline() for one in plates_of(layout.spec).targets]
     drawn = board_sketch(layout.body, layout.outline, [], 1e-4, plates)
     assert drawn.count("#0072b2") == targets and (arcs is None or f"A{arcs:g} {arcs:g} " in drawn)
 

@@ -31,7 +31,7 @@ def test_the_bounds_hold(shape, size, turns):
     )
     spec = load_text(text).coil
     place = CoilPlacement("C1", (0.0, 0.0))
-    windings = wind_coil(load_text(text), place)
+    windings = wind_coil(load_text(text).artwork, place)
     geometry = winding_geometry(spec, Coil(place, "C1", windings, (), False))
     if geometry.spirals:
         conductors = [volume_integral.spiral(layer) for layer in geometry.spirals]

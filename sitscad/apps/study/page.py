@@ -44,7 +44,7 @@ from sitscad.apps.study.running import StudyResults, first_set, violations
 from sitscad.apps.study.space import Point as DesignPoint
 from sitscad.apps.study.study import Study, StudyAnswer
 from sitscad.apps.study.sweeping import scale_of, titled, value_text
-from sitscad.assembly.places import bodies
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
 from sitscad.files.drawing.pictures.layout_picture import picture
@@ -406,7 +406,7 @@ class StudyPage:
                 layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
             except SpecError:
                 continue
-            plates = [target.outline() for target in bodies.targets(layout.spec)]
+            plates = [target.outline() for target in plates_of(layout.spec).targets]
             windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
             board = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
             room -= len(board)

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 from sitscad.apps.study.page import filling
 from sitscad.apps.study.study import Study
-from sitscad.assembly.places.jaws import PartsError
+from sitscad.assembly.places.bodies import PartsError
 from sitscad.assembly.solids.solid import MissingExtra
 from sitscad.basics.finding import Severity
 from sitscad.basics.quantities import TANK

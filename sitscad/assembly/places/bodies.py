@@ -1,13 +1,12 @@
 """The pieces of the sensor in their places: role, plan from above, and heights.
 
-Heights follow from the spec alone and are computed only here. z = 0 is the board's top face. Heights are those of the
-pieces without glue. Each glue line between the board and a piece of metal moves this piece farther from the coils
-(`target_gap`, `shield_span`, `carrier_face`, `metal_face`).
+Heights follow from the spec alone and are computed only here. z = 0 is the board's top face. Heights do not
+include glue. Each glue line between the board and a piece of metal moves this piece farther from the coils
+(`target_gap`, `Backing`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 
@@ -18,11 +17,15 @@ from sitscad.kernels.geometry.path import Path, Region
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.circuit import Stackup
 from sitscad.spec.materials import Conductor, Encapsulation, Shield
-from sitscad.spec.mount import Mount
+from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
 
 Heights = tuple[float, float]
+
+
+class PartsError(ValueError):
+    """An error for a part in the spec that cannot exist. The text gives the reason and the change that helps."""
 
 
 class BodyRole(StrEnum):
@@ -51,8 +54,8 @@ class Body:
     """A piece in its place: its plan from above, the heights (m) of its lower and upper face, and its material.
 
     `metal` is set if the material conducts or is magnetic. `cell` is the number of the piece's cell, from 1, or 0
-    without cells. `web` is the number of a strip that joins the pads of two cells. The plan of a jaw is its face. Its
-    heights are those of the face and of the lowest point of its back.
+    without cells. `web` is the number of a strip that joins the pads of two cells. The plan of a jaw is its face. It
+    reaches from the face to the lowest point of its back.
     """
 
     role: BodyRole
@@ -103,66 +106,78 @@ class Body:
         return self.plan if isinstance(self.plan, Region) else Region(self.plan.outline())
 
 
-def elastomer(spec: SensorSpec) -> Body | None:
-    """Return the soft pad on the board's top face, at its nominal size. The first of all `elastomers`."""
-    pad = spec.elastomer
-    if pad is None:
-        return None
-    return memo(spec, "_elastomer", lambda: Body(
-        BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name))
+@record
+class Plates:
+    """The pieces on the board at their nominal sizes.
+
+    `elastomers` are the soft pads on the board's top face, and `webs` the strips that join them. `targets` are the
+    conducting plates, on the pads or on the board. `joined` is the box round pads that webs join. None if there are no
+    webs.
+    """
+
+    elastomers: tuple[Body, ...]
+    webs: tuple[Body, ...]
+    targets: tuple[Body, ...]
+    joined: Body | None
+
+    @property
+    def all(self) -> tuple[Body, ...]:
+        """Elastomers, webs and targets, in this order."""
+        return (*self.elastomers, *self.webs, *self.targets)
+
+    @property
+    def elastomer(self) -> Body | None:
+        """The first pad, without the number of its cell. None if there is no elastomer."""
+        return replace(self.elastomers[0], cell=0) if self.elastomers else None
+
+    @property
+    def target(self) -> Body | None:
+        """The first target, without the number of its cell. None if there is no target."""
+        return replace(self.targets[0], cell=0) if self.targets else None
+
+    @property
+    def upper(self) -> float:
+        """Height (m) of the uppermost face, without a film. 0 on a bare board."""
+        return self.all[-1].upper if self.all else 0.0
+
+    @property
+    def lines_below_target(self) -> int:
+        """Number of glue lines below the target: under the elastomer and under the target. 0 without a target."""
+        return bool(self.targets) * (1 + bool(self.elastomers))
+
+    def of(self, part: str) -> tuple[Body, ...]:
+        """Return all pads if `part` is ``elastomer``, otherwise all targets."""
+        return self.elastomers if part == "elastomer" else self.targets
+
+    def glued(self, part: str) -> tuple[Body, ...]:
+        """Return the pads or targets that are glued separately. Pads joined by webs are one piece, their common box."""
+        return self.of(part) if self.joined is None or part != "elastomer" else (self.joined,)
 
 
-def target(spec: SensorSpec) -> Body | None:
-    """Return the conducting plate on the elastomer at rest, or on the board's top face. The first of all `targets`."""
-    plate = spec.target
-    if plate is None:
-        return None
-    under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
-    upper, metal = under + plate.thickness, plate.material
-    return memo(spec, "_target", lambda: Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
+def plates_of(spec: SensorSpec) -> Plates:
+    """Return the pieces on the board. The spec caches them."""
+
+    def place_plates() -> Plates:
+        pads, targets = [], []
+        for cell in cell_specs(spec):
+            under = 0.0
+            if (pad := cell.elastomer) is not None:
+                under = pad.thickness
+                pads.append(Body(BodyRole.ELASTOMER, footprint(cell, pad), 0.0, under, pad.material.name))
+            if (plate := cell.target) is not None:
+                metal, upper = plate.material, under + plate.thickness
+                targets.append(Body(BodyRole.TARGET, footprint(cell, plate), under, upper, metal.name, metal))
+        piece = joined_part(spec)
+        strips = tuple(replace(pads[0], plan=plan, web=k) for k, plan in enumerate(webs(spec), 1))
+        joined = None if piece is None else replace(pads[0], plan=piece.place)
+        return Plates(_numbered(pads), strips, _numbered(targets), joined)
+
+    return memo(spec, "_plates", place_plates)
 
 
-def above_board(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return all elastomers, the webs between them, and all targets, in this order."""
-    return (*elastomers(spec), *joints(spec), *targets(spec))
-
-
-def joints(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return the webs that join all pads to one piece."""
-    pad = elastomer(spec)
-    return () if pad is None else tuple(replace(pad, plan=one, web=k) for k, one in enumerate(webs(spec), 1))
-
-
-def joined(spec: SensorSpec) -> Body | None:
-    """Return the box round the pads that webs join. None if there are no webs."""
-    pad, piece = elastomer(spec), joined_part(spec)
-    return None if pad is None or piece is None else replace(pad, plan=piece.place)
-
-
-def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return all soft pads. Empty if there is no elastomer."""
-    return _each(spec, elastomer)
-
-
-def targets(spec: SensorSpec) -> tuple[Body, ...]:
-    """Return all conducting plates. Empty if there is no target."""
-    return _each(spec, target)
-
-
-def _each(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
-    found = [body for cell in cell_specs(spec) if (body := one(cell)) is not None]
-    return tuple(found) if len(found) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(found, 1))
-
-
-def plates(spec: SensorSpec, part: str) -> tuple[Body, ...]:
-    """Return all pads if `part` is ``elastomer``, otherwise all targets."""
-    return elastomers(spec) if part == "elastomer" else targets(spec)
-
-
-def glued_pieces(spec: SensorSpec, part: str) -> tuple[Body, ...]:
-    """Return the pads or targets that are glued separately. Pads joined by webs are one piece, their common box."""
-    whole = joined(spec) if part == "elastomer" else None
-    return plates(spec, part) if whole is None else (whole,)
+def _numbered(bodies: list[Body]) -> tuple[Body, ...]:
+    """Return the bodies with the numbers of their cells. A single body has none."""
+    return tuple(bodies) if len(bodies) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(bodies, 1))
 
 
 def board_heights(stackup: Stackup) -> Heights:
@@ -170,36 +185,126 @@ def board_heights(stackup: Stackup) -> Heights:
     return -stackup.thickness, 0.0
 
 
-def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
-    """Return the heights of the shield behind the board.
+@record
+class Backing:
+    """Heights (m) of the pieces behind the board: mount, shield and metal.
 
-    None if there is no shield. Its fit above the jaw's metal is not checked.
+    They follow from the stack-up, the mount and its glue lines, and the shield.
     """
-    if shield is None:
-        return None
-    upper = board_heights(stackup)[0] - shield.gap
-    return upper - shield.thickness, upper
+
+    stackup: Stackup
+    mount: Mount | None
+    shield: Shield | None
+    assembly: Assembly
+
+    @property
+    def bottom(self) -> float:
+        """Height of the board's bottom face."""
+        return -self.stackup.thickness
+
+    @property
+    def shield_heights(self) -> Heights | None:
+        """Heights of the shield without glue. None if there is no shield.
+
+        Its fit above the jaw's metal is not checked.
+        """
+        if self.shield is None:
+            return None
+        upper = self.bottom - self.shield.gap
+        return upper - self.shield.thickness, upper
+
+    def shield_that_fits(self) -> Heights | None:
+        """Return `shield_heights`. Raises `PartsError` if the shield does not fit above the metal of the jaw."""
+        sheet, mount = self.shield, self.mount
+        if sheet is not None and mount and mount.jaw and sheet.gap + sheet.thickness > mount.standoff + 1e-9:
+            gap, thickness = sheet.gap * 1e3, sheet.thickness * 1e3
+            raise PartsError(
+                f"the shield ({gap:g} mm gap, {thickness:g} mm thick) does not fit into the {mount.standoff * 1e3:g} "
+                f"mm standoff: give mount.standoff at least {gap + thickness:g} mm"
+            )
+        return self.shield_heights
+
+    @property
+    def seat_heights(self) -> Heights | None:
+        """Heights of the standoff: from the face under the mount to the board's bottom. None if there is no mount."""
+        return None if self.mount is None else (self.bottom - self.mount.standoff, self.bottom)
+
+    @property
+    def spans(self) -> list[Heights]:
+        """Heights that the seat on a jaw fills: from metal to shield, and from shield to the board's bottom.
+
+        Empty if there is no mount. Its pieces are printed. Their names are in `MOUNT_PIECES`, in this order.
+        """
+        seat, shield = self.seat_heights, self.shield_heights
+        if seat is None:
+            return []
+        spans = [seat] if shield is None else [(seat[0], shield[0]), (shield[1], seat[1])]
+        return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
+
+    @property
+    def lines_over_shield(self) -> int:
+        """Number of glue lines between board and shield. 0 without a mount."""
+        sheet = self.shield_heights
+        if sheet is None or self.mount is None:
+            return 0
+        return 1 + (self.bottom - sheet[1] > 1e-9)
+
+    @property
+    def lines_over_carrier(self) -> int:
+        """Number of glue lines between the board and the face below the mount. 0 without a mount."""
+        if self.mount is None:
+            return 0
+        return len(self.spans) + (self.shield is not None) + (self.mount.jaw is not None)
+
+    @property
+    def shield_span(self) -> Heights | None:
+        """Heights of the shield's faces, with the glue between shield and board. None if there is no shield."""
+        sheet = self.shield_heights
+        if sheet is None:
+            return None
+        down = self.assembly.glue_line * self.lines_over_shield + self.assembly.offsets.shield
+        return sheet[0] - down, sheet[1] - down
+
+    @property
+    def shield_gap_text(self) -> str:
+        """Distance from board to shield as text, as drawn and with glue lines. Empty if there is no shield."""
+        if self.shield is None:
+            return ""
+        glue = self.assembly.glue_line * self.lines_over_shield
+        glued = f" ({in_mm(self.shield.gap + glue)} mm with the glue lines)" if glue else ""
+        return f"{in_mm(self.shield.gap)} mm{glued}"
+
+    @property
+    def carrier_face(self) -> float | None:
+        """Height of the face below the mount, with glue lines (in a jaw, too). None if there is no mount."""
+        seat = self.seat_heights
+        if seat is None:
+            return None
+        return seat[0] - self.assembly.glue_line * self.lines_over_carrier - self.assembly.offsets.metal
+
+    @property
+    def metal_face(self) -> float | None:
+        """Height of the metal's face behind the board, with glue lines. None if there is no mount.
+
+        For a mount without metal, it is the height of the face below the mount.
+        """
+        face, mount = self.carrier_face, self.mount
+        if face is None or mount is None or mount.metal_behind is None:
+            return face
+        return face + mount.standoff - mount.metal_behind.distance
+
+    @property
+    def room(self) -> float:
+        """Distance from the board's bottom face to the shield, or to `metal_face`. Infinite without either."""
+        sheet, metal = self.shield_span, self.metal_face
+        if sheet is not None:
+            return self.bottom - sheet[1]
+        return float("inf") if metal is None else self.bottom - metal
 
 
-def seat_heights(stackup: Stackup, mount: Mount | None) -> Heights | None:
-    """Return the heights of the standoff: from the face under the mount to the board's bottom face.
-
-    None if there is no mount.
-    """
-    lower = board_heights(stackup)[0]
-    return None if mount is None else (lower - mount.standoff, lower)
-
-
-def seat_spans(spec: SensorSpec) -> list[Heights]:
-    """Return the heights (m) that the seat on a jaw fills: from metal to shield, and from shield to the board's bottom.
-
-    Empty if there is no mount. Its pieces are printed. Their names are those of `MOUNT_PIECES` in this order.
-    """
-    seat, shield = seat_heights(spec.fpc.stackup, spec.mount), shield_heights(spec.fpc.stackup, spec.shield)
-    if seat is None:
-        return []
-    spans = [seat] if shield is None else [(seat[0], shield[0]), (shield[1], seat[1])]
-    return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
+def backing_of(spec: SensorSpec) -> Backing:
+    """Return the pieces behind the board."""
+    return Backing(spec.fpc.stackup, spec.mount, spec.shield, spec.assembly)
 
 
 MOUNT_PIECES = ("mount", "mount-spacer")
@@ -208,8 +313,7 @@ MOUNT_PIECES = ("mount", "mount-spacer")
 
 def top_height(spec: SensorSpec) -> float:
     """Return the height of the sensor's uppermost face, with its film."""
-    above = above_board(spec)
-    return (above[-1].upper if above else 0.0) + film_thickness(spec.encapsulation)
+    return plates_of(spec).upper + film_thickness(spec.encapsulation)
 
 
 def film_thickness(encapsulation: Encapsulation | None) -> float:
@@ -222,12 +326,7 @@ def target_lines(spec: SensorSpec) -> float:
 
     0 without a target.
     """
-    return spec.assembly.glue_line * lines_below_target(spec) + spec.assembly.offsets.target
-
-
-def lines_below_target(spec: SensorSpec) -> int:
-    """Return the number of glue lines below the target: under the elastomer and under the target."""
-    return 0 if spec.target is None else 1 + (spec.elastomer is not None)
+    return spec.assembly.glue_line * plates_of(spec).lines_below_target + spec.assembly.offsets.target
 
 
 def target_gap(spec: SensorSpec) -> float | None:
@@ -235,73 +334,5 @@ def target_gap(spec: SensorSpec) -> float | None:
 
     None if there is no target.
     """
-    plate = target(spec)
+    plate = plates_of(spec).target
     return None if plate is None else plate.lower + target_lines(spec)
-
-
-def shield_span(spec: SensorSpec) -> Heights | None:
-    """Return heights (m) of the shield's faces, with the glue between shield and board. None if there is no shield."""
-    sheet = shield_heights(spec.fpc.stackup, spec.shield)
-    if sheet is None:
-        return None
-    down = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount,
-                                                       spec.shield) + spec.assembly.offsets.shield
-    return sheet[0] - down, sheet[1] - down
-
-
-def lines_over_shield(stackup: Stackup, mount: Mount | None, shield: Shield | None) -> int:
-    """Return the number of glue lines between board and shield. 0 without a mount."""
-    sheet = shield_heights(stackup, shield)
-    if sheet is None or mount is None:
-        return 0
-    return 1 + (board_heights(stackup)[0] - sheet[1] > 1e-9)
-
-
-def shield_gap_text(spec: SensorSpec) -> str:
-    """Return the distance from board to shield as text, as drawn and with glue lines. Empty if there is no shield."""
-    if spec.shield is None:
-        return ""
-    glue = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
-    glued = f" ({in_mm(spec.shield.gap + glue)} mm with the glue lines)" if glue else ""
-    return f"{in_mm(spec.shield.gap)} mm{glued}"
-
-
-def lines_over_carrier(spec: SensorSpec) -> int:
-    """Return the number of glue lines between the board and the face below the mount. 0 without a mount."""
-    if spec.mount is None:
-        return 0
-    return len(seat_spans(spec)) + (spec.shield is not None) + (spec.mount.jaw is not None)
-
-
-def carrier_face(spec: SensorSpec) -> float | None:
-    """Return the height (m) of the face below the mount, with glue lines (those in a jaw included).
-
-    None if there is no mount.
-    """
-    seat = seat_heights(spec.fpc.stackup, spec.mount)
-    if seat is None:
-        return None
-    return seat[0] - spec.assembly.glue_line * lines_over_carrier(spec) - spec.assembly.offsets.metal
-
-
-def metal_face(spec: SensorSpec) -> float | None:
-    """Return the height (m) of the metal's face behind the board, with glue lines. None if there is no mount.
-
-    For a mount without metal, it is the height of the face below the mount.
-    """
-    face, mount = carrier_face(spec), spec.mount
-    if face is None or mount is None or mount.metal_behind is None:
-        return face
-    return face + mount.standoff - mount.metal_behind.distance
-
-
-def room_behind(spec: SensorSpec) -> float:
-    """Return the distance (m) from the board's bottom face to the shield, or to `metal_face`.
-
-    Infinite without either.
-    """
-    sheet, metal = shield_span(spec), metal_face(spec)
-    bottom = board_heights(spec.fpc.stackup)[0]
-    if sheet is not None:
-        return bottom - sheet[1]
-    return float("inf") if metal is None else bottom - metal

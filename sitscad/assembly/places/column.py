@@ -1,7 +1,7 @@
 """Layers of the closed pair of jaws from back to back, with tolerances and glue lines.
 
-The heights of `sitscad.assembly.places.bodies` are those of the pieces as cut, printed and bought. This module adds
-glue, the tolerance of each piece, and the limits of each process. They decide whether the pair passes its port.
+Heights in `sitscad.assembly.places.bodies` belong to pieces as cut, printed and bought. This module adds glue, the
+tolerance of each piece, and the limits of each process. They decide whether the pair passes its port.
 """
 
 from __future__ import annotations
@@ -11,16 +11,15 @@ from collections.abc import Iterator
 from functools import cache, lru_cache
 from itertools import chain
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, film_thickness, seat_spans, shield_heights
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Backing, backing_of, film_thickness
 from sitscad.basics.record import memo, record
 from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, rows
-from sitscad.layout.bending import Where, finished_thickness
+from sitscad.layout.bending import FinishedThickness, Where, finished_thickness
 from sitscad.layout.board import Layout
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.mount import Assembly, Mount
-from sitscad.spec.sensor import SensorSpec
 
 
 @record
@@ -41,10 +40,10 @@ class Toleranced:
 
     def __add__(self, other: Toleranced) -> Toleranced:
         """Return the sum of two lengths, cause by cause."""
-        found = dict(self.terms)
+        terms = dict(self.terms)
         for cause, change in other.terms:
-            found[cause] = found.get(cause, 0.0) + change
-        return Toleranced(self.nominal + other.nominal, tuple(found.items()))
+            terms[cause] = terms.get(cause, 0.0) + change
+        return Toleranced(self.nominal + other.nominal, tuple(terms.items()))
 
     def __mul__(self, factor: float) -> Toleranced:
         """Return the length times a factor."""
@@ -128,53 +127,54 @@ def column(layout: Layout) -> tuple[Layer, ...]:
 
     The layout caches them, because each piece made to measure uses them.
     """
-    return memo(layout, "_column", lambda: _layers(layout))
 
+    def stack_layers() -> tuple[Layer, ...]:
+        spec, jaw, assembly = layout.spec, layout.spec.jaw, layout.spec.assembly
+        if jaw is None:
+            return ()
+        stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
+        board = _board(finished_thickness(layout, Where.COIL), assembly)
+        for layer in (*_behind(backing_of(spec)), board, *_above(assembly, spec.elastomer, spec.target)):
+            stacked += [*_glue_under(layer, assembly), layer]
+        stacked += _film(spec.encapsulation, assembly)
+        if pad := jaw.opposing_pad_thickness:
+            moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
+            stacked.append(_layer("opposing-pad", pad, moulded))
+        return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
 
-def _layers(layout: Layout) -> tuple[Layer, ...]:
-    spec, jaw, assembly = layout.spec, layout.spec.jaw, layout.spec.assembly
-    if jaw is None:
-        return ()
-    stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
-    for layer in (*_behind(spec), _board(layout), *_above(spec.assembly, spec.elastomer, spec.target)):
-        stacked += [*_glue_under(layer, assembly), layer]
-    stacked += _film(layout)
-    if pad := jaw.opposing_pad_thickness:
-        moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
-        stacked.append(_layer("opposing-pad", pad, moulded))
-    return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
+    return memo(layout, "_column", stack_layers)
 
 
 def on_board(layout: Layout) -> tuple[Layer, ...]:
     """Return the board and the layers glued on it, from the board upwards, with or without a jaw."""
-    glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec.assembly,
-                                                                                    layout.spec.elastomer,
-                                                                                    layout.spec.target)]
-    return (_board(layout), *chain.from_iterable(glued))
+    spec, assembly = layout.spec, layout.spec.assembly
+    plates = _above(assembly, spec.elastomer, spec.target)
+    glued = chain.from_iterable((*_glue_under(layer, assembly), layer) for layer in plates)
+    return (_board(finished_thickness(layout, Where.COIL), assembly), *glued)
 
 
-def sealed_height(layout: Layout) -> Toleranced:
-    """Return the height (m) of the film's upper face above the board's top face. The spec must have a film."""
-    at = levels((*on_board(layout), *_film(layout)))
+def sealed_height(layers: tuple[Layer, ...], film: Encapsulation, assembly: Assembly) -> Toleranced:
+    """Return the height (m) of the film's upper face above the board's top face. `layers` come from `on_board`."""
+    at = levels((*layers, *_film(film, assembly)))
     return at["encapsulation"][1] - at["board"][1]
 
 
-def _film(layout: Layout) -> tuple[Layer, ...]:
+def _film(encapsulation: Encapsulation | None, assembly: Assembly) -> tuple[Layer, ...]:
     """Return the film over the pieces. It is not glued. Empty if the spec has no film."""
-    thickness, assembly = film_thickness(layout.spec.encapsulation), layout.spec.assembly
+    thickness = film_thickness(encapsulation)
     return (_layer("encapsulation", thickness, film_tolerance(assembly, thickness)),) if thickness else ()
 
 
 def on_seat(layout: Layout) -> tuple[Layer, ...]:
     """Return the printed pieces and the board glued on them, from their carrier's face upwards."""
-    return (*_behind(layout.spec), *_glue_under(_board(layout), layout.spec.assembly), _board(layout))
+    board = _board(finished_thickness(layout, Where.COIL), layout.spec.assembly)
+    return (*_behind(backing_of(layout.spec)), *_glue_under(board, layout.spec.assembly), board)
 
 
-def _board(layout: Layout) -> Layer:
-    finished, written = finished_thickness(layout, Where.COIL), layout.spec.assembly.tolerance("board")
-    own = SizeTolerance(finished.maximum - finished.nominal, finished.source)
-    return _layer("board", layout.spec.fpc.stackup.thickness,
-                  own if written is None else SizeTolerance(written, WRITTEN))
+def _board(finished: FinishedThickness, assembly: Assembly) -> Layer:
+    written = assembly.tolerance("board")
+    tolerance = SizeTolerance(finished.maximum - finished.nominal, finished.source)
+    return _layer("board", finished.nominal, tolerance if written is None else SizeTolerance(written, WRITTEN))
 
 
 def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
@@ -186,12 +186,12 @@ def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
 
 def levels(layers: tuple[Layer, ...]) -> Levels:
     """Return the heights (m) of each layer's faces above the jaw's lowest point."""
-    found: Levels = {}
+    heights: Levels = {}
     here = Toleranced(0.0)
     for layer in layers:
-        found[layer.part] = here, here + layer.thickness
+        heights[layer.part] = here, here + layer.thickness
         here = here + layer.thickness
-    return found
+    return heights
 
 
 def slack(layout: Layout) -> tuple[float, float]:
@@ -199,15 +199,15 @@ def slack(layout: Layout) -> tuple[float, float]:
 
     Relative to the closed pair's middle each layer counts half, on both sides of the piece.
     """
-    return memo(layout, "_slack", lambda: _slack(layout))
 
+    def add_up() -> tuple[float, float]:
+        layers = column(layout)
+        pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
+        glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
+        size = mount_tolerance(layout.spec.assembly, layout.spec.mount).band
+        return 0.5 * size + placement(layout.spec.assembly).band, 0.5 * (pair.spread + glue)
 
-def _slack(layout: Layout) -> tuple[float, float]:
-    layers = column(layout)
-    pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
-    glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
-    size, placed = mount_tolerance(layout.spec.assembly, layout.spec.mount).band, placement(layout.spec.assembly).band
-    return 0.5 * size + placed, 0.5 * (pair.spread + glue)
+    return memo(layout, "_slack", add_up)
 
 
 def placement(assembly: Assembly) -> SizeTolerance:
@@ -237,14 +237,14 @@ def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
     """Return tolerances of the distance and the thickness of `mount.metal_behind`. None if the spec has no such metal.
 
-    If the spec has none, they are those of a piece of the mount and of a rolled sheet.
+    Without tolerances in the spec, a piece of the mount and a rolled sheet give them.
     """
     if mount is None or mount.metal_behind is None:
         return None
     metal = mount.metal_behind
-    away = _tolerance(assembly, "metal_distance", "mount", process_of(mount), metal.distance)
+    distance = _tolerance(assembly, "metal_distance", "mount", process_of(mount), metal.distance)
     thick = sheet_tolerance(assembly, "metal_behind", metal.thickness)
-    return SizeTolerance(min(away.band, metal.distance), away.source), thick
+    return SizeTolerance(min(distance.band, metal.distance), distance.source), thick
 
 
 def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
@@ -254,14 +254,14 @@ def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
 
 def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
     """Return the tolerance of the thickness (m) of a rolled sheet: target or shield."""
-    found = _tolerance(assembly, part, "sheet", "rolled", thickness)
-    return SizeTolerance(min(found.band, thickness), found.source)
+    tolerance = _tolerance(assembly, part, "sheet", "rolled", thickness)
+    return SizeTolerance(min(tolerance.band, thickness), tolerance.source)
 
 
 def film_tolerance(assembly: Assembly, thickness: float) -> SizeTolerance:
     """Return the tolerance of the encapsulation's thickness (m)."""
-    found = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
-    return SizeTolerance(min(found.band, thickness), found.source)
+    tolerance = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
+    return SizeTolerance(min(tolerance.band, thickness), tolerance.source)
 
 
 def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
@@ -279,21 +279,21 @@ def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: 
     return next(layer.thickness for layer in _above(assembly, elastomer, target) if layer.part == name)
 
 
-def _behind(spec: SensorSpec) -> list[Layer]:
+def _behind(backing: Backing) -> list[Layer]:
     """Return printed pieces and shield between metal and board, from the metal upwards."""
-    sheet, printed = shield_heights(spec.fpc.stackup, spec.shield), mount_tolerance(spec.assembly, spec.mount)
-    spans = zip(MOUNT_PIECES, seat_spans(spec), strict=False)
-    found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
-    if sheet is not None and spec.shield is not None:
-        thickness = spec.shield.thickness
-        found.append((sheet[0], _layer("shield", thickness, sheet_tolerance(spec.assembly, "shield", thickness))))
-    return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
+    sheet, printed = backing.shield_heights, mount_tolerance(backing.assembly, backing.mount)
+    spans = zip(MOUNT_PIECES, backing.spans, strict=False)
+    layers = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
+    if sheet is not None and backing.shield is not None:
+        thickness = backing.shield.thickness
+        layers.append((sheet[0], _layer("shield", thickness, sheet_tolerance(backing.assembly, "shield", thickness))))
+    return [layer for _, layer in sorted(layers, key=lambda entry: entry[0])]
 
 
 def _above(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None) -> Iterator[Layer]:
     if elastomer is not None:
-        own = elastomer_tolerance(assembly, "elastomer", "elastomer thickness")
-        yield _layer("elastomer", elastomer.thickness, own)
+        tolerance = elastomer_tolerance(assembly, "elastomer", "elastomer thickness")
+        yield _layer("elastomer", elastomer.thickness, tolerance)
     if target is not None:
         thickness = target.thickness
         yield _layer("target", thickness, sheet_tolerance(assembly, "target", thickness))
@@ -305,8 +305,8 @@ def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
 
 def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
     """Return the tolerance of a pad's size (m): `written` in the spec, otherwise from the table's row."""
-    own = assembly.tolerance(written)
-    return usual_tolerances()[row] if own is None else SizeTolerance(own, WRITTEN)
+    written_band = assembly.tolerance(written)
+    return usual_tolerances()[row] if written_band is None else SizeTolerance(written_band, WRITTEN)
 
 
 @cache
@@ -319,9 +319,9 @@ def usual_tolerances() -> dict[str, SizeTolerance]:
 
 
 def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
-    """Return the tolerance in the spec, otherwise that of the process at a size (m)."""
-    own = assembly.tolerance(written)
-    return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
+    """Return the tolerance in the spec, otherwise the process's tolerance at a size (m)."""
+    written_band = assembly.tolerance(written)
+    return SizeTolerance(written_band, WRITTEN) if written_band is not None else process_tolerance(part, process, size)
 
 
 @lru_cache(maxsize=256)

@@ -13,7 +13,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board, board_heights, film_thickness, shield_heights
+from sitscad.assembly.places.bodies import (
+    MOUNT_PIECES,
+    PartsError,
+    backing_of,
+    board_heights,
+    film_thickness,
+    plates_of,
+    top_height,
+)
 from sitscad.assembly.places.column import (
     Levels,
     Toleranced,
@@ -29,7 +37,6 @@ from sitscad.assembly.places.column import (
 )
 from sitscad.assembly.places.jaws import (
     FILM_ROUNDING,
-    PartsError,
     axis,
     closed_span,
     half_width,
@@ -37,7 +44,6 @@ from sitscad.assembly.places.jaws import (
     pivot_along,
     rim,
     section,
-    shield_that_fits,
 )
 from sitscad.assembly.places.seating import adapter_needed, side_ledges
 from sitscad.assembly.places.tail_path import tail_path
@@ -89,9 +95,9 @@ class Corner:
 class ClosedSection:
     """Cross-section of the assembled closed pair.
 
-    Fields are the height back to back (m), the height (m) of the axis above the board's top face, the radius (m) of the
-    smallest enclosing circle about the axis, and the part that determines the radius. The radius is given nominally, by
-    root-sum-square (`likely`) and at worst.
+    Fields are the height back to back (m), and the height (m) of the axis above the board's top face. They also are the
+    radius (m) of the smallest enclosing circle about the axis, and the part that determines the radius. The radius is
+    given nominally, by root-sum-square (`likely`) and at worst.
     """
 
     height: float
@@ -118,10 +124,10 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
         return ()
     # the circle that the closed pair needs, with the shares of all its parts
     spec, layers = layout.spec, column(layout)
-    outline, placed = outline_tolerance(spec.assembly, spec.fpc.rules), placement(spec.assembly)
+    outline, offset = outline_tolerance(spec.assembly, spec.fpc.rules), placement(spec.assembly)
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
-    parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
+    parts.append(Share("each piece beside its place", 0.0, offset.band, offset.source))
     widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
     square = square_back(layout)
     unread = "" if square is None else (
@@ -129,7 +135,11 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
         f"{in_mm(2.0 * square, 3)} mm"
     )
     closed = Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts), unread)
-    return closed, _overhang(layout, jaw), _length(layout.body_size, layout.spec.assembly, layout.spec.fpc.rules, jaw)
+    seat = math.fsum(layer.thickness.nominal for layer in layers if layer.part in MOUNT_PIECES)
+    return (
+        closed, _overhang(layout.body_size[1], spec.assembly, spec.fpc.rules, jaw, seat),
+        _length(layout.body_size[0], spec.assembly, spec.fpc.rules, jaw),
+    )
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
@@ -149,16 +159,16 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     Only corners and the ends of rounded edges can be farthest from the axis. Raises `PartsError` if the shield does not
     fit.
     """
-    jaw, span = layout.spec.jaw, closed_span(layout.spec)
-    shield_that_fits(layout.spec)
+    jaw, span = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
+    backing_of(layout.spec).shield_that_fits()
     if jaw is None or span is None:
         return None
     layers = column(layout)
     at = levels(layers)
     height = at["opposing-jaw"][1]
-    found = [(*corner.reach, corner.part) for corner in _corners(layout, jaw, at, height * 0.5)]
-    radius, _, _, part = max(found, key=lambda entry: (entry[0], entry[3]))
-    likely, worst = max(entry[1] for entry in found), max(entry[2] for entry in found)
+    reaches = [(*corner.reach, corner.part) for corner in _corners(layout, jaw, at, height * 0.5)]
+    radius, _, _, part = max(reaches, key=lambda entry: (entry[0], entry[3]))
+    likely, worst = max(entry[1] for entry in reaches), max(entry[2] for entry in reaches)
     above = 0.5 * height.nominal - at["board"][1].nominal
     return ClosedSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
 
@@ -184,35 +194,34 @@ def back_reach(layout: Layout, jaw: Jaw) -> float:
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
 
-def _overhang(layout: Layout, jaw: Jaw) -> Measure:
+def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, seat: float) -> Measure:
     """Measure the overhang of the board beyond the sides of the jaw's face.
 
-    The seat carries an overhang up to its thickness (45 degrees).
+    `width` is the body's and `seat` the thickness of the seat (m), which carries an overhang up to its thickness
+    (45 degrees).
     """
-    spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
-    outline, metal = outline_tolerance(spec.assembly, spec.fpc.rules), jaw_tolerance(spec.assembly, face)
-    placed = placement(spec.assembly)
+    face = section(rim(jaw)).face
+    outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, face)
+    offset = placement(assembly)
     parts = (
         Share("board across", width, outline.band, outline.source),
         Share("jaw's face across", face, metal.band, metal.source),
-        Share("board beside its place", 0.0, placed.band, placed.source),
+        Share("board beside its place", 0.0, offset.band, offset.source),
     )
     over = (Toleranced.of(width, outline.band, "board") - Toleranced.of(face, metal.band, "jaw")) * 0.5
-    over = over + Toleranced.of(0.0, placed.band, "placement")
-    carried = math.fsum(layer.thickness.nominal for layer in column(layout) if layer.part in MOUNT_PIECES)
-    return _measure(OVERHANG, over, carried, "board", parts)
+    over = over + Toleranced.of(0.0, offset.band, "placement")
+    return _measure(OVERHANG, over, seat, "board", parts)
 
 
-def _length(body_size: tuple[float, float], assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
-    """Compare the body's length with the jaw's."""
+def _length(length: float, assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
+    """Compare the body's length (m) with the jaw's."""
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, jaw.length)
-    length = body_size[0]
     parts = (
         Share("board along", length, outline.band, outline.source),
         Share("jaw along", jaw.length, metal.band, metal.source),
     )
-    along = Toleranced.of(length, outline.band, "board") + Toleranced.of(0.0, metal.band, "jaw")
-    return _measure(LENGTH, along, jaw.length, "board", parts)
+    size = Toleranced.of(length, outline.band, "board") + Toleranced.of(0.0, metal.band, "jaw")
+    return _measure(LENGTH, size, jaw.length, "board", parts)
 
 
 def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: tuple[Share, ...]) -> Measure:
@@ -248,11 +257,11 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
     """Yield the lower edge of the seat on the metal, and both edges of the shield. Both are made to measure."""
     spec = layout.spec
     metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
-    sheet = shield_heights(spec.fpc.stackup, spec.shield)
-    printed, placed = mount_tolerance(spec.assembly, spec.mount), _placed(spec.assembly, "mount")
+    sheet = backing_of(spec).shield_heights
+    printed, offset = mount_tolerance(spec.assembly, spec.mount), _placed(spec.assembly, "mount")
     lowest = at["jaw"][1]
     yield Corner(
-        "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed, lowest - middle
+        "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + offset, lowest - middle
     )
     if sheet:
         half = Toleranced(half_width(layout, sheet[0])) + _placed(spec.assembly, "shield")
@@ -260,11 +269,11 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
             yield Corner("shield", half, level - middle)
     ledges = side_ledges(layout)
     if ledges is not None and "mount" in at:
-        aside = Toleranced.of(ledges[1], 0.5 * printed.band, "mount across") + placed
+        y = Toleranced.of(ledges[1], 0.5 * printed.band, "mount across") + offset
         foot = at["mount"][0]
         height = Toleranced.of(board_heights(spec.fpc.stackup)[1] - metal, printed.band, "ledge")
         for level in (foot, foot + height):
-            yield Corner("mount", aside, level - middle)
+            yield Corner("mount", y, level - middle)
 
 
 def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
@@ -277,11 +286,11 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     film = at["encapsulation"][1] - at["encapsulation"][0] if "encapsulation" in at else None
     if film is not None:
         yield Corner("encapsulation", half, at["board"][1] + film - middle)
-    for body in above_board(spec):
+    for body in plates_of(spec).all:
         part, (_, low, _, high) = body.role.value, body.footprint.box
-        aside = max(high - axis(layout.body).y, axis(layout.body).y - low)
+        half_size = max(high - axis(layout.body).y, axis(layout.body).y - low)
         size = plate_tolerance(spec.assembly, part, high - low)
-        across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
+        across = Toleranced.of(half_size, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
         lower, upper = at[part]
         for level in (lower, upper):
             yield Corner(part, across, level - middle)
@@ -305,15 +314,15 @@ class Shaft:
     source: str
 
 
-def shaft(own: Assembly, jaw: Jaw | None) -> Shaft | None:
+def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
     """Return shaft behind the spec's jaw: as in the spec, otherwise as usual for its port. None if there is no jaw."""
     if jaw is None:
         return None
     table, port = rows("shafts"), jaw.port_diameter
     row = next((row for row in table if port <= parse_quantity(row["up_to_port"], "length")), table[-1])
-    bore = parse_quantity(row["bore"], "length") if own.shaft_bore is None else own.shaft_bore
-    pin = parse_quantity(row["pin"], "length") if own.hinge_pin is None else own.hinge_pin
-    if own.shaft_bore is not None and own.hinge_pin is not None:
+    bore = parse_quantity(row["bore"], "length") if assembly.shaft_bore is None else assembly.shaft_bore
+    pin = parse_quantity(row["pin"], "length") if assembly.hinge_pin is None else assembly.hinge_pin
+    if assembly.shaft_bore is not None and assembly.hinge_pin is not None:
         return Shaft(bore, pin, "the spec (assembly.shaft_bore, assembly.hinge_pin)")
     return Shaft(bore, pin, cited(row))
 
@@ -339,16 +348,16 @@ def hinge_pivot(layout: Layout) -> Point | None:
 
     Raises `PartsError` if the shield does not fit into the standoff.
     """
-    jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout.body, layout.spec.jaw)
-    return None if jaw is None or pair is None or along is None else Point(along, pair.axis - jaw.pivot_offset)
+    jaw, pair, x = layout.spec.jaw, closed_section(layout), pivot_along(layout.body, layout.spec.jaw)
+    return None if jaw is None or pair is None or x is None else Point(x, pair.axis - jaw.pivot_offset)
 
 
 @record
 class PinGap:
     """Gap of the tail at the hinge's pin.
 
-    Fields are the distance (m) of the tail's nearest face from the pivot, the pin's radius (m), the state, the jaw's
-    angle (rad) in it, and the source of the pin's size.
+    Fields are the state, the distance (m) of the tail's nearest face from the pivot, and the pin's radius (m). They
+    also are the jaw's angle (rad) in this state, and the source of the pin's size.
     """
 
     when: str
@@ -374,11 +383,11 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     if jaw is None or behind is None or pivot is None or closed is None or closed.radius is None:
         return ()
     half = (jaw.opening or 0.0) / 2
-    ways = [("closed", 0.0, closed), (f"open by {math.degrees(2 * half):.3g} deg", half, tail_path(layout, half))]
+    paths = [("closed", 0.0, closed), (f"open by {math.degrees(2 * half):.3g} deg", half, tail_path(layout, half))]
     thick = tail_thickness(layout.spec.fpc)
     return tuple(
-        PinGap(when, (way or closed).distance(*pivot) - thick / 2, behind.pin / 2, angle, behind.source)
-        for when, angle, way in ways
+        PinGap(when, (path or closed).distance(*pivot) - thick / 2, behind.pin / 2, angle, behind.source)
+        for when, angle, path in paths
     )
 
 
@@ -387,21 +396,22 @@ def closing(layout: Layout) -> Closing | None:
 
     None if there is no jaw. Raises `PartsError` if the shield does not fit.
 
-    Backs on the port's circle are parallel when the pair is as high as the port. The port's height less that of the
-    closed pair with the sensor is left for tissue.
+    Backs on the port's circle are parallel when the pair is as high as the port. The difference of
+    the port's height and the height of the closed pair with the sensor is left for tissue.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
         return None
-    along = pivot_along(layout.body, layout.spec.jaw)
-    reach = None if along is None else along - axis(layout.body).x
+    x = pivot_along(layout.body, jaw)
+    reach = None if x is None else x - axis(layout.body).x
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)
 
 
 def heads_above(layout: Layout) -> float | None:
     """Return the height (m) of a bench plate's screw heads over the sensor's top face, negative if they are lower.
 
-    Heads follow ISO 4762: their height equals the thread diameter. None without a plate, or with inch threads.
+    Heads follow ISO 4762: their height equals the thread diameter. None if there is no plate, or if its threads are in
+    inches.
     """
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate" or mount.holes is None:

@@ -5,23 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import Heights, seat_heights, shield_heights, top_height
+from sitscad.assembly.places.bodies import Backing, Heights, backing_of, top_height
 from sitscad.assembly.places.column import slack
 from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, half_chord
-from sitscad.spec.sensor import SensorSpec
 
 FILM_ROUNDING = 0.8
 """Rounding of the film's outer edges as a fraction of its thickness.
 
 Below 1, the film keeps its thickness everywhere.
 """
-
-
-class PartsError(ValueError):
-    """An error for a part in the spec that cannot exist. The text gives the reason and the change that helps."""
 
 
 @record
@@ -43,8 +39,8 @@ class JawSection:
         back = Arc(Point(-half, -self.side), Point(half, -self.side), centre)
         if self.side <= 0.0:
             return Path((back, Line(back.end, back.start)))
-        right, left = Point(half, 0.0), Point(-half, 0.0)
-        return Path((back, Line(back.end, right), Line(right, left), Line(left, back.start)))
+        upper, lower = Point(half, 0.0), Point(-half, 0.0)
+        return Path((back, Line(back.end, upper), Line(upper, lower), Line(lower, back.start)))
 
 
 def section(jaw: Jaw) -> JawSection:
@@ -64,34 +60,34 @@ def section(jaw: Jaw) -> JawSection:
     return JawSection(2 * half, height, radius, height - sagitta)
 
 
-def axis(body: tuple[float, float, float, float]) -> Point:
+def axis(body: Box) -> Point:
     """Return the middle of the board's body, over which the jaw is centred."""
     x0, y0, x1, y1 = body
     return Point((x0 + x1) / 2, (y0 + y1) / 2)
 
 
-def jaw_range(body: tuple[float, float, float, float], fitted: Jaw) -> tuple[float, float]:
+def jaw_range(body: Box, fitted: Jaw) -> tuple[float, float]:
     """Return the x range (m) of the jaw from its tip to its end: its length, centred under the board's body."""
     middle = axis(body).x
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
-def pivot_along(body: tuple[float, float, float, float], jaw: Jaw | None) -> float | None:
+def pivot_along(body: Box, jaw: Jaw | None) -> float | None:
     """Return x (m) of the hinge's pivot along the jaw. None if the hinge is not known."""
     return None if jaw is None or jaw.hinge is None else jaw_range(body, jaw)[1] + jaw.hinge
 
 
-def closed_span(spec: SensorSpec) -> Heights | None:
+def closed_span(backing: Backing, top: float) -> Heights | None:
     """Return the heights (m) of the backs of the jaw and of the opposing jaw, closed without force.
 
-    None if there is no jaw.
+    `top` (m) is the height of the sensor's uppermost face. None if there is no jaw.
 
     The hinge keeps both jaws level. The closed pair's axis therefore lies half way between these heights.
     """
-    jaw, seat = spec.jaw, seat_heights(spec.fpc.stackup, spec.mount)
-    if jaw is None or seat is None:
+    mount, seat = backing.mount, backing.seat_heights
+    if mount is None or mount.jaw is None or seat is None:
         return None
-    return seat[0] - jaw.height, top_height(spec) + jaw.opposing_pad_thickness + jaw.height
+    return seat[0] - mount.jaw.height, top + mount.jaw.opposing_pad_thickness + mount.jaw.height
 
 
 def half_width(layout: Layout, z: float) -> float:
@@ -108,19 +104,22 @@ def room_across(layout: Layout, z: float) -> float:
 
     Infinite without them, or above the rims.
     """
-    jaw, span = layout.spec.jaw, closed_span(layout.spec)
+    jaw, span = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
     if jaw is None or span is None:
         return math.inf
     half = math.inf
     if jaw.pocket is not None and z - (span[0] + jaw.height) <= jaw.recess - 1e-9:
         half = jaw.pocket[1] / 2 - POCKET_CLEARANCE
-    radius, aside = made_to_measure(layout, jaw), z - (span[0] + span[1]) / 2
-    return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
+    radius, height = made_to_measure(jaw, slack(layout)), z - (span[0] + span[1]) / 2
+    return min(half, math.sqrt(radius**2 - height**2)) if abs(height) < radius else half
 
 
-def made_to_measure(layout: Layout, jaw: Jaw) -> float:
-    """Return the radius (m) that bounds seat and shield: the port's, less the worst shift by glue and tolerances."""
-    return jaw.port_diameter / 2 - math.hypot(*slack(layout))
+def made_to_measure(jaw: Jaw, shifts: tuple[float, float]) -> float:
+    """Return the radius (m) that bounds seat and shield: the port's, less the worst shifts (m) by glue and tolerances.
+
+    `sitscad.assembly.places.column.slack` returns these shifts.
+    """
+    return jaw.port_diameter / 2 - math.hypot(*shifts)
 
 
 POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into it, on each side (m)
@@ -129,15 +128,3 @@ POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into
 def rim(jaw: Jaw) -> Jaw:
     """Return the jaw extended up to the rims of its pad pocket. The jaw itself without a pocket."""
     return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw
-
-
-def shield_that_fits(spec: SensorSpec) -> Heights | None:
-    """Return the heights (m) of the shield. Raises `PartsError` if it does not fit above the metal of the jaw."""
-    sheet, mount = spec.shield, spec.mount
-    if sheet is not None and mount and mount.jaw and sheet.gap + sheet.thickness > mount.standoff + 1e-9:
-        gap, thickness = sheet.gap * 1e3, sheet.thickness * 1e3
-        raise PartsError(
-            f"the shield ({gap:g} mm gap, {thickness:g} mm thick) does not fit into the {mount.standoff * 1e3:g} mm "
-            f"standoff: give mount.standoff at least {gap + thickness:g} mm"
-        )
-    return shield_heights(spec.fpc.stackup, spec.shield)

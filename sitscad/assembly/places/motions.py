@@ -135,40 +135,40 @@ def read_motions(
 
     Raises MotionError for unreadable input, OSError for a file that cannot be opened.
     """
-    placed, pushed = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
-    held, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
-    for texts, names, rows in ((poses, POSE, placed), (loads, LOAD, pushed)):
+    pose_rows, load_rows = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
+    level_flags, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
+    for texts, names, rows in ((poses, POSE, pose_rows), (loads, LOAD, load_rows)):
         for text in texts:
-            given, rotation = _parts(text, names, motion_number)
-            rows.append(np.array([[given.get(name, 0.0) for name in names]]))
+            values, rotation = _parts(text, names, motion_number)
+            rows.append(np.array([[values.get(name, 0.0) for name in names]]))
             if names == LOAD:
-                held.append(np.array([rotation]))
+                level_flags.append(np.array([rotation]))
         for file in pose_files if names == POSE else load_files:
-            found, turns, passed = _from_file(file, names)
-            rows.append(found)
+            points, turns, passed = _from_file(file, names)
+            rows.append(points)
             readings += passed
             if names == LOAD:
-                held.append(turns)
+                level_flags.append(turns)
     for text in scans:
-        found, names, rotation = _scanned(text)
-        (placed if names == POSE else pushed).append(found)
+        points, names, rotation = _scanned(text)
+        (pose_rows if names == POSE else load_rows).append(points)
         if names == LOAD:
-            held.append(np.full(len(found), rotation))
-    if len(placed) == 1 and len(pushed) == 1 and not named:
-        placed = [np.zeros((1, len(POSE)))]
-    forces = np.concatenate(pushed)
+            level_flags.append(np.full(len(points), rotation))
+    if len(pose_rows) == 1 and len(load_rows) == 1 and not named:
+        pose_rows = [np.zeros((1, len(POSE)))]
+    forces = np.concatenate(load_rows)
     if np.any(forces[:, 0] < 0.0):
         raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
-    turned, level = np.any(forces[:, len(FORCE) :], axis=1), np.concatenate(held)
+    turned, level = np.any(forces[:, len(FORCE) :], axis=1), np.concatenate(level_flags)
     if np.any(turned & level):
         raise MotionError("a moment with rotation=held: a face that keeps the target level takes any moment")
     loads_found = forces if turned.any() else forces[:, : len(FORCE)]
-    return Motions(np.concatenate(placed), loads_found, level, named, tuple(readings))
+    return Motions(np.concatenate(pose_rows), loads_found, level, named, tuple(readings))
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
     """Return the values of "name=value, ..." by name, and for loads whether rotation is held."""
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     rotation = USUAL_ROTATION
     for part in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
@@ -177,10 +177,10 @@ def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[
             continue
         if not equals or name not in names:
             raise MotionError(f"{part!r}: NAME=NUMBER is wanted, NAME one of {', '.join(names)}")
-        if name in found:
+        if name in values:
             raise MotionError(f"{name} is given twice in {text!r}")
-        found[name] = read(name, value)
-    return found, rotation == "held"
+        values[name] = read(name, value)
+    return values, rotation == "held"
 
 
 def motion_number(name: str, text: str) -> float:
@@ -216,7 +216,7 @@ def _scanned(text: str) -> tuple[Array, Names, bool]:
     if total > MOST:
         raise MotionError(f"{text!r} has {total} points; {MOST} are the most")
     rows = np.zeros((total, len(names)))
-    values = np.array(list(product(*(one.tolist() for one in ranges.values()))))
+    values = np.array(list(product(*(each.tolist() for each in ranges.values()))))
     rows[:, [names.index(name) for name in ranges]] = values
     return rows, names, rotation
 
@@ -237,12 +237,12 @@ def _range(name: str, text: str) -> Array:
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     """Return a CSV file's rows (n, names), whether each is held, and the skipped columns. MotionError gives the row."""
     try:
-        lines = table_text(name, LARGEST)
+        text = table_text(name, LARGEST)
     except TableError as error:
         raise MotionError(f"{name} {error}") from error
-    kept = (line for line in io.StringIO(lines, newline=None) if line.strip() and not line.lstrip().startswith("#"))
+    rows_text = (line for line in io.StringIO(text, newline=None) if line.strip() and not line.lstrip().startswith("#"))
     try:
-        table = iter(list(csv.reader(kept)))
+        table = iter(list(csv.reader(rows_text)))
     except csv.Error as error:
         raise MotionError(f"{name} is no table that can be read: {error}") from error
     head = [cell.strip() for cell in next(table, [])]
@@ -257,28 +257,28 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
             raise MotionError(f"{name}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
     if not columns or len({stem for stem, _ in columns.values()}) < len(columns):
         raise MotionError(f"{name}: the first line names the columns, each once: {', '.join(names)}")
-    found, held = [], []
+    rows, level_flags = [], []
     for number, cells in enumerate(table, start=2):
         if len(cells) != len(head):
             raise MotionError(f"{name}, row {number}: {len(cells)} cells under {len(head)} columns")
         row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
-        found.append(row)
-        held.append(rotation)
+        rows.append(row)
+        level_flags.append(rotation)
     readings = ", ".join(title for k, title in enumerate(head) if k not in columns)
     passed = (f"{name}: columns of readings are passed over: {readings}",) if readings else ()
-    return np.array(found, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool), passed
+    return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(level_flags, dtype=bool), passed
 
 
 def _cells(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
     """Return one row of a file: its values, and whether rotation is held."""
-    values, held = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
+    values, is_level = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():
         text = cells[k].strip()
         try:
             if name == "rotation":
-                held = is_held(text or USUAL_ROTATION)
+                is_level = is_held(text or USUAL_ROTATION)
             elif text:
                 values[name] = motion_number(name, text) if factor is None else factor * float(text)
         except (MotionError, ValueError) as error:
@@ -287,4 +287,4 @@ def _cells(
             raise MotionError(f"{where}: {name}={text}: a finite number is wanted")
         if name in LOAD and abs(values[name]) > MOST_FORCE:
             raise MotionError(f"{where}: {name}={text}: {TOO_MUCH}")
-    return [values[name] for name in names], held
+    return [values[name] for name in names], is_level

@@ -8,19 +8,19 @@ this module: `sitscad.assembly.places.fit` uses the corners, `sitscad.assembly.s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from sitscad.assembly.places.bodies import above_board, board_heights, film_thickness, seat_spans
+from sitscad.assembly.places.bodies import backing_of, film_thickness, plates_of
 from sitscad.assembly.places.column import print_limit, process_of
-from sitscad.assembly.places.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
+from sitscad.assembly.places.jaws import axis, jaw_range, rim, room_across, section
 from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Stiffener
-from sitscad.spec.coil import CoilSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention
 
 TIGHT = 0.15e-3
@@ -64,9 +64,7 @@ def ledge(mount: Mount | None) -> float:
     return max(STOP, print_limit(process_of(mount), "free_wall").value)
 
 
-def stop_place(
-    body: tuple[float, float, float, float], fitted: Jaw | None, mount: Mount | None
-) -> tuple[float, float] | None:
+def stop_place(body: Box, fitted: Jaw | None, mount: Mount | None ) -> tuple[float, float] | None:
     """Return the range along the jaw (m) of the ledge before the board's end at the tip. None if there is no room."""
     inner = body[0] - clearance(mount)
     outer = inner - ledge(mount)
@@ -81,8 +79,8 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad":
         return None
-    shield_that_fits(layout.spec)
-    spans = seat_spans(layout.spec)
+    backing_of(layout.spec).shield_that_fits()
+    spans = backing_of(layout.spec).spans
     inner = layout.body_size[1] / 2 + clearance(mount)
     outer = inner + ledge(mount)
     if not spans or outer > section(rim(jaw)).face / 2:
@@ -110,7 +108,7 @@ def relief(layout: Layout) -> Relief | None:
     straight = _straight_from(layout.outline, tail, start, end) + clearance(mount)
     if tail[0] - wall >= low and tail[1] + wall <= high and end - straight >= LEAST_RELIEF:
         across, cheeks = (tail[0] - wall, tail[1] + wall), straight
-    return Relief((start, end), across, tail, tail_heights(layout)[0], cheeks)
+    return Relief((start, end), across, tail, tail_heights(layout.spec.fpc)[0], cheeks)
 
 
 def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
@@ -127,7 +125,7 @@ def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: 
     return max(beyond)
 
 
-def cap_end(body: tuple[float, float, float, float], mount: Mount | None, stiffener: Stiffener | None) -> float | None:
+def cap_end(body: Box, mount: Mount | None, stiffener: Stiffener | None) -> float | None:
     """Return the end (m) of a fingertip's cap along the tail, before the tail's stiffener. None for any other mount."""
     if mount is None or mount.finger is None:
         return None
@@ -139,13 +137,13 @@ def _before_stiffener(stiffener: Stiffener | None) -> float:
     return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
 
 
-def retention(body: tuple[float, float, float, float], mount: Mount | None) -> Retention | None:
+def retention(body: Box, mount: Mount | None) -> Retention | None:
     """Return the retention of the mount besides glue, with all sizes. None for glue alone."""
-    found = mount.retention if mount is not None else None
-    if found is None:
+    joint = mount.retention if mount is not None else None
+    if joint is None:
         return None
     x0, _, x1, _ = body
-    return replace(found, spacing=found.spacing if found.spacing is not None else (x1 - x0) / 2)
+    return replace(joint, spacing=joint.spacing if joint.spacing is not None else (x1 - x0) / 2)
 
 
 def joint_clearance(glue_line: float, mount: Mount | None) -> float:
@@ -153,38 +151,38 @@ def joint_clearance(glue_line: float, mount: Mount | None) -> float:
     return process_clearance(mount) + glue_line
 
 
-def neck(found: Retention) -> float:
+def neck(joint: Retention) -> float:
     """Return the smallest width (m) of a dovetail's tongue, at the mount."""
-    return found.width - 2.0 * found.depth / math.tan(found.angle)
+    return joint.width - 2.0 * joint.depth / math.tan(joint.angle)
 
 
-def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
+def tongue_across(joint: Retention, room: float) -> tuple[float, float, float]:
     """Return half widths (m) of a dovetail at bottom and mount, and its depth, all grown by a clearance (m)."""
-    flank = room / math.sin(found.angle)
-    bottom = found.width / 2 + room / math.tan(found.angle) + flank
-    return bottom, neck(found) / 2 + flank, found.depth + room
+    flank = room / math.sin(joint.angle)
+    bottom = joint.width / 2 + room / math.tan(joint.angle) + flank
+    return bottom, neck(joint) / 2 + flank, joint.depth + room
 
 
-def metal_below(layout: Layout) -> float | None:
+def metal_below(body: Box, mount: Mount | None, glue_line: float) -> float | None:
     """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None if there is no dovetail."""
-    found, jaw = retention(layout.body, layout.spec.mount), layout.spec.jaw
-    if found is None or jaw is None or found.kind != "dovetail":
+    joint, jaw = retention(body, mount), mount.jaw if mount is not None else None
+    if joint is None or jaw is None or joint.kind != "dovetail":
         return None
     bar = section(jaw)
-    half, _, depth = tongue_across(found, joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount))
+    half, _, depth = tongue_across(joint, joint_clearance(glue_line, mount))
     if half >= bar.face / 2:
         return 0.0
     sagitta = bar.radius - math.sqrt(max(0.0, bar.radius**2 - half**2))
     return jaw.height - sagitta - depth
 
 
-def pin_places(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[tuple[float, float], ...]:
+def pin_places(body: Box, mount: Mount | None) -> tuple[tuple[float, float], ...]:
     """Return the positions of pins (m): two in the jaw's middle. Empty if there are no pins."""
-    found = retention(body, mount)
-    if found is None or found.kind != "pins" or found.spacing is None:
+    joint = retention(body, mount)
+    if joint is None or joint.kind != "pins" or joint.spacing is None:
         return ()
     middle = axis(body)
-    return tuple((middle.x + side * found.spacing / 2, middle.y) for side in (-1.0, 1.0))
+    return tuple((middle.x + side * joint.spacing / 2, middle.y) for side in (-1.0, 1.0))
 
 
 BORDER = 6.0e-3  # Plastic round the board and what overhangs it, for the screws (m)
@@ -215,16 +213,16 @@ def plate_plan(layout: Layout, film: float) -> Box:
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
     y0, y1 = min(y0, *near), max(y1, *near)
-    for body in above_board(layout.spec):
-        left, low, right, high = body.footprint.box
-        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
+    for body in plates_of(layout.spec).all:
+        x_low, low, x_high, high = body.footprint.box
+        x0, y0, x1, y1 = min(x0, x_low - film), min(y0, low - film), max(x1, x_high + film), max(y1, high + film)
     mount = layout.spec.mount
     ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(mount)
     if pattern is not None:
         # from the middle of a nut in an adapter's corner to the head of a screw beside it
         nut = 0.0 if not adapter_needed(layout) else (
             CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
-        for hole in _placed(layout, pattern):
+        for hole in _placed(pattern, board_boxes(layout)):
             # the nuts in the corners of an adapter lie beside its holes, in both directions
             beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE
             ends.append((*hole.at, beyond))
@@ -241,7 +239,8 @@ def plate_floor(layout: Layout) -> tuple[float, float]:
 
     Plastic thinner than half the diameter of its screws would bend. Raises `PartsError` if the shield does not fit.
     """
-    mount, under, shield = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
+    mount, backing = layout.spec.mount, backing_of(layout.spec)
+    under, shield = backing.bottom, backing.shield_that_fits()
     assert mount is not None
     holes = mount.holes.holes if mount.holes is not None else ()
     least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
@@ -250,16 +249,18 @@ def plate_floor(layout: Layout) -> tuple[float, float]:
     return floor, under - used - floor
 
 
-def adapter_depth(layout: Layout) -> float:
-    """Return the thickness (m) of the adapter under a plate. 0 without an adapter. Its screw heads are sunk."""
-    holes = adapter_needed(layout)
+def adapter_depth(holes: tuple[Hole, ...]) -> float:
+    """Return the thickness (m) of an adapter with given holes under a plate. Its screw heads are sunk.
+
+    0 without holes: there is no adapter.
+    """
     return max(hole.diameter for hole in holes) + FLOOR if holes else 0.0
 
 
 ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
 
 
-def cap_size(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[float, float]:
+def cap_size(body: Box, mount: Mount | None) -> tuple[float, float]:
     """Return the outer width of a fingertip's cap, and the thickness of the side with its screws (m)."""
     (_, y0, _, y1) = body
     assert mount is not None and mount.finger is not None
@@ -287,7 +288,7 @@ def mount_size(layout: Layout) -> tuple[float, float] | None:
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
     """Return the adapter's holes: a pattern that lies under board or tail. Empty if the plate itself has the holes."""
     pattern = _pattern(layout.spec.mount)
-    return () if pattern is None or clear_pattern(layout) else _placed(layout, pattern)
+    return () if pattern is None or clear_pattern(layout) else _placed(pattern, board_boxes(layout))
 
 
 def corner_holes(plan: Box) -> tuple[Hole, ...]:
@@ -299,8 +300,8 @@ def corner_holes(plan: Box) -> tuple[Hole, ...]:
 
 def _pattern(mount: Mount | None) -> HolePattern | None:
     """Return the plate's hole pattern. None for screws in its own corners."""
-    found = mount.holes if mount is not None else None
-    return None if found is None or (found.grid is None and found.name == "corners-m2") else found
+    pattern = mount.holes if mount is not None else None
+    return None if pattern is None or (pattern.grid is None and pattern.name == "corners-m2") else pattern
 
 
 def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
@@ -311,8 +312,9 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
     pattern = _pattern(layout.spec.mount)
     if pattern is None:
         return ()
-    holes = _placed(layout, pattern)
-    return holes if all(beside_board(layout, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
+    boxes = board_boxes(layout)
+    holes = _placed(pattern, boxes)
+    return holes if all(beside_board(boxes, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
 
 
 def plate_holes(layout: Layout) -> tuple[Hole, ...]:
@@ -320,9 +322,8 @@ def plate_holes(layout: Layout) -> tuple[Hole, ...]:
     return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
 
 
-def screw_spacing(layout: Layout) -> tuple[float, float] | None:
-    """Return the spacing (m) of the plate's four screws, along and across. None if they form no rectangle."""
-    holes = plate_holes(layout)
+def screw_spacing(holes: tuple[Hole, ...]) -> tuple[float, float] | None:
+    """Return the spacing (m) of a plate's four screws, along and across. None if they form no rectangle."""
     xs, ys = (sorted({round(hole.at[axis], 9) for hole in holes}) for axis in (0, 1))
     return (xs[1] - xs[0], ys[1] - ys[0]) if len(holes) == 4 and len(xs) == len(ys) == 2 else None
 
@@ -330,8 +331,8 @@ def screw_spacing(layout: Layout) -> tuple[float, float] | None:
 FAR = 2.0
 """Distance (in coil diameters) at which metal changes a coil's inductance by less than 0.2 %.
 
-It is the value of a loop before its own image at twice the distance: mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2),
-with z = 8 a and a / w = 10.
+The value is computed for a loop before its own image at twice the distance. It is mu0 pi a^4 / (2 z^3) over mu0 a
+(ln(8 a / w) - 2), with z = 8 a and a / w = 10.
 """
 
 
@@ -344,40 +345,38 @@ def metal_free_distance(coil: CoilSpec) -> float:
     return FAR * math.sqrt(4.0 / math.pi * coil.outline.area * coil.size[0] * coil.size[1])
 
 
-def is_near_metal(layout: Layout) -> bool:
+def is_near_metal(coil: CoilSpec, placements: tuple[CoilPlacement, ...], holes: tuple[Hole, ...]) -> bool:
     """Whether a plate's screw is nearer to a coil's centre than `metal_free_distance`."""
-    reach = metal_free_distance(layout.spec.coil)
-    screw = [(*hole.at, hole.head / 2) for hole in plate_holes(layout)]
-    return any(math.dist((x, y), coil.centre) - half < reach for x, y, half in screw for coil in layout.coils)
+    reach = metal_free_distance(coil)
+    return any(math.dist(hole.at, place.centre) - hole.head / 2 < reach for hole in holes for place in placements)
 
 
-def beside_board(layout: Layout, hole: Hole) -> float:
-    """Return the distance (m) of a hole's middle from the board, its tail and the plates on it, from above."""
+def beside_board(boxes: Sequence[Box], hole: Hole) -> float:
+    """Return the distance (m) of a hole's middle from the boxes of board, tail and plates, from above."""
     x, y = hole.at
-    boxes = (box for box in _boxes(layout) if box[2] > box[0])
-    return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
+    return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3]))
+               for b in boxes if b[2] > b[0])
 
 
-def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
-    """Return a pattern's holes in their positions about the middle of the board's body."""
-    middle = axis(layout.body)
+def _placed(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
+    """Return a pattern's holes in their positions about the middle of the board's body, the first of `boxes`."""
+    body = boxes[0]
+    middle = axis(body)
     if pattern.grid is None:
         return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
     # how far apart the four are that a plate takes of a bench: the nearest that are clear of the board
-    kind, grid, boxes = pattern.holes[0], pattern.grid, list(_boxes(layout))
+    kind, grid = pattern.holes[0], pattern.grid
     half = max(max(box[3] for box in boxes) - middle.y, middle.y - min(box[1] for box in boxes))
-    across = grid * math.ceil(2.0 * (half + kind.head / 2 + BESIDE_HEAD) / grid - 1e-9)
-    along = grid * max(1, math.ceil(layout.body_size[0] / grid - 1e-9))
+    width = grid * math.ceil(2.0 * (half + kind.head / 2 + BESIDE_HEAD) / grid - 1e-9)
+    length = grid * max(1, math.ceil((body[2] - body[0]) / grid - 1e-9))
     return tuple(
-        Hole((middle.x + i * along / 2, middle.y + j * across / 2), kind.diameter, kind.head)
+        Hole((middle.x + i * length / 2, middle.y + j * width / 2), kind.diameter, kind.head)
         for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     )
 
 
-def _boxes(layout: Layout) -> Iterator[Box]:
-    """Yield the boxes of the body, the tail beside it, and the pieces on the board, from above."""
-    yield layout.body
+def board_boxes(layout: Layout) -> list[Box]:
+    """Return the boxes of the body, the tail beside it, and the pieces on the board, from above."""
     near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
-    yield layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
-    for body in above_board(layout.spec):
-        yield body.footprint.box
+    tail = layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
+    return [layout.body, tail, *(plate.footprint.box for plate in plates_of(layout.spec).all)]

@@ -14,13 +14,13 @@ from sitscad.assembly.places.bodies import (
     Body,
     BodyRole,
     Heights,
-    above_board,
+    Plates,
+    backing_of,
     board_heights,
-    seat_heights,
-    seat_spans,
-    shield_gap_text,
+    plates_of,
     top_height,
 )
+from sitscad.assembly.places.column import slack
 from sitscad.assembly.places.jaws import (
     axis,
     closed_span,
@@ -28,14 +28,13 @@ from sitscad.assembly.places.jaws import (
     jaw_range,
     made_to_measure,
     section,
-    shield_that_fits,
 )
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, within_box
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Stiffener
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
-from sitscad.spec.circuit import BodySpec, Stackup
+from sitscad.spec.circuit import BodySpec, FpcSpec, Stackup
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
 
@@ -45,13 +44,16 @@ def stack(layout: Layout) -> tuple[Body, ...]:
 
     Both jaws are closed without force. Raises `PartsError` if shield and standoff contradict each other.
     """
-    found = [*_jaws(layout),
+    jaw, seat = layout.spec.jaw, backing_of(layout.spec).seat_heights
+    jaws = [] if jaw is None or seat is None else [*_jaws(layout.body, jaw, seat[0], top_height(layout.spec))]
+    bodies = [*jaws,
              *(body for body in (shield(layout), board(layout.outline, layout.spec.fpc.stackup),
-                                 stiffener(layout)) if body)]
-    found += above_board(layout.spec)
-    if (film := encapsulation(layout)) is not None:
-        found.append(film)
-    return tuple(sorted(found, key=lambda body: (body.lower, body.upper)))
+                                 stiffener(layout.stiffener, layout.spec.fpc)) if body)]
+    bodies += plates_of(layout.spec).all
+    if (film := layout.spec.encapsulation) is not None:  # over and around the body and the pieces on it
+        region, top = Region(layout.body_outline), top_height(layout.spec)
+        bodies.append(Body(BodyRole.ENCAPSULATION, region, 0.0, top, film.material.name))
+    return tuple(sorted(bodies, key=lambda body: (body.lower, body.upper)))
 
 
 def board(outline: Path, stackup: Stackup) -> Body:
@@ -60,18 +62,17 @@ def board(outline: Path, stackup: Stackup) -> Body:
     return Body(BodyRole.BOARD, Region(outline), *board_heights(stackup), material)
 
 
-def stiffener(layout: Layout) -> Body | None:
+def stiffener(plate: Stiffener | None, fpc: FpcSpec) -> Body | None:
     """Return the plate under the contacts, bonded to the tail's bottom face."""
-    plate = layout.stiffener
     if plate is None:
         return None
-    upper = tail_heights(layout)[0]
+    upper = tail_heights(fpc)[0]
     return Body(BodyRole.STIFFENER, plate.outline, upper - plate.thickness, upper, plate.material)
 
 
-def tail_heights(layout: Layout) -> Heights:
+def tail_heights(fpc: FpcSpec) -> Heights:
     """Return the heights of the tail: from the bottom of its lowest layer up to the board's top face."""
-    return -math.fsum(layer.thickness for layer in layout.spec.fpc.tail_layers), 0.0
+    return -math.fsum(layer.thickness for layer in fpc.tail_layers), 0.0
 
 
 def shield(layout: Layout) -> Body | None:
@@ -80,7 +81,7 @@ def shield(layout: Layout) -> Body | None:
     The spec gives it no size. It is as large as the board's body, a disc under a round body, and narrower in a narrow
     port. Raises `PartsError` if it does not fit into the standoff.
     """
-    sheet, levels = layout.spec.shield, shield_that_fits(layout.spec)
+    sheet, levels = layout.spec.shield, backing_of(layout.spec).shield_that_fits()
     if sheet is None or levels is None:
         return None
     (x0, _, x1, _), y, half = layout.body, axis(layout.body).y, half_width(layout, levels[0])
@@ -107,41 +108,20 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
     x0, y0, x1, y1 = bounding_box((body.outline(),))
     is_disc = any(isinstance(piece, Arc) for piece in body.outline())
     place = Footprint(is_disc, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
-    words = f"goes under the board, {shield_gap_text(layout.spec)} below its lower face"
+    note = f"goes under the board, {backing_of(layout.spec).shield_gap_text} below its lower face"
     shape = "circle" if is_disc else "rectangle"
-    return (CutPart(body.name, body.material, shape, place.size, sheet.thickness, sheet.kerf, place, words),)
+    return (CutPart(body.name, body.material, shape, place.size, sheet.thickness, sheet.kerf, place, note),)
 
 
-def encapsulation(layout: Layout) -> Body | None:
-    """Return the film over and around the board's body and the pieces on it. Its height exceeds its thickness."""
-    film = layout.spec.encapsulation
-    if film is None:
-        return None
-    return Body(BodyRole.ENCAPSULATION, Region(layout.body_outline), 0.0, top_height(layout.spec), film.material.name)
+def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
+    """Yield the jaws as bodies, and the pad of the opposing jaw.
 
-
-def largest_outline(layout: Layout) -> Path | None:
-    """Return the outline `fpc.largest` (m) about the body's middle, or a drawn one about the coils.
-
-    None without that key.
+    The face of the jaw lies at `lower` (m). The opposing jaw rests on `top` (m).
     """
-    largest = layout.spec.fpc.largest
-    if largest is None:
-        return None
-    (x0, y0, x1, y1), middle = bounding_box([layout.body_outline]), layout.spec.array.middle
-    return largest.edge.shifted(*(middle if largest.shape == "dxf" else ((x0 + x1) / 2, (y0 + y1) / 2)))
-
-
-def _jaws(layout: Layout) -> Iterator[Body]:
-    """Yield the jaws as bodies, and the pad of the opposing jaw."""
-    jaw, seat = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)
-    if jaw is None or seat is None:
-        return
-    (x0, x1), y, half = jaw_range(layout.body, jaw), axis(layout.body).y, section(jaw).face / 2
+    (x0, x1), y, half = jaw_range(body, jaw), axis(body).y, section(jaw).face / 2
     face = Region(rectangle(x0, y - half, x1, y + half))
-    name, top = jaw.material.name, top_height(layout.spec)
-    pad = top + jaw.opposing_pad_thickness
-    yield Body(BodyRole.JAW, face, seat[0] - jaw.height, seat[0], name, jaw.material)
+    name, pad = jaw.material.name, top + jaw.opposing_pad_thickness
+    yield Body(BodyRole.JAW, face, lower - jaw.height, lower, name, jaw.material)
     if jaw.opposing_pad_thickness > 0.0:
         yield Body(BodyRole.OPPOSING_PAD, face, top, pad, "pad")
     yield Body(BodyRole.OPPOSING_JAW, face, pad, pad + jaw.height, name, jaw.material)
@@ -177,16 +157,16 @@ class Support:
         return self.carried / self.pressed if self.pressed else 1.0
 
 
-def pressed_on(layout: Layout) -> tuple[str, Path]:
-    """Return the lowest piece on the board and its closed outline above the body.
+def pressed_on(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Path]:
+    """Return the lowest piece on the board and its closed outline above the body, whose box is `box`.
 
     Its force goes through the board into the support. It is the body itself if nothing lies on the board.
     """
-    for body in above_board(layout.spec):
-        above = within_box(body.outline(), layout.body)
+    for plate in plates.all:
+        above = within_box(plate.outline(), box)
         if above is not None:
-            return body.name, above
-    return BODY, layout.body_outline
+            return plate.name, above
+    return BODY, body_outline
 
 
 def support(layout: Layout) -> Support | None:
@@ -194,25 +174,26 @@ def support(layout: Layout) -> Support | None:
 
     Grooves and other hollows filled with glue count as support. Raises `PartsError` if the shield does not fit.
     """
-    found = _carriers(layout)
-    if found is None:
+    carriers = _carriers(layout)
+    if carriers is None:
         return None
-    (name, path), body = pressed_on(layout), layout.body_outline
-    return Support(name, enclosed_area(path), _on(path, *found), enclosed_area(body), _on(body, *found))
+    body = layout.body_outline
+    name, path = pressed_on(plates_of(layout.spec), layout.body, body)
+    return Support(name, enclosed_area(path), _on(path, *carriers), enclosed_area(body), _on(body, *carriers))
 
 
 def width_under(layout: Layout) -> float | None:
     """Return the width (m) of the support at the board's lower face. None as for `support`, or without any support."""
-    found = _carriers(layout)
-    return None if found is None or found[0] is None else found[0][3] - found[0][1]
+    carriers = _carriers(layout)
+    return None if carriers is None or carriers[0] is None else carriers[0][3] - carriers[0][1]
 
 
 def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
     """Return the area (m2) of a convex closed path over a carrier's box, less the area over a window in the box."""
 
     def within(box: Box | None) -> float:
-        found = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
-        return 0.0 if found is None else enclosed_area(found)
+        overlap = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
+        return 0.0 if overlap is None else enclosed_area(overlap)
 
     if carrier is None:
         return 0.0
@@ -227,16 +208,16 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
-    (x0, low, x1, high), y, under = layout.body, axis(layout.body).y, board_heights(layout.spec.fpc.stackup)[0]
-    sheet, jaw, closed = shield_that_fits(layout.spec), layout.spec.jaw, closed_span(layout.spec)
-    spans = seat_spans(layout.spec)
-    if sheet is not None and under - sheet[1] <= 1e-9:
+    (x0, low, x1, high), y, backing = layout.body, axis(layout.body).y, backing_of(layout.spec)
+    sheet, jaw, closed = backing.shield_that_fits(), mount.jaw, closed_span(backing, top_height(layout.spec))
+    spans = backing.spans
+    if sheet is not None and backing.bottom - sheet[1] <= 1e-9:
         half = half_width(layout, sheet[0])
         return (x0, y - half, x1, y + half), None
     if spans and jaw is not None and closed is not None:
         # the seat's upper face is cut back to the port where all of the seat is in it
         middle = (closed[0] + closed[1]) / 2
-        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(layout, jaw)
+        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(jaw, slack(layout))
         half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
         return (x0, y - half, x1, y + half), None
     if spans or mount.kind == "bench-plate":
@@ -247,7 +228,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     return None if jaw is None or jaw.step is not None else _on_metal(layout.body, jaw)
 
 
-def _on_metal(body: tuple[float, float, float, float], jaw: Jaw) -> tuple[Box, Box | None]:
+def _on_metal(body: Box, jaw: Jaw) -> tuple[Box, Box | None]:
     """Return the face of a jaw that carries the board without a seat, and the window through it."""
     (x0, x1), middle = jaw_range(body, jaw), axis(body)
     half = section(jaw).face / 2
@@ -255,6 +236,6 @@ def _on_metal(body: tuple[float, float, float, float], jaw: Jaw) -> tuple[Box, B
         half = min(half, jaw.pocket[1] / 2)
     window = None
     if jaw.fenestration is not None:
-        along, across = jaw.fenestration[0] / 2, jaw.fenestration[1] / 2
-        window = (sum((x0, x1)) / 2 - along, middle.y - across, sum((x0, x1)) / 2 + along, middle.y + across)
+        x, dx, dy = (x0 + x1) / 2, jaw.fenestration[0] / 2, jaw.fenestration[1] / 2
+        window = (x - dx, middle.y - dy, x + dx, middle.y + dy)
     return (x0, middle.y - half, x1, middle.y + half), window

@@ -41,10 +41,10 @@ class Pose:
 
     def moved(self, point: Vector, centre: Vector) -> Vector:
         """Return the new position of a point (m) of the target. `centre` is the centre of its near face at rest."""
-        away = tuple(point[k] - centre[k] for k in range(3))
-        gone = (self.x, self.y, self.z)
+        arm = tuple(point[k] - centre[k] for k in range(3))
+        shift = (self.x, self.y, self.z)
         x, y, z = (
-            centre[k] + gone[k] + math.fsum(row[j] * away[j] for j in range(3)) for k, row in enumerate(self.rotation)
+            centre[k] + shift[k] + math.fsum(row[j] * arm[j] for j in range(3)) for k, row in enumerate(self.rotation)
         )
         return x, y, z
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from sitscad.assembly.places.bodies import carrier_face, film_thickness, seat_spans
+from sitscad.assembly.places.bodies import Backing, backing_of, film_thickness
 from sitscad.assembly.places.jaws import pivot_along
 from sitscad.assembly.places.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, relief
 from sitscad.assembly.places.stack import tail_heights
@@ -50,7 +50,7 @@ class Station:
     angle: float
 
     def after(self, stretch: BentStretch, length: float | None = None) -> Station:
-        """Return the station at the end of a stretch that begins here, or after a `length` (m) of it."""
+        """Return the station at the end of a stretch that begins here, or after a `length` (m) along it."""
         run = stretch.length if length is None else length
         if not stretch.turn:
             return Station(self.x + run * math.cos(self.angle), self.z + run * math.sin(self.angle), self.angle)
@@ -79,8 +79,8 @@ class Station:
 class TailPath:
     """Path of the tail: the start of its middle line, at the end of the board's body, and its stretches from there.
 
-    `radius` is the inside radius (m) of its bends, None without bends. `reason` explains a tail that is drawn straight
-    although it should bend.
+    `radius` is the inside radius (m) of its bends. None if it has no bends. `reason` explains a tail that is drawn
+    straight although it should bend.
     """
 
     start: Station
@@ -112,11 +112,11 @@ class TailPath:
 
     def distance(self, x: float, z: float) -> float:
         """Return the smallest distance (m) of a point from the tail's middle line."""
-        here, found = self.start, math.hypot(x - self.start.x, z - self.start.z)
+        here, least = self.start, math.hypot(x - self.start.x, z - self.start.z)
         for stretch in self.stretches:
-            found = min(found, here.distance(stretch, x, z))
+            least = min(least, here.distance(stretch, x, z))
             here = here.after(stretch)
-        return found
+        return least
 
 
 def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
@@ -131,13 +131,15 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     tail = layout.spec.fpc.tail
     if tail is None or layout.tail_length <= 0.0:
         return None
-    low, high = tail_heights(layout)
+    low, high = tail_heights(layout.spec.fpc)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (BentStretch(layout.tail_length),))
-    drop, pivot, stretch = _drop(layout), pivot_along(layout.body, layout.spec.jaw), bend_stretch(layout)
+    drop, stretch = _drop(backing_of(layout.spec), low), bend_stretch(layout)
+    pivot = pivot_along(layout.body, layout.spec.jaw)
     if drop is None:
         return straight
-    reason = _why_straight(layout)
+    places = () if stretch is None else (stretch[0] + 1e-6, sum(stretch) / 2, stretch[1] - 1e-6)
+    reason = _why_straight(layout.spec.fpc, tail, [layout.reach_at(x) for x in places])
     radius = bend_radius(layout.spec.fpc)
     if reason or radius is None or stretch is None:
         return TailPath(start, straight.stretches, None, reason)
@@ -145,9 +147,9 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     down = _let_down(drop, middle)
     # the end of what carries the body and lies under the tail
     edge, tongue = lip(layout), relief(layout)
-    held = tongue.along[1] if tongue is not None else cap_end(layout.body, layout.spec.mount,
+    support_end = tongue.along[1] if tongue is not None else cap_end(layout.body, layout.spec.mount,
                                                               layout.stiffener) or layout.body[2]
-    free = max(stretch[0], layout.body[2], held if edge is None else edge.start)
+    free = max(stretch[0], layout.body[2], support_end if edge is None else edge.start)
     parts = [BentStretch(free - layout.body[2]), *down] if down else []
     if pivot is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
@@ -164,18 +166,22 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
 TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 
-def _drop(layout: Layout) -> float | None:
-    """Return the descent (m) of the tail to the face of the jaw or the finger. None if there is neither."""
-    mount, jaw, face = layout.spec.mount, layout.spec.jaw, carrier_face(layout.spec)
-    if mount is None or face is None or (jaw is None and mount.finger is None):
+def _drop(backing: Backing, lower: float) -> float | None:
+    """Return the descent (m) of the tail, whose lower face is at `lower` (m), to the face of the jaw or the finger.
+
+    None if there is neither.
+    """
+    mount, face = backing.mount, backing.carrier_face
+    if mount is None or face is None or (mount.jaw is None and mount.finger is None):
         return None
-    rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
-    return max(0.0, tail_heights(layout)[0] - face - rims)
+    rims = mount.jaw.recess if mount.jaw is not None and mount.jaw.pocket is not None else 0.0
+    return max(0.0, lower - face - rims)
 
 
 def lip(layout: Layout) -> Lip | None:
-    """Return the round edge at which the tail leaves tongue or cap. None without an edge, a known radius or room."""
-    mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec.fpc)
+    """Return the round edge at which the tail leaves tongue or cap. None if edge, radius or room is missing."""
+    mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
+    drop = _drop(backing_of(layout.spec), tail_heights(layout.spec.fpc)[0])
     if mount is None or not drop or radius is None:
         return None
     bends = _let_down(drop, radius + tail_thickness(layout.spec.fpc) / 2)
@@ -185,9 +191,9 @@ def lip(layout: Layout) -> Lip | None:
     tongue = relief(layout)
     if tongue is None:
         return None
-    foot = seat_spans(layout.spec)[-1][0]
-    found = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - foot), turn)
-    return found if found.start - tongue.along[0] >= LEAST_RELIEF else None
+    foot = backing_of(layout.spec).spans[-1][0]
+    edge = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - foot), turn)
+    return edge if edge.start - tongue.along[0] >= LEAST_RELIEF else None
 
 
 def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
@@ -220,7 +226,7 @@ def rod_clear(layout: Layout) -> float:
     mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
     if mount is None or mount.kind != "bench-plate" or radius is None:
         return -math.inf
-    rod, deep = radius + ROD, tail_heights(layout)[0] - plate_floor(layout)[1]
+    rod, deep = radius + ROD, tail_heights(layout.spec.fpc)[0] - plate_floor(layout)[1]
     level = rod - min(deep, rod)  # height of that edge over the rod's middle
     return plate_plan(layout, film_thickness(layout.spec.encapsulation))[2] + math.sqrt(rod**2 - level**2)
 
@@ -229,19 +235,19 @@ ROD = 0.05e-3
 """Largest excess (m) of a rod's radius over the bend radius: rods come in steps of 0.1 mm."""
 
 
-def _why_straight(layout: Layout) -> str:
-    """Return the reason for a tail that is drawn straight. Empty if it is bent."""
-    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
-    assert tail is not None
+def _why_straight(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -> str:
+    """Return the reason for a tail that is drawn straight. Empty if it is bent.
+
+    `widths` are the y ranges (m) of the tail along the stretch that may be bent.
+    """
     if tail.bend == "none":
         return "fpc.tail.bend is none"
     if tail.turn != "none" or tail.offset:
         return "it turns aside in its plane before the contacts"
-    if bend_radius(layout.spec.fpc) is None:
-        return f"{layout.spec.fpc.rules.name} states no bend radius"
-    if stretch is None:
+    if bend_radius(fpc) is None:
+        return f"{fpc.rules.name} states no bend radius"
+    if not widths:
         return "no stretch of it has straight tracks"
-    widths = [layout.reach_at(x) for x in (stretch[0] + 1e-6, sum(stretch) / 2, stretch[1] - 1e-6)]
     if max(abs(a - b) for width in widths for a, b in zip(width, widths[0], strict=True)) > LEAST:
         return "its width changes where it may be bent"
     return ""
@@ -262,8 +268,8 @@ SAME = 1e-9
 
 def bends(layout: Layout) -> tuple[Bend, ...]:
     """Return the bends from the body on. Empty if the tail has no bend or no straight part."""
-    own = own_bend(layout)
-    return (*bends_of_mount(layout), *(() if own is None else (own,)))
+    spec_bend = own_bend(layout)
+    return (*bends_of_mount(layout), *(() if spec_bend is None else (spec_bend,)))
 
 
 def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
@@ -273,14 +279,14 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
         return ()
     whose = "finger" if layout.spec.jaw is None else "jaw"
     over = "off the body's level" if lip(layout) is None else "over the mount's round edge"
-    found, here = [], layout.body[2]
+    mount_bends, here = [], layout.body[2]
     for stretch in path.stretches:
         end = here + stretch.length
         if stretch.turn:
             way, why = ("down", over) if stretch.turn < 0.0 else ("up", f"level again at the {whose}'s face")
-            found.append(Bend((here + end) / 2, here, end, abs(stretch.turn), way, path.radius, False, why))
+            mount_bends.append(Bend((here + end) / 2, here, end, abs(stretch.turn), way, path.radius, False, why))
         here = end
-    return tuple(found)
+    return tuple(mount_bends)
 
 
 def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
@@ -290,7 +296,7 @@ def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
 
 
 def own_bend(layout: Layout) -> Bend | None:
-    """Return the spec's bend, beyond those of the mount. None without such a bend, or without straight tracks."""
+    """Return the spec's bend, beyond the mount's bends. None if there is no such bend, or no straight tracks."""
     tail, room = layout.spec.fpc.tail, room_for_own(layout)
     if tail is None or room is None or not tail.bend_angle:
         return None
@@ -314,10 +320,10 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
         return None
-    taken = [bend.end for bend in bends_of_mount(layout)]
+    ends = [bend.end for bend in bends_of_mount(layout)]
     if tail.bend_direction == "down":
-        taken.append(free_from(layout))
-    return max([stretch[0], *taken]), stretch[1]
+        ends.append(free_from(layout))
+    return max([stretch[0], *ends]), stretch[1]
 
 
 def pivot_line(layout: Layout) -> float | None:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.assembly.places.bodies import BodyRole, board_heights
-from sitscad.assembly.places.fit import PinGap, closed_section, hinge_pivot
+from sitscad.assembly.places.bodies import BodyRole, board_heights, plates_of, target_gap
+from sitscad.assembly.places.fit import PinGap, closed_section
 from sitscad.assembly.places.jaws import axis, jaw_range
 from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on, tail_heights
 from sitscad.assembly.places.tail_path import ROD, bends
@@ -31,6 +31,7 @@ from sitscad.assembly.solids.proof import (
     Proof,
     between,
     bulged,
+    pivot_of,
     posed,
     turned,
 )
@@ -79,7 +80,7 @@ class Clash:
 
 @record(eq=False)
 class MeshedPiece:
-    """A piece, or several films as one piece, and its mesh (mm) in its place at the clash."""
+    """A piece, or several films together, and its mesh (mm) in its place at the clash."""
 
     name: str
     role: BodyRole
@@ -100,9 +101,8 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
 def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     """Return the tail at the hinge's pin with the jaws closed, and their common volume."""
-    jaw, pivot = layout.spec.jaw, hinge_pivot(layout)
-    assert jaw is not None and pivot is not None
-    x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
+    jaw, (x, y, z) = layout.spec.jaw, pivot_of(layout)
+    assert jaw is not None
     across = 0.5 * jaw.width * MM
     m3 = require("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
@@ -123,7 +123,7 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     """
     meshes = list(zip(whole, seen(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
-    found = [
+    pieces = [
         MeshedPiece(solid.name, solid.role, solid.colour, manifold(mesh))
         for solid, mesh in meshes
         if (solid.role is not BodyRole.GLUE or solid.name in named) and (solid, mesh) not in films
@@ -131,13 +131,20 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     if films:
         m3 = require("manifold3d")
         body = m3.Manifold.batch_boolean([manifold(mesh) for _, mesh in films], m3.OpType.Add)
-        found.append(MeshedPiece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
-    return found
+        pieces.append(MeshedPiece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
+    return pieces
 
 
 def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[PadLoad, ...]) -> Clash:
     pieces = _pieces(whole, {fault.first, fault.second})
-    there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
+    if fault.what == OPENING:
+        pivot = pivot_of(layout)
+        there = [replace(p, body=turned(pivot, p.body, fault.angle)) if p.role in MOVING else p for p in pieces]
+    elif fault.what in (INTERFERENCE, PORT):
+        there = pieces
+    else:
+        load, gap = next(each for each in loads if each.name == fault.when), target_gap(layout.spec)
+        there = [replace(piece, body=_loaded(piece, fault.what, load, gap)) for piece in pieces]
     if fault.what == PORT:
         # What of the closed pair, between tip and heel, lies beyond the port's circle
         jaw, pair = layout.spec.jaw, closed_section(layout)
@@ -169,42 +176,37 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
 
 def _figure(fault: Measured, shared: Any) -> str:
     """Return a text with the amount by which a fault misses its limit."""
-    both = f"both take {float(shared.volume()):.3g} mm3"
+    volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
-        return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
-    return both
+        return f"{volume}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
+    return volume
 
 
-def _moved(layout: Layout, piece: MeshedPiece, fault: Measured, loads: tuple[PadLoad, ...]) -> Any:
-    role, body = piece.role, piece.body
-    if fault.what in (INTERFERENCE, PORT):
-        return body
-    if fault.what == OPENING:
-        return turned(layout, body, fault.angle) if role in MOVING else body
-    load = next(each for each in loads if each.name == fault.when)
-    if role is BodyRole.ELASTOMER:
-        return bulged(body, load)
-    if role is BodyRole.TARGET:
-        return posed(layout.spec, body, load.pose)
-    if role in MOVING and fault.what in (BULGE, TRAVEL):
-        return body.translate((0.0, 0.0, load.pose.z * MM))
-    return body
+def _loaded(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None) -> Any:
+    """Return a piece's mesh under load, for a measurement of the kind `what`. `gap` (m) is the target's at rest."""
+    if piece.role is BodyRole.ELASTOMER:
+        return bulged(piece.body, load)
+    if piece.role is BodyRole.TARGET:
+        return posed(gap, piece.body, load.pose)
+    if piece.role in MOVING and what in (BULGE, TRAVEL):
+        return piece.body.translate((0.0, 0.0, load.pose.z * MM))
+    return piece.body
 
 
 def _shown(
     pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
 ) -> tuple[Shown, ...]:
     """Return all pieces and the red volume, without the parts before the cut (a place in mm along its normal)."""
-    away = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
+    direction = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
     offset = -at if normal == ACROSS else at
-    found = []
+    bodies = []
     for piece in pieces:
         clashes = piece.name in names
-        body = (piece.body - red if clashes and not red.is_empty() else piece.body).trim_by_plane(away, offset)
+        body = (piece.body - red if clashes and not red.is_empty() else piece.body).trim_by_plane(direction, offset)
         if not body.is_empty():
-            found.append(_as_shown(piece.name, body, piece.colour, clashes))
-    kept = red.trim_by_plane(away, offset)
-    return (*found, *([] if kept.is_empty() else [_as_shown("too much", kept, RED, True)]))
+            bodies.append(_as_shown(piece.name, body, piece.colour, clashes))
+    red_part = red.trim_by_plane(direction, offset)
+    return (*bodies, *([] if red_part.is_empty() else [_as_shown("too much", red_part, RED, True)]))
 
 
 def _as_shown(name: str, body: Any, colour: str, clashes: bool) -> Shown:
@@ -232,8 +234,8 @@ CARRIER = "what carries the board"
 def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     """Return the supported area under the pressed piece, and under the whole body.
 
-    Support is a carrier's face a glue line below the board. Empty if the carrier is no solid: without a mount, on a
-    finger itself, or on a custom mount without a STEP file, which also fills the gap over a shield.
+    Support is a carrier's face a glue line below the board. Empty if the carrier is no solid: without a mount, or on a
+    finger itself. Also empty on a custom mount without a STEP file, which also fills the gap over a shield.
     """
     mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
     is_drawn = any(solid.role is not BodyRole.SHIELD for solid in solids)
@@ -248,12 +250,13 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
         body = manifold(tessellate(solid))
         for level in (height - BELOW, height - HOLLOW - BELOW):
             faces = faces + body.slice(level)
-    (name, path), middle = pressed_on(layout), axis(layout.body)
+    middle = axis(layout.body)
+    name, path = pressed_on(plates_of(layout.spec), layout.body, layout.body_outline)
     where = (middle.x, middle.y, under / MM)
-    found = [_measured(name, path, faces, where, MOST_OF_IT)]
+    measured = [_measured(name, path, faces, where, MOST_OF_IT)]
     if name != BODY:
-        found.append(_measured(BODY, layout.body_outline, faces, where, HALF_OF_IT))
-    return tuple(found)
+        measured.append(_measured(BODY, layout.body_outline, faces, where, HALF_OF_IT))
+    return tuple(measured)
 
 
 def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
@@ -266,7 +269,7 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]
         return ()
     first = min(down, key=lambda bend: bend.start)
     rod, (low, high) = (first.radius or 0.0) + ROD, layout.reach_at(first.start)
-    where = first.start, (low + high) / 2, tail_heights(layout)[0] - rod
+    where = first.start, (low + high) / 2, tail_heights(layout.spec.fpc)[0] - rod
     across = require("manifold3d").Manifold.cylinder((high - low) * MM, rod * MM, rod * MM, center=True)
     bar = across.rotate((90.0, 0.0, 0.0)).translate(tuple(value * MM for value in where))
     shared = sum(

@@ -69,10 +69,10 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
     brep, unit = _converted(content, part.file)
-    origin, along, up = _frame(content.decode("latin-1"), part, unit)
+    origin, x_axis, z_axis = _frame(content.decode("latin-1"), part, unit)
     gp, solid = require("OCP.gp"), _solid(brep, part.file)
     try:
-        return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*up), gp.gp_Dir(*along))
+        return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*z_axis), gp.gp_Dir(*x_axis))
     except Exception as error:  # of the kernel: parallel or vanishing axes
         message = f"the axes of {part.file}'s coordinate system {part.datum} do not stand on each other"
         raise DatumError(message) from error
@@ -88,8 +88,8 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
         reader = [sys.executable, "-m", "sitscad.assembly.solids.step_reader", str(source), str(target)]
         try:
             # in its own folder: a module of the user's, like json.py, would be imported from the working directory
-            given = os.environ.get("PYTHONPATH")
-            paths = os.pathsep.join([str(PACKAGE.parent), *([given] if given else [])])
+            python_path = os.environ.get("PYTHONPATH")
+            paths = os.pathsep.join([str(PACKAGE.parent), *([python_path] if python_path else [])])
             ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False, cwd=folder,
                                  env=os.environ | {"PYTHONPATH": paths})
         except subprocess.TimeoutExpired:
@@ -98,8 +98,8 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
             lines = ran.stderr.decode("utf-8", "replace").strip().splitlines()
             last_line = lines[-1][:200] if lines else "the CAD kernel gave up on it"
             raise PartsError(f"{name} cannot be read: {last_line}")
-        said = json.loads(ran.stdout.splitlines()[-1])
-        return target.read_bytes(), float(said["unit_mm"])
+        result = json.loads(ran.stdout.splitlines()[-1])
+        return target.read_bytes(), float(result["unit_mm"])
 
 
 def _solid(brep: bytes, name: str) -> Any:
@@ -109,10 +109,10 @@ def _solid(brep: bytes, name: str) -> Any:
         path = Path(folder) / "part.brep"
         path.write_bytes(brep)
         require("OCP.BinTools").BinTools.Read_s(shape, str(path))
-    found = bd.Compound(shape).solids()
-    if len(found) != 1:
-        raise PartsError(f"{name} holds {len(found)} solids, where one is wanted: export the part alone")
-    (solid,) = found
+    solids = bd.Compound(shape).solids()
+    if len(solids) != 1:
+        raise PartsError(f"{name} holds {len(solids)} solids, where one is wanted: export the part alone")
+    (solid,) = solids
     if not solid.is_valid or solid.volume <= 0.0:
         raise PartsError(f"{name} is no closed solid: mend it in the program that wrote it")
     if max(solid.bounding_box().size) > LARGEST:
@@ -125,26 +125,26 @@ def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vect
     if not isinstance(part.datum, str):
         x, y, z = (value * MM for value in part.datum)
         return (x, y, z), AXES[part.along], AXES[part.up]
-    found = [match for match in _PLACEMENT.finditer(text) if match[1].replace("''", "'") == part.datum]
-    if len(found) != 1:
+    matches = [match for match in _PLACEMENT.finditer(text) if match[1].replace("''", "'") == part.datum]
+    if len(matches) != 1:
         named = sorted({match[1] for match in _PLACEMENT.finditer(text) if match[1].strip()})[:6]
         there = f"; there are: {', '.join(named)}" if named else ""
-        how = "has no" if not found else f"has {len(found)}"
+        how = "has no" if not matches else f"has {len(matches)}"
         raise DatumError(f"{part.file} {how} coordinate system named {part.datum}{there}")
-    _, place, up, along = found[0].groups()
+    _, place, z_axis, x_axis = matches[0].groups()
     x, y, z = (value * unit for value in _triple(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
     return (
-        (x, y, z), _triple(text, along, "DIRECTION", (1.0, 0.0, 0.0), part),
-        _triple(text, up, "DIRECTION", (0.0, 0.0, 1.0), part),
+        (x, y, z), _triple(text, x_axis, "DIRECTION", (1.0, 0.0, 0.0), part),
+        _triple(text, z_axis, "DIRECTION", (0.0, 0.0, 1.0), part),
     )
 
 
 def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPart) -> Vector:
     if number == "$":
         return left_out
-    found = re.search(_TRIPLE.format(re.escape(number), entity), text)
+    match = re.search(_TRIPLE.format(re.escape(number), entity), text)
     try:
-        numbers = [float(value) for value in found[1].split(",")] if found else []
+        numbers = [float(value) for value in match[1].split(",")] if match else []
     except ValueError:
         numbers = []
     if len(numbers) != 3:

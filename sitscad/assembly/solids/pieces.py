@@ -11,10 +11,20 @@ would void it. A shield lies between two pieces, `mount` below and `mount-spacer
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Any
 
-from sitscad.assembly.places import bodies, stack
-from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
+from sitscad.assembly.places import stack
+from sitscad.assembly.places.bodies import (
+    MOUNT_PIECES,
+    Body,
+    BodyRole,
+    Plates,
+    backing_of,
+    board_heights,
+    plates_of,
+    top_height,
+)
 from sitscad.assembly.places.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, jaw_range, rim, section
 from sitscad.assembly.solids.imported import imported
 from sitscad.assembly.solids.plates import adapter, bench_plate, fingertip, over_body
@@ -32,51 +42,40 @@ from sitscad.assembly.solids.solid import (
     upwards,
     without,
 )
-from sitscad.kernels.geometry.path import bounding_box
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.mount import Jaw
-from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
-from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
-PAD_COLOUR = "#e8d8c8"
+PAD_COLOUR, STIFFENER_COLOUR = "#e8d8c8", "#8c6a3f"
 
 
-def board_body(layout: Layout) -> Solid:
-    """Return the board with its tail straight, up to z = 0. The tail has only the layers that run down it."""
-    board, under = stack.board(layout.outline, layout.spec.fpc.stackup), stack.tail_heights(layout)[0]
+def board_body(outline: Path, body_end: float, fpc: FpcSpec) -> Solid:
+    """Return the board with its tail straight, up to z = 0.
+
+    The tail, from `body_end` (m) on, has only the layers that run down it.
+    """
+    board, under = stack.board(outline, fpc.stackup), stack.tail_heights(fpc)[0]
     whole = _drawn_out(board, "#c8821e")
     if under - board.lower < 1e-9:
         return whole
-    _, y0, x1, y1 = bounding_box((layout.outline,))
-    below = box(layout.body[2], y0 - 1e-3, board.lower - 1e-3, x1 + 1e-3, y1 + 1e-3, under)
+    _, y0, x1, y1 = bounding_box((outline,))
+    below = box(body_end, y0 - 1e-3, board.lower - 1e-3, x1 + 1e-3, y1 + 1e-3, under)
     return replace(whole, shape=one_solid(whole.shape - below, "board"))
-
-
-def stiffener(layout: Layout) -> Solid | None:
-    """Return the plate under the contacts, bonded to the board's bottom face."""
-    plate = stack.stiffener(layout)
-    return None if plate is None else _drawn_out(plate, "#8c6a3f")
 
 
 def _drawn_out(body: Body, colour: str) -> Solid:
     return Solid(body.name, prism(body.region, *body.heights), body.material, colour, body.role)
 
 
-def elastomer(layout: Layout) -> Solid | None:
-    """Return the soft pad in its place at its nominal size (only the cut file compensates the kerf).
-
-    The first pad of several.
-    """
-    return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
-
-
-def above_board(spec: SensorSpec) -> tuple[Solid, ...]:
+def above_board(plates: Plates) -> tuple[Solid, ...]:
     """Return elastomers and targets: the pads, and the plates on the pads, or on the board's face without pads."""
     return tuple(
         _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
-        for body in bodies.above_board(spec)
+        for body in plates.all
     )
 
 
@@ -89,31 +88,30 @@ def encapsulation(layout: Layout) -> Solid | None:
     film = layout.spec.encapsulation
     if film is None:
         return None
-    shape = over_body(layout, 0.0, film.thickness)
+    shape = over_body(layout.outline, layout.body, layout.spec.body_outline, 0.0, film.thickness)
     for opening in layout.top_openings:
         shape = shape - prism(opening, -film.thickness, 2 * film.thickness)
     shape = one_solid(shape, "encapsulation")
-    for cover in _covers(layout):
+    for cover in _covers(plates_of(layout.spec), film.thickness):
         shape = one_solid(shape + cover, "encapsulation")
-    shape = without(shape, (inside.shape for inside in above_board(layout.spec)), "encapsulation")
+    shape = without(shape, (inside.shape for inside in above_board(plates_of(layout.spec))), "encapsulation")
     return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
 
 
-def _covers(layout: Layout) -> list[Any]:
+def _covers(plates: Plates, film: float) -> list[Any]:
     """Return, for each cell, rounded blocks with the film's thickness around elastomer and target.
 
     A cell has one block if their plans are equal.
     """
-    blocks, film = [], bodies.film_thickness(layout.spec.encapsulation)
-    for spec in cell_specs(layout.spec):
-        pad, plate = bodies.elastomer(spec), bodies.target(spec)
+    blocks = []
+    for pad, plate in zip_longest(plates.elastomers, plates.targets):
         if pad and plate and pad.footprint == plate.footprint:
-            blocks.append(_rounded_block(plate, 0.0, bodies.top_height(spec), film))
+            blocks.append(_rounded_block(plate, 0.0, plate.upper + film, film))
             continue
         if pad:
             blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
         if plate:
-            blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
+            blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), plate.upper + film, film))
     return blocks
 
 
@@ -124,12 +122,12 @@ def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
 
 TIP_ROUNDING = 0.5e-3
 REACH = 2.0
-"""A length (m) above that of any part."""
+"""A length (m) greater than any part."""
 
 
 def jaw(layout: Layout) -> Solid | None:
     """Return the jaw's metal, its face at the standoff below the board, centred under the board's body."""
-    fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount), layout.spec.mount
+    fitted, seat, mount = layout.spec.jaw, backing_of(layout.spec).seat_heights, layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
     metal = mount.metal.name
@@ -141,7 +139,8 @@ def jaw(layout: Layout) -> Solid | None:
         shape = imported(layout.spec.source, fitted.step, axis(layout.body), seat[0])
     else:
         bar = _bar(layout.body, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
-        shape = cut_for(layout, _pocketed(layout.body, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
+        bar = _pocketed(layout.body, fitted, bar, seat[0], (fitted.pocket, fitted.recess))
+        shape = cut_for(layout.body, mount, layout.spec.assembly.glue_line, bar, seat[0])
     return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
 
 
@@ -163,18 +162,18 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     (x0, x1), y = jaw_range(layout.body, fitted), axis(layout.body).y
     mirrored = _other(layout.body, layout.spec.source, fitted, -(top + pad)).mirror(bd.Plane.XY)
     metal = fitted.material.name
-    found = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
+    solids = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
     if pad > 0.0:
-        half, along = section(fitted).face / 2, (x1 - x0) / 2
+        half_width, half_length = section(fitted).face / 2, (x1 - x0) / 2
         if fitted.opposing_pocket is not None and fitted.opposing_recess:
-            along, half = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
+            half_length, half_width = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
         middle = (x0 + x1) / 2
-        sheet = box(middle - along, y - half, top, middle + along, y + half, top + pad)
-        found.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
-    return tuple(found)
+        sheet = box(middle - half_length, y - half_width, top, middle + half_length, y + half_width, top + pad)
+        solids.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
+    return tuple(solids)
 
 
-def _other(body: tuple[float, float, float, float], source: SpecSource, fitted: Jaw, floor: float) -> Any:
+def _other(body: Box, source: SpecSource, fitted: Jaw, floor: float) -> Any:
     """Return the opposing jaw, face up at a height (m).
 
     It is a file's solid up to its heel, or the section with its own pocket. Shanks of the two jaws cross behind their
@@ -191,22 +190,19 @@ def _other(body: tuple[float, float, float, float], source: SpecSource, fitted: 
     return _pocketed(body, fitted, _bar(body, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
 
 
-def _pocketed(
-    body: tuple[float, float, float, float], fitted: Jaw, bar: Any, floor: float,
-    pocket: tuple[tuple[float, float] | None, float]
-) -> Any:
+def _pocketed(body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float] ) -> Any:
     """Cut a pad pocket (its size, and the height of its rims, m) and its window out of the bar."""
     (x0, x1), y, (pad, recess) = jaw_range(body, fitted), axis(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
         if size is not None:
-            along, across = size[0] / 2, size[1] / 2
-            block = box(middle - along, y - across, bottom, middle + along, y + across, high)
+            half_length, half_width = size[0] / 2, size[1] / 2
+            block = box(middle - half_length, y - half_width, bottom, middle + half_length, y + half_width, high)
             bar = one_solid(bar - block, "jaw")
     return bar
 
 
-def _bar(body: tuple[float, float, float, float], fitted: Jaw, height: float) -> Any:
+def _bar(body: Box, fitted: Jaw, height: float) -> Any:
     """Return the section extruded along x, its tip's corners rounded in plan, its face up at a height (m)."""
     (x0, x1), y, half = jaw_range(body, fitted), axis(body).y, fitted.width / 2
     bar = along_jaw(section(fitted).outline, x0, x1, y, height)
@@ -218,9 +214,12 @@ def assemble(layout: Layout) -> tuple[Solid, ...]:
     """Return the solids of the spec, from the jaw upwards."""
     sheet = stack.shield(layout)
     shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
-    below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid)
-    above = (board_body(layout), *above_board(layout.spec), encapsulation(layout))
-    return (*below, *(solid for solid in above if solid))
+    plate = stack.stiffener(layout.stiffener, layout.spec.fpc)
+    stiffener = None if plate is None else _drawn_out(plate, STIFFENER_COLOUR)
+    below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener) if solid)
+    board = board_body(layout.outline, layout.body[2], layout.spec.fpc)
+    film = encapsulation(layout)
+    return (*below, board, *above_board(plates_of(layout.spec)), *([film] if film else []))
 
 
 COLOUR = "#dfe6e9"
@@ -233,17 +232,17 @@ BUILDERS = {"grasper-pad": grasper_pad, "bench-plate": bench_plate, "fingertip":
 
 def mount(layout: Layout) -> tuple[Solid, ...]:
     """Return the pieces of the mount from the bottom up. Empty if the board lies on the metal itself."""
-    wanted = layout.spec.mount
-    if wanted is None:
+    mount_spec = layout.spec.mount
+    if mount_spec is None:
         return ()
     shapes: tuple[Any, ...] = ()
-    if wanted.kind != "custom":
-        shapes = BUILDERS[wanted.kind](layout)
-    elif wanted.step is not None:
-        shapes = (imported(layout.spec.source, wanted.step, axis(layout.body),
+    if mount_spec.kind != "custom":
+        shapes = BUILDERS[mount_spec.kind](layout)
+    elif mount_spec.step is not None:
+        shapes = (imported(layout.spec.source, mount_spec.step, axis(layout.body),
                            board_heights(layout.spec.fpc.stackup)[0]),)
     named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
-    if wanted.kind == "bench-plate" and (below := adapter(layout)) is not None:
+    if mount_spec.kind == "bench-plate" and (below := adapter(layout)) is not None:
         named.insert(0, (ADAPTER, below))
-    material = MATERIALS[wanted.process]
+    material = MATERIALS[mount_spec.process]
     return tuple(Solid(name, shape, material, COLOUR, BodyRole.MOUNT) for name, shape in named)

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.assembly.places.bodies import BodyRole, Heights, board_heights, film_thickness
+from sitscad.assembly.places.bodies import BodyRole, Heights, backing_of, board_heights, film_thickness
 from sitscad.assembly.places.column import print_limit
-from sitscad.assembly.places.jaws import axis, shield_that_fits
+from sitscad.assembly.places.jaws import axis
 from sitscad.assembly.places.seating import (
     CORNER_SCREW,
     FLOOR,
@@ -38,6 +38,7 @@ from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, face, one_
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.mount import Finger, Hole, Mount
 from sitscad.spec.presets import metal_colour
 
@@ -49,18 +50,21 @@ LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at t
 
 def bench_plate(layout: Layout) -> tuple[Any, ...]:
     """Return the plate, and the spacer over a shield."""
-    shield = shield_that_fits(layout.spec)
+    shield = backing_of(layout.spec).shield_that_fits()
     floor, bottom = plate_floor(layout)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
     plate = prism(rectangle(*plan, PLATE_CORNER), bottom, 0.0)
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
     plate = plate.fillet(EDGE * MM, edges)
-    plate = without(plate, (*recess(layout, shield), *_tail_relief(layout, plan, floor)), "mount")
+    mount, fpc = layout.spec.mount, layout.spec.fpc
+    tail_cuts = _tail_relief(fpc, grown(layout.outline, mount), layout.body[2] + clearance(mount), plan, floor)
+    plate = without(plate, (*recess(layout, shield), *tail_cuts), "mount")
     for hole in plate_holes(layout):
         shaft = circle(Point(*hole.at), hole.diameter / 2)
         plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
-    return (plate, *spacer(layout, shield))
+    disc = layout.body_outline if has_round_body(layout.spec.fpc.body) else None
+    return (plate, *spacer(layout.body, disc, shield, board_heights(layout.spec.fpc.stackup)[0]))
 
 
 def adapter(layout: Layout) -> Any | None:
@@ -70,8 +74,8 @@ def adapter(layout: Layout) -> Any | None:
         return None
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     _, top = plate_floor(layout)
-    bottom = top - adapter_depth(layout)
-    head = adapter_depth(layout) - FLOOR
+    bottom = top - adapter_depth(adapter_needed(layout))
+    head = adapter_depth(adapter_needed(layout)) - FLOOR
     body = prism(rectangle(*plan, PLATE_CORNER), bottom, top)
     for hole in holes:
         body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
@@ -92,14 +96,16 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
     return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
 
 
-def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
-    """Return the slab that keeps the shield at its gap below the board."""
-    under = board_heights(layout.spec.fpc.stackup)[0]
+def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -> tuple[Any, ...]:
+    """Return the slab that keeps the shield at its gap below the board, whose lower face is at `under` (m).
+
+    `disc` is the outline of a round body.
+    """
     if shield is None or under - shield[1] < 1e-9:
         return ()
-    x0, y0, x1, y1 = layout.body
-    if has_round_body(layout.spec.fpc.body):
-        return (prism(layout.body_outline, shield[1], under),)
+    if disc is not None:
+        return (prism(disc, shield[1], under),)
+    x0, y0, x1, y1 = body
     return (box(x0, y0, shield[1], x1, y1, under),)
 
 
@@ -120,19 +126,20 @@ def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     return tuple(cuts)
 
 
-def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
-    """Return a deeper slot under the tail from the body to the plate's edge, which is rounded for the tail's bend."""
-    start = layout.body[2] + clearance(layout.spec.mount)
+def _tail_relief(fpc: FpcSpec, recess: Any, start: float, plan: Box, floor: float) -> tuple[Any, ...]:
+    """Return a deeper slot under the tail from the body to the plate's edge, which is rounded for the tail's bend.
+
+    It is as wide as the board's `recess` (a face) beyond `start` (m).
+    """
     depth = min(TAIL_RELIEF, floor / 2)
-    beyond = grown(layout.outline,
-                   layout.spec.mount) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
+    beyond = recess & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
     if not beyond:
         return ()
     x0, y0, x1, y1 = _box_of(beyond)
     if x1 < plan[2] - 1e-9:
         return ()
-    deep = board_heights(layout.spec.fpc.stackup)[0] - depth
-    edge = round_edge(layout.spec.fpc, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
+    deep = board_heights(fpc.stackup)[0] - depth
+    edge = round_edge(fpc, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
     return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
 
 
@@ -145,12 +152,15 @@ def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
     return corner - bd.Solid.make_cylinder(edge.radius * MM, (across[1] - across[0]) * MM, lie)
 
 
-def over_body(layout: Layout, lower: float, upper: float) -> Any:
-    """Return the solid over the board's body alone, between two heights (m)."""
-    if layout.spec.fpc.body is not None:
-        return prism(layout.body_outline, lower, upper)
-    x0, y0, x1, y1 = layout.body
-    return prism(layout.outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
+def over_body(outline: Path, body: Box, written: Path | None, lower: float, upper: float) -> Any:
+    """Return the solid over the board's body alone, between two heights (m).
+
+    `outline` is the whole board's, `body` the box of its body, and `written` the body's outline in the spec.
+    """
+    if written is not None:
+        return prism(written, lower, upper)
+    x0, y0, x1, y1 = body
+    return prism(outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
 
 
 def grown(outline: Path, mount: Mount | None) -> Any:
@@ -178,7 +188,7 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     """
     mount = layout.spec.mount
     assert mount is not None and mount.finger is not None
-    finger, shield = mount.finger, shield_that_fits(layout.spec)
+    finger, shield = mount.finger, backing_of(layout.spec).shield_that_fits()
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(mount)
     x0, _, x1, _ = layout.body
     # Where the cap ends towards the hand (m)
@@ -196,7 +206,11 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
     cap = block.fillet(radius, edges)
     cap = one_solid(cap - _finger(layout.body, finger, top, x0 - room, end + 1e-3, clearance(mount)), "cap")
-    cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, mount.standoff)), "cap")
+    cuts, (low, high) = [*recess(layout, shield)], layout.reach_at(end)
+    if low != high and mount.standoff > 0.0:  # the round lip over which the tail leaves, as wide as the tail's slot
+        edge = lip(layout) or round_edge(layout.spec.fpc, end, mount.standoff / 2, 0.0)
+        cuts.append(rounding(edge, (low - room, high + room), under))
+    cap = without(cap, cuts, "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
     z = top - finger.size[1] / 2
@@ -205,7 +219,8 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
         lie = bd.Plane((x * MM, y * MM, z * MM), z_dir=(0, side, 0))
         screw = bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie)
         cap = one_solid(cap - screw, "cap")
-    return (cap, *spacer(layout, shield))
+    disc = layout.body_outline if has_round_body(layout.spec.fpc.body) else None
+    return (cap, *spacer(layout.body, disc, shield, under))
 
 
 CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
@@ -239,9 +254,7 @@ def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
     return Solid(role, shape, metal, metal_colour(metal), role)
 
 
-def _finger(
-    body: tuple[float, float, float, float], finger: Finger, top: float, start: float, end: float, room: float
-) -> Any:
+def _finger(body: Box, finger: Finger, top: float, start: float, end: float, room: float ) -> Any:
     """Return the finger between two places along the tail (m), grown by `room` (m), its upper face at a height (m)."""
     bd, y, (width, height) = require("build123d"), axis(body).y, finger.size
     if finger.outline.is_disc:
@@ -250,13 +263,3 @@ def _finger(
         return bd.Solid.make_cylinder(radius * MM, (end - start) * MM, lie)
     half = width / 2 + room
     return box(start, y - half, top - height - 2.0 * room, end, y + half, top)
-
-
-def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
-    """Return the round lip over which the tail leaves the cap, as wide as the tail's slot there."""
-    low, high = layout.reach_at(end)
-    if low == high or standoff <= 0.0:
-        return ()
-    room, under = clearance(layout.spec.mount), board_heights(layout.spec.fpc.stackup)[0]
-    edge = lip(layout) or round_edge(layout.spec.fpc, end, standoff / 2, 0.0)
-    return (rounding(edge, (low - room, high + room), under),)

@@ -18,13 +18,13 @@ from sitscad.assembly.places.bodies import BodyRole, target_gap
 from sitscad.assembly.places.column import print_limit
 from sitscad.assembly.places.fit import closed_section, hinge_pivot
 from sitscad.assembly.places.jaws import axis, jaw_range
-from sitscad.assembly.places.state import Pose
+from sitscad.assembly.places.state import Pose, Vector
 from sitscad.assembly.solids.solid import CHORD, MM, Clearance, Solid, box_gap, manifold, overlaps, require, tessellate
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount
-from sitscad.spec.sensor import SensorSpec
 
 TIP_STEP = 0.5e-3  # Step (m) of the opposing jaw's tip between two tested positions
 SEARCH = 2.0  # Largest gap (mm) that is measured: larger gaps are reported with this value
@@ -111,27 +111,28 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
     opened = jaw.opening if jaw.hinge is not None else None
     port = _in_port(layout.body, layout.spec.jaw, meshed, jaw.port_diameter / 2)
-    found = [*_interferences(meshed), port]
+    measured = [*_interferences(meshed), port]
     if opened is not None:
-        found += _while_opening(layout, meshed, opened)
+        measured += _while_opening(jaw, pivot_of(layout), meshed, opened)
+    gap = target_gap(layout.spec)
     for load in loads:
-        found += _under_load(layout.spec, meshed, load)
-    return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(found), _gaps(meshed), opened)
+        measured += _under_load(gap, meshed, load)
+    return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(measured), _gaps(meshed), opened)
 
 
 def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
     """Return all pairs of pieces that share a volume.
 
-    For the board's films, only the one with the largest shared volume.
+    For the board's films, only the film with the largest shared volume.
 
     If there are none, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
     worst: dict[tuple[str, str], Measured] = {}
-    for one, other, shared, volume in overlaps([(each.solid, each.body) for each in meshed]):
-        key = group[one.name], group[other.name]
+    for first, second, shared, volume in overlaps([(each.solid, each.body) for each in meshed]):
+        key = group[first.name], group[second.name]
         if key not in worst or volume > worst[key].value:
-            worst[key] = Measured(INTERFERENCE, one.name, other.name, volume, 0.0, "m3", False, _middle(shared))
+            worst[key] = Measured(INTERFERENCE, first.name, second.name, volume, 0.0, "m3", False, _middle(shared))
     return list(worst.values()) or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
 
 
@@ -146,9 +147,7 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ..
     return tuple(_interferences([Meshed(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
-def _in_port(
-    body: tuple[float, float, float, float], jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: float
-) -> Measured:
+def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: float ) -> Measured:
     """Measure the largest distance from the closed pair's axis between tip and heel.
 
     The port is swept along the axis.
@@ -172,25 +171,24 @@ def _in_port(
     return Measured(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
 
 
-def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -> list[Measured]:
+def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[Meshed, ...], opening: float) -> list[Measured]:
     """Return the interferences of the opposing jaw while it opens about the hinge up to `opening` (rad).
 
     Its tip moves in steps of `TIP_STEP`, so that no thicker piece can lie between two steps.
     """
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
-    # From the pivot to the jaw's tip (m)
-    jaw = layout.spec.jaw
-    assert jaw is not None and jaw.hinge is not None
+    assert jaw.hinge is not None
     steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
     worst: dict[tuple[str, str], Measured] = {}
     for step in range(1, steps + 1):
         angle = opening * step / steps
-        for one in moving:
-            there = turned(layout, one.body, angle)
+        for moved in moving:
+            there = turned(pivot, moved.body, angle)
             when = f"open by {math.degrees(angle):.3g} deg"
-            for other in (other for other in still if box_gap(there, other.body) < 0.0):
-                shared, key, names = there ^ other.body, (other.group, one.group), (other.solid.name, one.solid.name)
+            for fixed in (fixed for fixed in still if box_gap(there, fixed.body) < 0.0):
+                shared, key = there ^ fixed.body, (fixed.group, moved.group)
+                names = fixed.solid.name, moved.solid.name
                 volume = float(shared.volume()) * 1e-9  # shared by both
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
                     worst[key] = Measured(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
@@ -200,24 +198,24 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _under_load(spec: SensorSpec, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
-    """Return the remaining gaps to the rigid pieces under load.
+def _under_load(gap: float | None, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
+    """Return the remaining gaps to the rigid pieces under load. `gap` (m) is the target's gap at rest.
 
     The moved pieces are the loaded target, the pad with bulged sides, and the opposing jaw. This jaw follows the target
     if nothing is grasped.
     """
     rigid = [m for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)]
-    found = []
+    gaps = []
     for each in meshed:
         if each.solid.role is BodyRole.TARGET:
-            moved = posed(spec, each.body, load.pose)
-            found.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
+            moved = posed(gap, each.body, load.pose)
+            gaps.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
         if each.solid.role is BodyRole.ELASTOMER:
-            found.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
+            gaps.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
         if each.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD):
             closer = each.body.translate((0.0, 0.0, load.pose.z * MM))
-            found.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
-    return [each for each in found if each is not None]
+            gaps.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
+    return [each for each in gaps if each is not None]
 
 
 def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -> Measured | None:
@@ -235,21 +233,21 @@ def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
     for each in meshed:
         if each.group != GROUPS[BodyRole.GLUE]:
             groups.setdefault(each.group, []).append(each.body)
-    return tuple(Clearance(one, other, _gap(own, beside) / MM)
-                 for (one, own), (other, beside) in combinations(groups.items(), 2))
+    return tuple(Clearance(first, second, _gap(bodies, other_bodies) / MM)
+                 for (first, bodies), (second, other_bodies) in combinations(groups.items(), 2))
 
 
-def _gap(some: list[Any], others: list[Any]) -> float:
+def _gap(first: list[Any], second: list[Any]) -> float:
     """Return the smallest gap (mm) of two groups of meshes, at most `SEARCH`.
 
     Only meshes with nearby boxes are compared.
     """
-    pairs = [(box_gap(one, other), k, one, other) for k, (one, other) in enumerate(product(some, others))]
+    pairs = [(box_gap(*pair), k, *pair) for k, pair in enumerate(product(first, second))]
     least = SEARCH
-    for apart, _, one, other in sorted(pairs):
+    for apart, _, body, neighbour in sorted(pairs):
         if apart >= least:
             break
-        least = min(least, float(one.min_gap(other, least)))
+        least = min(least, float(body.min_gap(neighbour, least)))
     return least
 
 
@@ -274,19 +272,26 @@ def between(body: Any, x0: float, x1: float) -> Any:
     return body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
 
 
-def turned(layout: Layout, body: Any, angle: float) -> Any:
-    """Return a mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
+def pivot_of(layout: Layout) -> Vector:
+    """Return the pivot of the jaws' hinge (mm). The hinge must be known."""
     pivot = hinge_pivot(layout)
     assert pivot is not None
-    x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
+    return pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
+
+
+def turned(pivot: Vector, body: Any, angle: float) -> Any:
+    """Return a mesh (mm) turned about the hinge's pivot (mm) by an angle (rad), so that its tip goes up."""
+    x, y, z = pivot
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 
-def posed(spec: SensorSpec, body: Any, pose: Pose) -> Any:
-    """Return a mesh (mm) moved like the target: turned about its near face's centre, then displaced."""
+def posed(gap: float | None, body: Any, pose: Pose) -> Any:
+    """Return a mesh (mm) moved like the target: turned about its near face's centre, then displaced.
+
+    `gap` (m) is the gap from the board to this face at rest.
+    """
     bounds = body.bounding_box()
-    gap = target_gap(spec)
-    assert gap is not None
+    assert gap is not None, "a load moves a target"
     centre = np.array([(bounds[0] + bounds[3]) / 2, (bounds[1] + bounds[4]) / 2, gap * MM])
     turn = np.array(pose.rotation)
     shift = centre - turn @ centre + np.array([pose.x, pose.y, pose.z]) * MM
@@ -298,8 +303,8 @@ def bulged(body: Any, load: PadLoad) -> Any:
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     grow, m3 = load.bulge * MM, require("manifold3d")
     size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
-    drawn = (load.pose.x * MM / 2, load.pose.y * MM / 2)
-    return m3.Manifold.cube(size).translate((x0 - grow + drawn[0], y0 - grow + drawn[1], z0))
+    shift = (load.pose.x * MM / 2, load.pose.y * MM / 2)
+    return m3.Manifold.cube(size).translate((x0 - grow + shift[0], y0 - grow + shift[1], z0))
 
 
 COARSE = (0.05, 0.5)
@@ -352,12 +357,12 @@ def printable(solid: Solid, process: str) -> Printable:
     normals = np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
     # The diameter (m) of the smallest round hole; None without one
     tools = require("OCP.BRepTools").BRepTools
-    found = []
+    diameters = []
     for face in solid.shape.faces():
         if face.geom_type.name == "CYLINDER":
             u0, u1, _, _ = tools.UVBounds_s(face.wrapped)
             if u1 - u0 > 1.9 * math.pi and _opens_inwards(face):
-                found.append(2e-3 * float(face.radius))
+                diameters.append(2e-3 * float(face.radius))
     # The shortest way (m) through the piece between two faces that look away from each other
     middles = corners.mean(axis=1) - 1e-6 * normals
     best, low, high = math.inf, corners.min(axis=1), corners.max(axis=1)
@@ -372,7 +377,7 @@ def printable(solid: Solid, process: str) -> Printable:
         faces = np.einsum("ij,ij->i", normals[chosen], normals[near[hit]])
         through = distance[faces < -FACING]
         best = min(best, float(through.min(initial=math.inf)))
-    wall, hole = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None)
+    wall, hole = (best * 1e-3 if math.isfinite(best) else None), min(diameters, default=None)
     # The volume (m3) of hollows that nothing leads out of
     shells, hollow = solid.shape.shells(), 0.0
     if len(shells) > 1:
@@ -408,18 +413,18 @@ def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Arra
     """
     middle = origins.mean(axis=0)
     origins, first = origins - middle, corners[:, 0] - middle
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal, moment = np.cross(one, two), np.cross(origins, directions)
+    first_edge, second_edge = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal, moment = np.cross(first_edge, second_edge), np.cross(origins, directions)
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = -directions @ normal.T
         inverse = np.where(np.abs(determinant) > 1e-12, 1.0 / determinant, np.nan)
-        u = (moment @ two.T - directions @ np.cross(two, first).T) * inverse
-        v = (directions @ np.cross(one, first).T - moment @ one.T) * inverse
+        u = (moment @ second_edge.T - directions @ np.cross(second_edge, first).T) * inverse
+        v = (directions @ np.cross(first_edge, first).T - moment @ first_edge.T) * inverse
         t = (origins @ normal.T - np.einsum("nj,nj->n", first, normal)) * inverse
         inside = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t > 1e-5)
-    far = np.where(inside, t, np.inf)
-    hit = far.argmin(axis=1)
-    return far[np.arange(len(hit)), hit], hit
+    distances = np.where(inside, t, np.inf)
+    hit = distances.argmin(axis=1)
+    return distances[np.arange(len(hit)), hit], hit
 
 
 EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes through between two
@@ -428,18 +433,18 @@ EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes
 def _opens_inwards(face: Any) -> bool:
     """Whether a cylinder's outward normal points at its axis, as in a hole but not on a pin."""
     axis = require("OCP.BRepAdaptor").BRepAdaptor_Surface(face.wrapped).Cylinder().Axis()
-    at, along = axis.Location(), axis.Direction()
+    at, direction = axis.Location(), axis.Direction()
     point, normal = face.position_at(0.5, 0.5), face.normal_at(0.5, 0.5)
-    away = np.array([point.X - at.X(), point.Y - at.Y(), point.Z - at.Z()])
-    straight = np.array([along.X(), along.Y(), along.Z()])
-    away -= straight * float(away @ straight)
-    return float(away @ np.array([normal.X, normal.Y, normal.Z])) < 0.0
+    offset = np.array([point.X - at.X(), point.Y - at.Y(), point.Z - at.Z()])
+    straight = np.array([direction.X(), direction.Y(), direction.Z()])
+    offset -= straight * float(offset @ straight)
+    return float(offset @ np.array([normal.X, normal.Y, normal.Z])) < 0.0
 
 
 def _bed(corners: Array, normals: Array) -> tuple[str, float]:
     """Return the side on the bed that needs least support.
 
-    Among equal sides, the one with the largest area on the bed.
+    Among equal sides, the side with the largest area on the bed.
     """
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     ranked: list[tuple[float, float, str]] = []

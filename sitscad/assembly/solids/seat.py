@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.assembly.places.bodies import BodyRole, Heights, seat_spans
-from sitscad.assembly.places.column import print_limit, process_of
+from sitscad.assembly.places.bodies import BodyRole, Heights, backing_of, top_height
+from sitscad.assembly.places.column import print_limit, process_of, slack
 from sitscad.assembly.places.jaws import (
     POCKET_CLEARANCE,
     axis,
     closed_span,
     jaw_range,
     made_to_measure,
-    shield_that_fits,
 )
 from sitscad.assembly.places.seating import (
     Relief,
@@ -33,7 +32,7 @@ from sitscad.assembly.places.seating import (
     stop_place,
     tongue_across,
 )
-from sitscad.assembly.places.tail_path import lip
+from sitscad.assembly.places.tail_path import Lip, lip
 from sitscad.assembly.solids.plates import rounding
 from sitscad.assembly.solids.solid import (
     MM,
@@ -49,6 +48,7 @@ from sitscad.assembly.solids.solid import (
     tessellate,
     top_edges,
 )
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount, Retention
@@ -67,8 +67,8 @@ GROOVES = (0.2, 0.4, 0.6, 0.8)
 
 def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     """Return the seat's pieces from the bottom up. Empty if the board lies on the metal itself."""
-    shield_that_fits(layout.spec)
-    spans = seat_spans(layout.spec)
+    backing_of(layout.spec).shield_that_fits()
+    spans = backing_of(layout.spec).spans
     if not spans:
         return ()
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body
@@ -76,15 +76,19 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
     slabs[-1] = _grooved(layout.body, layout.spec.mount, slabs[-1], spans[-1])
     if tongue is not None:
-        slabs[-1] = _relieved(layout, slabs[-1], spans[-1], tongue)
+        slabs[-1] = _relieved(layout.spec.mount, lip(layout), slabs[-1], spans[-1], tongue)
     else:  # its upper edge towards the hinge is rounded, so that the tail bends over no sharp edge
         radius = min(HEEL_ROUNDING, 0.6 * (spans[-1][1] - spans[-1][0]))
         slabs[-1] = slabs[-1].fillet(radius * MM, _top_edges_at_heel(slabs[-1]))
-    for placing in (*_stop(layout, *spans[0]), *_sides(layout, *spans[0])):
+    ledges = side_ledges(layout)
+    sides = () if ledges is None else _sides(layout.body, ledges, *spans[0])
+    for placing in (*_stop(layout.body, layout.spec.mount, *spans[0]), *sides):
         slabs[0] = one_solid(slabs[0] + placing, "mount")
-    shapes = [_within_port(layout, slab) for slab in slabs]
-    shapes[0] = with_retention(layout.body, layout.spec.mount, shapes[0], spans[0][0])
-    return tuple(shapes)
+    jaw, closed = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
+    if jaw is not None and closed is not None:
+        slabs = [_within_port(layout.body, jaw, closed, made_to_measure(jaw, slack(layout)), slab) for slab in slabs]
+    slabs[0] = with_retention(layout.body, layout.spec.mount, slabs[0], spans[0][0])
+    return tuple(slabs)
 
 
 def _top_edges_at_heel(shape: Any) -> list[Any]:
@@ -95,14 +99,15 @@ def _top_edges_at_heel(shape: Any) -> list[Any]:
     return [edge for edge in at_end if top - 1e-6 < edge.bounding_box().min.Z]
 
 
-def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
-    """Return the slab with a tongue under the tail, round at its end, and cheeks beside the tail if they have room."""
+def _relieved(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, tongue: Relief) -> Any:
+    """Return the slab with a tongue under the tail, round at its end, and cheeks beside the tail if they have room.
+
+    `edge` is the tongue's edge over which the tail is bent. None if it is not bent there.
+    """
     (start, end), (low, high) = tongue.along, tongue.across
     lap = 0.2e-3
     bar = box(start, low, span[0], end, high, tongue.top)
-    edge = lip(layout)
     if edge is None:
-        # The radius of the tongue's edge over which the tail is not bent
         radius = min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
         bar = bar.fillet(radius * MM, _top_edges_at_heel(bar))
     else:
@@ -110,7 +115,7 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     slab = one_solid(slab + bar + box(start - lap, low, span[0], start + lap, high, span[1]), "mount")
     if tongue.cheeks is None:
         return slab
-    room, wall = clearance(layout.spec.mount), ledge(layout.spec.mount)
+    room, wall = clearance(mount), ledge(mount)
     for inner, side in ((tongue.tail[0] - room, -1.0), (tongue.tail[1] + room, 1.0)):
         y = sorted((inner, inner + side * wall))
         cheek = box(tongue.cheeks, y[0], span[0], end - CHEEK_BACK, y[1], 0.0)
@@ -118,9 +123,7 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     return slab
 
 
-def grooves(
-    body: tuple[float, float, float, float], mount: Mount | None, span: Heights
-) -> tuple[tuple[float, ...], float]:
+def grooves(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple[float, ...], float]:
     """Return places along x (m) of the grooves across the board's glue face, and their width (m).
 
     No places if the grooves would leave too thin a wall.
@@ -133,7 +136,7 @@ def grooves(
     return tuple(x0 + share * (x1 - x0) for share in GROOVES), width
 
 
-def _grooved(body: tuple[float, float, float, float], mount: Mount | None, slab: Any, span: Heights) -> Any:
+def _grooved(body: Box, mount: Mount | None, slab: Any, span: Heights) -> Any:
     """Return the slab with its grooves."""
     (places, width), (_, y0, _, y1) = grooves(body, mount, span), body
     for x in places:
@@ -142,21 +145,21 @@ def _grooved(body: tuple[float, float, float, float], mount: Mount | None, slab:
     return slab
 
 
-def _within_port(layout: Layout, slab: Any) -> Any:
-    """Cut off the slab's edges outside the port's circle, with tolerances at their worst and jaws closed."""
-    fitted, span = layout.spec.jaw, closed_span(layout.spec)
-    if fitted is None or span is None:
-        return slab
-    slab = _within_pocket(layout.body, fitted, slab, span[0] + fitted.height)
-    bd, radius = require("build123d"), made_to_measure(layout, fitted) * MM
-    bounds, middle, level = slab.bounding_box(), axis(layout.body).y * MM, (span[0] + span[1]) / 2 * MM
+def _within_port(body: Box, fitted: Jaw, closed: Heights, room: float, slab: Any ) -> Any:
+    """Cut off the slab's edges outside the port's circle, with tolerances at their worst and jaws closed.
+
+    `closed` are the heights of both backs, and `room` (m) is the radius of the circle for the slab.
+    """
+    slab = _within_pocket(body, fitted, slab, closed[0] + fitted.height)
+    bd, radius = require("build123d"), room * MM
+    bounds, middle, level = slab.bounding_box(), axis(body).y * MM, (closed[0] + closed[1]) / 2 * MM
     heights = (bounds.min.Z - level, bounds.max.Z - level)
-    aside = max(bounds.max.Y - middle, middle - bounds.min.Y)
-    reach = max(math.hypot(aside, height) for height in heights)
+    half_size = max(bounds.max.Y - middle, middle - bounds.min.Y)
+    reach = max(math.hypot(half_size, height) for height in heights)
     if reach <= radius or max(map(abs, heights)) >= radius:
         return slab
-    along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
-    port = bd.Solid.make_cylinder(radius, bounds.size.X + 2, along)
+    plane = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+    port = bd.Solid.make_cylinder(radius, bounds.size.X + 2, plane)
     about = bd.Solid.make_box(*(side + 1 for side in bounds.size), bd.Plane(bounds.min - bd.Vector(0.5, 0.5, 0.5)))
     turns = [2.0 * math.pi * (k + 0.37) / FACETS for k in range(FACETS)]
     corners = [bd.Vector(bounds.min.X - 1, middle + radius * math.cos(t), level + radius * math.sin(t)) for t in turns]
@@ -165,18 +168,18 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     # nothing, or too much, where a round ledge meets the cylinder; so several ways are tried until one agrees
     # with the meshes
     solids = [Solid("mount", shape, "", "", BodyRole.MOUNT) for shape in (slab, port)]
-    one, other = (manifold(tessellate(solid)) for solid in solids)
-    expected = float((one ^ other).volume())
-    ways = (lambda: slab & port, lambda: slab & (port & about), lambda: slab - (about - port), lambda: slab & prism)
-    for way in ways:
-        shape = way()
-        found = shape.solids() if shape is not None else []
-        if len(found) == 1 and abs(found[0].volume - expected) < MESH_ERROR * expected:
-            return found[0]
+    slab_mesh, port_mesh = (manifold(tessellate(solid)) for solid in solids)
+    expected = float((slab_mesh ^ port_mesh).volume())
+    cuts = (lambda: slab & port, lambda: slab & (port & about), lambda: slab - (about - port), lambda: slab & prism)
+    for cut in cuts:
+        shape = cut()
+        parts = shape.solids() if shape is not None else []
+        if len(parts) == 1 and abs(parts[0].volume - expected) < MESH_ERROR * expected:
+            return parts[0]
     raise PartsError("the mount cannot be cut back to the port: another mount.standoff, or a lower stack")
 
 
-def _within_pocket(body: tuple[float, float, float, float], fitted: Jaw, slab: Any, floor: float) -> Any:
+def _within_pocket(body: Box, fitted: Jaw, slab: Any, floor: float) -> Any:
     """Cut the slab below the rims to the width and length of their pocket. Above them it may lie on the rims."""
     if fitted.pocket is None:
         return slab
@@ -185,18 +188,18 @@ def _within_pocket(body: tuple[float, float, float, float], fitted: Jaw, slab: A
         return slab
     (x0, x1), y = jaw_range(body, fitted), axis(body).y
     middle = (x0 + x1) / 2
-    along, across = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
+    half_length, half_width = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
     above = box(x0 - 1e-3, y - fitted.width, rims, x1 + 1e-3, y + fitted.width, bounds.max.Z / MM + 1e-3)
-    within = box(middle - along, y - across, floor - 1e-3, middle + along, y + across, rims)
+    within = box(middle - half_length, y - half_width, floor - 1e-3, middle + half_length, y + half_width, rims)
     return one_solid(slab & (within + above), "mount")
 
 
-def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
+def _stop(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[Any, ...]:
     """Return the rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
-    place = stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
+    place = stop_place(body, mount.jaw if mount is not None else None, mount)
     if place is None:
         return ()
-    (outer, inner), (x0, y0, _, y1) = place, layout.body
+    (outer, inner), (x0, y0, _, y1) = place, body
     tip = min(TIP_ROUNDING, (inner - outer) * 0.8)
     wall = prism(rounded_at_tip(outer, y0, inner, y1, tip), bottom, 0.0)
     front = [edge for edge in wall.edges() if edge.bounding_box().min.Z > -1e-6 and inner * MM - 1e-3 > edge.center().X]
@@ -204,24 +207,21 @@ def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     return joined, wall.fillet(LEDGE_ROUNDING * MM, front)
 
 
-def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
+def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: float ) -> tuple[Any, ...]:
     """Return the ledges on both sides of the board with the feet that join them to the slab.
 
-    Empty if there is no room for them.
+    `half_widths` (m) are the inner and outer half width of the ledges.
     """
-    halves = side_ledges(layout)
-    if halves is None:
-        return ()
-    (x0, _, x1, _), y, (inner, outer) = layout.body, axis(layout.body).y, halves
-    found = []
+    (x0, _, x1, _), y, (inner, outer) = body, axis(body).y, half_widths
+    ledges = []
     for side in (-1.0, 1.0):
         radius = min(CORNER_ROUNDING, (outer - inner) / 2)
         corners = [Point(x, y + side * half) for x, half in ((x0, inner), (x1, inner), (x1, outer), (x0, outer))]
         plan = rounded(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
         wall = prism(plan, bottom, 0.0)
         reach = sorted((y + side * (inner - 1e-3), y + side * (outer - radius)))
-        found += [box(x0, reach[0], bottom, x1, reach[1], foot), wall.fillet(LEDGE_ROUNDING * MM, top_edges(wall))]
-    return tuple(found)
+        ledges += [box(x0, reach[0], bottom, x1, reach[1], foot), wall.fillet(LEDGE_ROUNDING * MM, top_edges(wall))]
+    return tuple(ledges)
 
 
 CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
@@ -229,48 +229,48 @@ CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
 OVERCUT = 1.0e-3
 
 
-def with_retention(body: tuple[float, float, float, float], mount: Mount | None, seat: Any, metal: float) -> Any:
+def with_retention(body: Box, mount: Mount | None, seat: Any, metal: float) -> Any:
     """Return the seat's lowest piece, on the metal at a height (m), with its tongue or pins."""
-    found = retention(body, mount)
-    if found is None:
+    joint = retention(body, mount)
+    if joint is None:
         return seat
-    if found.kind == "pins":
+    if joint.kind == "pins":
         for x, y in pin_places(body, mount):
             # A peg below the mount, its end chamfered
-            peg = prism(circle(Point(x, y), found.diameter / 2), metal - found.depth, metal + 0.1e-3)
+            peg = prism(circle(Point(x, y), joint.diameter / 2), metal - joint.depth, metal + 0.1e-3)
             low = peg.bounding_box().min.Z
             rim = [edge for edge in peg.edges() if low + 1e-6 > edge.bounding_box().max.Z]
-            seat = one_solid(seat + peg.chamfer(min(CHAMFER, found.depth / 3) * MM, None, rim), "mount")
+            seat = one_solid(seat + peg.chamfer(min(CHAMFER, joint.depth / 3) * MM, None, rim), "mount")
         return seat
     x0, x1 = seat.bounding_box().min.X / MM, body[2]
-    return one_solid(seat + along_jaw(_tongue(found, 0.0), x0, x1, axis(body).y, metal), "mount")
+    return one_solid(seat + along_jaw(_tongue(joint, 0.0), x0, x1, axis(body).y, metal), "mount")
 
 
-def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
+def cut_for(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) -> Any:
     """Return the jaw, its face at a height (m), with the groove or the holes for the mount's tongue or pins.
 
     They are larger by a clearance. The groove is open at the tip. The holes are drilled through so that glue can leave.
     """
-    found = retention(layout.body, layout.spec.mount)
-    room, fitted = joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount), layout.spec.jaw
-    if found is None or fitted is None:
+    joint = retention(body, mount)
+    room, fitted = joint_clearance(glue_line, mount), mount.jaw
+    if joint is None or fitted is None:
         return jaw
-    if found.kind == "pins":
-        for x, y in pin_places(layout.body, layout.spec.mount):
-            hole = circle(Point(x, y), found.diameter / 2 + room)
+    if joint.kind == "pins":
+        for x, y in pin_places(body, mount):
+            hole = circle(Point(x, y), joint.diameter / 2 + room)
             jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
         return jaw
-    tip = jaw_range(layout.body, fitted)[0] - OVERCUT
-    groove = along_jaw(_tongue(found, room), tip, layout.body[2] + room, axis(layout.body).y, metal)
+    tip = jaw_range(body, fitted)[0] - OVERCUT
+    groove = along_jaw(_tongue(joint, room), tip, body[2] + room, axis(body).y, metal)
     return one_solid(jaw - groove, "jaw")
 
 
-def _tongue(found: Retention, room: float) -> Path:
+def _tongue(joint: Retention, room: float) -> Path:
     """Return the dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` if its flanks cross."""
-    if neck(found) <= 0.0:
+    if neck(joint) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
-    bottom, top, depth = tongue_across(found, room)
+    bottom, top, depth = tongue_across(joint, room)
     above = 0.1e-3  # into the mount, or out of the jaw: no face of it lies in that of another
-    narrow = top - above / math.tan(found.angle)
+    narrow = top - above / math.tan(joint.angle)
     corners = [Point(-bottom, -depth), Point(bottom, -depth), Point(narrow, above), Point(-narrow, above)]
     return closed_polygon(corners)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.places.jaws import PartsError as PartsError
+from sitscad.assembly.places.bodies import PartsError as PartsError
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, rounded
@@ -44,9 +44,9 @@ class _Later(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if sys.modules.get(self.__name__) is self:
             del sys.modules[self.__name__]
-        found = import_module(self.__name__)
-        self.__dict__.update(vars(found))
-        return getattr(found, name)
+        module = import_module(self.__name__)
+        self.__dict__.update(vars(module))
+        return getattr(module, name)
 
 
 def require(package: str) -> ModuleType:
@@ -83,8 +83,8 @@ def require(package: str) -> ModuleType:
 class Solid:
     """One piece in its place in the sensor.
 
-    `shape` is a build123d ``Solid`` in **millimetres**, the CAD unit (all else in sitscad is SI). x is along the jaw
-    towards the handle, y across it, and z = 0 at the board's top face. `colour` is ``#rrggbb``.
+    `shape` is a build123d ``Solid`` in **millimetres**, the CAD unit (all else in sitscad is SI). The axis x runs along
+    the jaw towards the handle, y across the jaw. z = 0 is the board's top face. `colour` is ``#rrggbb``.
     """
 
     name: str
@@ -168,10 +168,10 @@ def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) ->
 
 def one_solid(shape: Any, what: str) -> Any:
     """Return the single solid of a boolean operation. Raises `PartsError` if there is none or several."""
-    found = shape.solids() if shape is not None else []
-    if len(found) != 1:
-        raise PartsError(f"the {what} falls into {len(found)} pieces; its parts in the spec do not join")
-    return found[0]
+    solids = shape.solids() if shape is not None else []
+    if len(solids) != 1:
+        raise PartsError(f"the {what} falls into {len(solids)} pieces; its parts in the spec do not join")
+    return solids[0]
 
 
 def without(shape: Any, cuts: Iterable[Any], what: str) -> Any:
@@ -326,9 +326,9 @@ def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid
                 yield first, second, shared, volume
 
 
-def box_gap(one: Any, other: Any) -> float:
+def box_gap(first: Any, second: Any) -> float:
     """Return the largest gap (mm) between the boxes of two meshes along one axis. Negative if the boxes intersect."""
-    a, b = one.bounding_box(), other.bounding_box()
+    a, b = first.bounding_box(), second.bounding_box()
     return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 
 

@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import seat_heights
-from sitscad.assembly.places.fit import back_reach, closed_section
+from sitscad.assembly.places.bodies import backing_of
+from sitscad.assembly.places.fit import ClosedSection, back_reach, closed_section
 from sitscad.assembly.places.jaws import axis, jaw_range, section
 from sitscad.assembly.solids.imported import DatumError, read_part
 from sitscad.assembly.solids.pieces import jaw as placed_jaw
 from sitscad.assembly.solids.proof import Measured, between
 from sitscad.assembly.solids.solid import CHORD, MM, PartsError, manifold, require, tessellate
 from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.board import Coil, Layout
 from sitscad.layout.lanes import Ring
@@ -67,7 +68,7 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
 
     Raises `MissingExtra` without a CAD kernel.
     """
-    found = []
+    measured = []
     if mount is None:
         return ()
     section = "mount" if mount.kind == "custom" else "mount.jaw"
@@ -77,8 +78,8 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
             read_part(source, part)
         except PartsError as error:
             why, at = str(error), f"{section}.{'datum' if isinstance(error, DatumError) else 'step'}"
-        found.append(Measured(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
-    return tuple(found)
+        measured.append(Measured(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
+    return tuple(measured)
 
 
 @record(eq=False)
@@ -92,7 +93,7 @@ class PlacedJaw:
     face: float
     figures: Jaw | None
     middle: tuple[float, float]
-    coils: tuple[float, float, float, float]
+    coils: Box
     size: str
 
     @property
@@ -116,7 +117,7 @@ def _face_width(figures: Jaw) -> float:
 
 def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
     """Measure the solid of a jaw's STEP file against the written figures. Empty if no file describes the jaw."""
-    mount, seat = layout.spec.mount, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)
+    mount, seat = layout.spec.mount, backing_of(layout.spec).seat_heights
     figures = layout.spec.jaw
     is_filed = mount is not None and (mount.is_jaw_unmeasured or (figures is not None and figures.step is not None))
     solid = placed_jaw(layout) if is_filed else None
@@ -131,15 +132,16 @@ def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
     )
     place = axis(layout.body)
     jaw = PlacedJaw(body, seat[0], figures, (place.x, place.y), coils, size)
-    found = [_face(jaw)]
-    if found[0].unit:  # there is metal under the coils
-        found += _metal(layout.body, jaw)
-    if found[0].unit and figures is not None:
-        found += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout.body, figures))]
-        if all(each.is_kept or each.first == ASSUMED_FACE for each in found):  # a misplaced back says nothing more
-            found += _back(layout, jaw, figures)
+    measured = [_face(jaw)]
+    if measured[0].unit:  # there is metal under the coils
+        measured += _metal(layout.body, jaw)
+    if measured[0].unit and figures is not None:
+        measured += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout.body, figures))]
+        if all(each.is_kept or each.first == ASSUMED_FACE for each in measured):  # a misplaced back says nothing more
+            pair = closed_section(layout)
+            measured += [] if pair is None else _back(pair, back_reach(layout, figures), jaw, figures)
     return tuple(replace(each, when=f"{each.when}; the file's solid measures {size} along, across and high".strip("; "))
-                 for each in found)
+                 for each in measured)
 
 
 def _rings(coils: tuple[Coil, ...], spec_coil: CoilSpec) -> Iterator[Ring]:
@@ -202,11 +204,11 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
     if not boxes:
         return
     rims = figures.recess if figures.pocket is not None or figures.recess else 0.0
-    asked = (
+    sizes = (
         ("width", "width", figures.width, [(b[4] - b[1]) / MM for _, _, b in boxes]),
         ("height", "height", figures.height, [jaw.face - b[2] / MM for _, _, b in boxes]),
     )
-    for key, name, written, values in asked:
+    for key, name, written, values in sizes:
         most = max(range(len(values)), key=values.__getitem__)
         least = min(range(len(values)), key=values.__getitem__)
         room = jaw.tolerance(written)
@@ -217,9 +219,9 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
     above = max((b[5] / MM - jaw.face, place, x) for place, x, b in boxes)
     yield _measured(jaw, "recess", "rim", above[0], rims, abs(above[0] - rims) <= jaw.tolerance(rims), above[2],
                     above[1])
-    aside = max((abs((b[1] + b[4]) / 2 / MM - jaw.middle[1]), place, x) for place, x, b in boxes)
-    limit = jaw.tolerance(figures.width)
-    yield _measured(jaw, "datum", "distance from the middle", aside[0], limit, aside[0] <= limit, aside[2], aside[1])
+    offset = max((abs((b[1] + b[4]) / 2 / MM - jaw.middle[1]), place, x) for place, x, b in boxes)
+    (value, place, x), limit = offset, jaw.tolerance(figures.width)
+    yield _measured(jaw, "datum", "distance from the middle", value, limit, value <= limit, x, place)
     yield from _face_widths(jaw, figures)
 
 
@@ -239,14 +241,12 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
         yield _measured(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
 
 
-def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
     """Compare the largest distance (m) from the closed pair's axis of the file's jaw and of the assumed section.
 
-    The fit holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
+    `assumed` (m) is this distance for the assumed section. The fit
+    holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
     """
-    pair = closed_section(layout)
-    if pair is None:
-        return
     axis_height = jaw.face + pair.height / 2 - figures.height
     reaches = []
     for place, x, part in _slices(jaw):
@@ -256,7 +256,6 @@ def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
             corner = points[int(distances.argmax()), :3] / MM
             reaches.append((float(distances.max()), place, (x, float(corner[1]), float(corner[2]))))
     reach, place, where = max(reaches)
-    assumed = back_reach(layout, figures)
     passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
     is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
     yield Measured(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
@@ -273,21 +272,21 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
         return
     box, room = floor.bounding_box(), jaw.tolerance(figures.length)
     first, face, last = jaw.body.bounding_box()[0] / MM, box[0] / MM, box[3] / MM
-    away = first - tip if tip < first - room else face - tip if face + room < tip else 0.0
-    yield _measured(jaw, "length", "tip", away, room, not away, tip, "at the tip")
+    shortfall = first - tip if tip < first - room else face - tip if face + room < tip else 0.0
+    yield _measured(jaw, "length", "tip", shortfall, room, not shortfall, tip, "at the tip")
     short = heel - last
     yield _measured(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
 
 
-def _metal(body: tuple[float, float, float, float], jaw: PlacedJaw) -> Iterator[Measured]:
+def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measured]:
     """Yield the area (m2) of metal under the coils from above, against the written face less its window."""
     m3 = require("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:
         half, (low, high) = _face_width(jaw.figures) / 2, jaw_range(body, jaw.figures)
         if jaw.figures.pocket is not None and jaw.figures.recess:
-            along = jaw.figures.pocket[0] / 2
-            low, high = max(low, jaw.middle[0] - along), min(high, jaw.middle[0] + along)
+            half_length = jaw.figures.pocket[0] / 2
+            low, high = max(low, jaw.middle[0] - half_length), min(high, jaw.middle[0] + half_length)
         x0, x1 = max(x0, low), min(x1, high)
         y0, y1 = max(y0, jaw.middle[1] - half), min(y1, jaw.middle[1] + half)
     region = _rectangle(m3, x0, y0, x1, y1)

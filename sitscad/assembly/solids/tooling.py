@@ -33,14 +33,9 @@ from typing import Any
 from sitscad.assembly.places.bodies import (
     Body,
     BodyRole,
-    above_board,
+    Plates,
     board_heights,
-    elastomer,
-    elastomers,
-    glued_pieces,
-    joined,
-    joints,
-    plates,
+    plates_of,
     top_height,
 )
 from sitscad.assembly.places.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
@@ -53,7 +48,6 @@ from sitscad.kernels.geometry.convex import Box, Footprint, beyond, within_box
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Mount
-from sitscad.spec.sensor import SensorSpec
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
@@ -76,32 +70,31 @@ class Pour:
     mixed: float
 
 
-def pour(spec: SensorSpec) -> Pour | None:
+def pour(plates: Plates) -> Pour | None:
     """Return the silicone to mix for one mould. None if there is no elastomer."""
-    body = elastomer(spec)
-    if body is None:
+    if plates.elastomer is None:
         return None
-    pieces = [body] if not joints(spec) else [*elastomers(spec), *joints(spec)]
-    volume, cavities = sum(_area(one, 0.0) * one.thickness for one in pieces), _cavities(spec)
+    pieces = (*plates.elastomers, *plates.webs) if plates.webs else (plates.elastomer,)
+    volume, cavities = sum(_area(piece, 0.0) * piece.thickness for piece in pieces), _cavities(plates)
     return Pour(cavities, volume, SPILL * cavities * volume)
 
 
-def _cavities(spec: SensorSpec) -> int:
-    """Return the number of pads cast at a time. Pads joined by webs count as one piece."""
-    return 1 if joints(spec) else CAVITIES
+def _cavities(plates: Plates) -> int:
+    """Return the number of pads cast at a time. Pads joined by webs count as a single piece."""
+    return 1 if plates.webs else CAVITIES
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
     """Return tray and lid, each as it is printed, beside the sensor's place. Empty if there is no elastomer."""
-    pad = joined(layout.spec) or elastomer(layout.spec)
+    plates = plates_of(layout.spec)
+    pad, cavities = plates.joined or plates.elastomer, _cavities(plates)
     if pad is None:
         return ()
-    cavities = _cavities(layout.spec)
     tray, cuts = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0), []
     for centre in _centres(pad, cavities):
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
         lean = math.tan(DRAFT) * pad.thickness / 2
-        for piece, at in _pieces(layout.spec, pad, centre):
+        for piece, at in _pieces(plates, pad, centre):
             cuts.append(tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0))
         # A ditch round the cavity, half as deep, behind a rim
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
@@ -116,22 +109,22 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
 
 
-def _pieces(spec: SensorSpec, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
+def _pieces(plates: Plates, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
     """Yield the pieces cast together about a point, each with its middle.
 
     They are the pad alone, or all pads with their webs, which reach into the pads.
     """
-    if not joints(spec):
+    if not plates.webs:
         yield pad, centre
         return
     here = pad.footprint.centre
-    for body in elastomers(spec):
+    for body in plates.elastomers:
         yield body, centre.shifted(body.footprint.centre.x - here.x, body.footprint.centre.y - here.y)
-    for body in joints(spec):
+    for body in plates.webs:
         (x, y), (middle_x, middle_y) = body.footprint.size, body.footprint.centre
-        along = elastomers(spec)[0].footprint.size
-        is_row = any(abs(one.footprint.centre.y - middle_y) < 1e-9 for one in elastomers(spec))
-        longer = (x + along[0], y) if is_row else (x, y + along[1])
+        pad_size = plates.elastomers[0].footprint.size
+        is_row = any(abs(each.footprint.centre.y - middle_y) < 1e-9 for each in plates.elastomers)
+        longer = (x + pad_size[0], y) if is_row else (x, y + pad_size[1])
         web = replace(body, plan=replace(body.footprint, size=longer))
         yield web, centre.shifted(middle_x - here.x, middle_y - here.y)
 
@@ -167,7 +160,7 @@ PUSH_HOLES = (2.5e-3, 5.0e-3)
 """Diameters (m) of the push holes under a board whose shorter side is below or above `WIDE_BOARD`."""
 WIDE_BOARD = 12.0e-3
 PUSH_PITCH = 16.0e-3
-"""Largest distance (m) between two push holes: a film that holds the board must yield at all of them."""
+"""Largest distance (m) between two push holes: a film that holds the board must yield at each hole."""
 CORNER_RELIEF = 0.5e-3
 ROOM_ROUND_PAD = 1.0e-3
 OVER_PAD = 0.1e-3
@@ -204,8 +197,8 @@ class JigFrame:
 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
     """Return the frames in the order of gluing. Empty for a sensor without pieces on its board."""
-    rows = [row for part in ("elastomer", "target") if (row := glued_pieces(layout.spec, part))]
-    at, gap, found = levels(on_board(layout)), process_clearance(layout.spec.mount), []
+    rows = [row for part in ("elastomer", "target") if (row := plates_of(layout.spec).glued(part))]
+    at, gap, frames = levels(on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
     for row in rows:
         kind = row[0].role.value
@@ -219,9 +212,9 @@ def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
         cuts += [(body.outline(ROOM_ROUND_PAD), 0.0, clear) for body in under]
         for body in row:
             cuts += [(circle(side.start, relief), 0.0, height) for side in body.outline() if isinstance(side, Line)]
-        found.append(JigFrame(kind, row, height, face, tuple(cuts), tuple(walls)))
+        frames.append(JigFrame(kind, row, height, face, tuple(cuts), tuple(walls)))
         under = row
-    return tuple(found)
+    return tuple(frames)
 
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
@@ -230,7 +223,7 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
     if not frames:
         return ()
     plan, gap = plate_plan(layout, 0.0), process_clearance(layout.spec.mount)
-    found = [("jig-base", _base(layout, plan))]
+    shapes = [("jig-base", _base(layout, plan))]
     for frame in frames:
         through = (*frame.walls, *(circle(at, size / 2 + gap) for at, size in pins(plan)))
         tools = [prism(outline, -1e-3, frame.height + 1e-3) for outline in through]
@@ -238,10 +231,10 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             low, high = (low if low > 0.0 else -1e-3), (high if high < frame.height else frame.height + 1e-3)
             tools.append(prism(outline, low, high))
         block = prism(rectangle(*plan, 2e-3), 0.0, frame.height)
-        found += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
+        shapes += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
     if pockets := foot_pockets(layout):
-        found.append((BOARD_PRESS, _board_press(layout, pockets)))
-    return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+        shapes.append((BOARD_PRESS, _board_press(layout, pockets)))
+    return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in shapes)
 
 
 BOARD_PRESS = "jig-board-press"
@@ -280,8 +273,8 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
 
     Empty if there are no pieces, or if the rim is too narrow for the feet.
     """
-    pads, (x0, y0, x1, y1) = glued_pieces(layout.spec, "elastomer"), layout.body
-    bodies = (*pads, *plates(layout.spec, "target"))
+    pads, (x0, y0, x1, y1) = plates_of(layout.spec).glued("elastomer"), layout.body
+    bodies = (*pads, *plates_of(layout.spec).of("target"))
     if not bodies:
         return ()
     wall, film = print_limit(process_of(layout.spec.mount), "free_wall").value, layout.spec.encapsulation
@@ -289,16 +282,16 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
     if has_round_body(layout.spec.fpc.body):
         centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
-        left = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_reach(body, centre) for body in bodies)
-        if left < FOOT_ROOM[0]:
+        spare = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_reach(body, centre) for body in bodies)
+        if spare < FOOT_ROOM[0]:
             return ()
-        return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - left + min(left, FOOT_ROOM[1])),)
+        return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - spare + min(spare, FOOT_ROOM[1])),)
     boxes = [body.footprint.box for body in bodies]
     cells = [(box[0] - skin, box[1] - skin, box[2] + skin, box[3] + skin) for box in boxes]
     if len(bodies) == 2 * len(pads):
         cells = [_round_boxes(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
-    apart = min((max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])
-                 for one, other in combinations(cells, 2)), default=math.inf)
+    apart = min((max(first[0] - second[2], second[0] - first[2], first[1] - second[3], second[1] - first[3])
+                 for first, second in combinations(cells, 2)), default=math.inf)
     between = min(FOOT_ROOM[1], (apart - wall) / 2)
     if between < FOOT_ROOM[0]:
         cells, between = [_round_boxes(cells)], FOOT_ROOM[0]
@@ -307,21 +300,21 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     rooms = [room if room >= FOOT_ROOM[0] else math.inf for room in rooms]
     if math.inf in rooms[::2] and math.inf in rooms[1::2]:
         return ()
-    found = []
+    pockets = []
     for cell in cells:
         sides = []
         for k, (side, end) in enumerate(zip(cell, (u0, v0, u1, v1), strict=True)):
             room = rooms[k] if abs(side - end) < 1e-9 else between
-            away = layout.body[k] if math.isinf(room) else side
-            sides.append(away + (-1.0 if k < 2 else 1.0) * (1e-3 if math.isinf(room) else room))
-        found.append(rectangle(sides[0], sides[1], sides[2], sides[3]))
-    return tuple(found)
+            limit = layout.body[k] if math.isinf(room) else side
+            sides.append(limit + (-1.0 if k < 2 else 1.0) * (1e-3 if math.isinf(room) else room))
+        pockets.append(rectangle(sides[0], sides[1], sides[2], sides[3]))
+    return tuple(pockets)
 
 
 def _reach(body: Body, centre: Point) -> float:
     """Return the distance (m) of a body's farthest point from a centre."""
-    away, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
-    return away + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
+    distance, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
+    return distance + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
 
 
 def _round_boxes(boxes: Sequence[Box]) -> Box:
@@ -335,34 +328,34 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
     film = layout.spec.encapsulation
     base = film.thickness if film is not None and is_cast(layout) else 0.0
     roof = max(frame.face.nominal for frame in jig_frames(layout)) + base + (1.0 - FOAM_STRAIN) * FOAM
-    foot = over_body(layout, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
+    foot = over_body(layout.outline, layout.body, layout.spec.body_outline, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
     plan = bd.offset(foot, -FOOT_INSET * MM, kind=bd.Kind.ARC).faces()[0]
     start = roof + FLOOR
     block = one_solid(raised(plan, base, start), "press")
     block = without(block, (prism(pocket, base - 1e-3, roof) for pocket in pockets), "press")
-    low, high = (_plate(layout, wider) for wider in (-FOOT_INSET, COLLAR))
+    low, high = (_plate(layout.body, has_round_body(layout.spec.fpc.body), wider) for wider in (-FOOT_INSET, COLLAR))
     middle, (diameter, height) = Point((x0 + x1) / 2, (y0 + y1) / 2), PEG
     top = start + COLLAR + FLOOR
     collar = tapered(low, high, start, start + COLLAR) + prism(high, start + COLLAR, top)
     return one_solid(block + collar + prism(circle(middle, diameter / 2), top, top + height), "press")
 
 
-def _plate(layout: Layout, wider: float) -> Path:
+def _plate(body: Box, is_round: bool, wider: float) -> Path:
     """Return the disc or the box of the board's body, grown by `wider` (m) on each side."""
-    x0, y0, x1, y1 = layout.body
-    if has_round_body(layout.spec.fpc.body):
+    x0, y0, x1, y1 = body
+    if is_round:
         return circle(Point((x0 + x1) / 2, (y0 + y1) / 2), (x1 - x0) / 2 + wider)
     return rectangle(x0 - wider, y0 - wider, x1 + wider, y1 + wider)
 
 
-def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
+def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float]:
     """Return the centres (m) of the push holes in the base, and their diameter (m)."""
-    x0, y0, x1, y1 = layout.body
-    along, across = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
+    x0, y0, x1, y1 = body
+    columns, rows = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
     size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
-    places = [Point(x0 + (i + 0.5) * (x1 - x0) / along, y0 + (k + 0.5) * (y1 - y0) / across)
-              for i in range(along) for k in range(across)]
-    inside = tuple(at for at in places if beyond(layout.body_outline, at) <= -size / 2)
+    places = [Point(x0 + (i + 0.5) * (x1 - x0) / columns, y0 + (k + 0.5) * (y1 - y0) / rows)
+              for i in range(columns) for k in range(rows)]
+    inside = tuple(at for at in places if beyond(body_outline, at) <= -size / 2)
     return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
 
 
@@ -374,10 +367,10 @@ def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], floa
     """
     wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF
-    for one, other in combinations(row, 2):
-        (x0, y0, x1, y1), (u0, v0, u1, v1) = one.footprint.box, other.footprint.box
+    for first, second in combinations(row, 2):
+        (x0, y0, x1, y1), (u0, v0, u1, v1) = first.footprint.box, second.footprint.box
         apart = max(u0 - x1, x0 - u1), max(v0 - y1, y0 - v1)
-        if one.footprint.is_round or one.footprint.rotation or min(apart) > -gap:
+        if first.footprint.is_round or first.footprint.rotation or min(apart) > -gap:
             continue
         if max(apart) >= wall + 2.0 * gap:
             relief = min(relief, 0.5 * (max(apart) - wall))
@@ -402,7 +395,7 @@ def _base(layout: Layout, plan: Box) -> Any:
         if x0 - gap < plan[2]:  # it lies over the base
             room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
             body = one_solid(body.cut(prism(room, under - plate.thickness - gap, 1e-3)), "jig")
-    places, across = push_places(layout)
+    places, across = push_places(layout.body, layout.body_outline)
     body = without(body, (prism(circle(at, across / 2), under - JIG_FLOOR - 1e-3, 1e-3) for at in places), "jig")
     for at, size in pins(plan):
         body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
@@ -424,16 +417,17 @@ LEAST_OVER_TOLERANCE = 2.0
 
 
 def skin_mould(layout: Layout) -> Solid | None:
-    """Return the cup as it is printed, open side up. None without a film, or if the film is too thin to be cast."""
+    """Return the cup as it is printed, open side up. None if there is no film, or if it is too thin to be cast."""
     if not is_cast(layout):
         return None
     plan, film = plate_plan(layout, 0.0), layout.spec.encapsulation
     assert film is not None
     height = max(top_height(layout.spec), PIN_HEIGHT) + ROOF
     cup = prism(rectangle(*plan, 2e-3), 0.0, height)
-    cup = one_solid(cup - over_body(layout, -1e-3, film.thickness), "mould")
+    body = over_body(layout.outline, layout.body, layout.spec.body_outline, -1e-3, film.thickness)
+    cup = one_solid(cup - body, "mould")
     blocks: dict[Footprint, Body] = {}  # one where the other piece is as large
-    for body in above_board(layout.spec):
+    for body in plates_of(layout.spec).all:
         blocks.setdefault(body.footprint, body)
     for body in blocks.values():
         # What a piece with its skin takes out of the cup: narrowest at the top, wider at the parting face by the draft
@@ -444,13 +438,13 @@ def skin_mould(layout: Layout) -> Solid | None:
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
     (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body
     points, corners = layout.body_outline.flattened(1e-5), (x0 + width / 2, x1 - width / 2)
-    given = layout.spec.fpc.body is not None  # it may have no corners: from where it reaches farthest across
-    found = []
-    for x in (min(points, key=lambda p: p.y).x,) if given else corners:
-        found.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
-    for x in (max(points, key=lambda p: p.y).x,) if given else corners:
-        found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
-    cup = without(cup, found, "mould")
+    is_written = layout.spec.fpc.body is not None  # it may have no corners: from where it reaches farthest across
+    vents = []
+    for x in (min(points, key=lambda p: p.y).x,) if is_written else corners:
+        vents.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
+    for x in (max(points, key=lambda p: p.y).x,) if is_written else corners:
+        vents.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
+    cup = without(cup, vents, "mould")
     gap = process_clearance(layout.spec.mount)
     for at, size in pins(plan):
         cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
@@ -461,7 +455,7 @@ def skin_mould(layout: Layout) -> Solid | None:
 def is_cast(layout: Layout) -> bool:
     """Whether the film is cast in a mould: thick enough for the process of the cup, and without contacts under it."""
     film = layout.spec.encapsulation
-    if film is None or not above_board(layout.spec):
+    if film is None or not plates_of(layout.spec).all:
         return False
     body_end = layout.body[2]
     has_contacts = any(
@@ -480,9 +474,10 @@ def skin_pour(layout: Layout) -> Pour | None:
     if film is None or not is_cast(layout):
         return None
     thick, top = film.thickness, top_height(layout.spec)
-    inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
+    inside = sum(_area(body, 0.0) * body.thickness for body in plates_of(layout.spec).all)
     room = thick + math.tan(DRAFT) * top / 2
-    blocks = max(math.fsum(_area(body, room) for body in plates(layout.spec, part)) for part in ("elastomer", "target"))
+    plates = plates_of(layout.spec)
+    blocks = max(math.fsum(_area(body, room) for body in row) for row in (plates.elastomers, plates.targets))
     flange = max(0.0, Region(layout.body_outline).area - blocks) * thick
     volume = flange + blocks * top - inside
     return Pour(1, volume, SPILL * volume)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 from itertools import pairwise
@@ -24,26 +24,27 @@ from typing import Any
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import (
     MOUNT_PIECES,
+    Body,
     BodyRole,
     Heights,
+    backing_of,
     board_heights,
-    seat_spans,
-    shield_heights,
     target_lines,
 )
 from sitscad.assembly.places.column import GLUE, column, levels
 from sitscad.assembly.places.state import Vector
 from sitscad.assembly.places.tail_path import BentStretch, Station, TailPath, tail_path
 from sitscad.assembly.solids import aids
-from sitscad.assembly.solids.pieces import assemble, encapsulation, opposing
+from sitscad.assembly.solids.pieces import STIFFENER_COLOUR, assemble, encapsulation, opposing
 from sitscad.assembly.solids.plates import metal_below
 from sitscad.assembly.solids.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
 from sitscad.data import cited, rows
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Region, bounding_box, rectangle
 from sitscad.layout.bending import bend_stretch
-from sitscad.layout.board import Coil, Layout, Role
+from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
 from sitscad.spec.circuit import LayerKind, StackLayer
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Adhesive, ElastomerMaterial
@@ -53,29 +54,35 @@ FILL = "adhesive"
 LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are filled in
 
 
-def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
-    """Return the board's films from the top down, those of its body and, along `path`, those of its tail."""
-    found: list[Solid] = []
+def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]) -> tuple[Solid, ...]:
+    """Return the board's films from the top down: first the films of its body, then the tail's films along `path`.
+
+    `bent_width` is the y range (m) of the tail's bent parts.
+    """
+    solids: list[Solid] = []
     upper, number = 0.0, 0
     body = _body_face(layout.body, layout.outline)
     for index, layer in enumerate(layout.spec.fpc.stackup.layers):
         number += layer.kind is LayerKind.COPPER
         heights = upper - layer.thickness, upper
-        found += _of_body(layout, body, layer, index, number, heights)
+        rings = []
+        if layer.kind is LayerKind.COPPER:
+            rings = _rings_inside(layout.coils, layout.spec.coil, number, layout.body)
+        solids += _of_body(body, layer, index, number, heights, rings)
         upper = heights[0]
     if path is None:
-        return tuple(found)
+        return tuple(solids)
     upper = 0.0
-    flat = plan(layout, path, Region(layout.outline))
+    flat = plan(path, Region(layout.outline), bent_width)
     for index, layer in enumerate(layout.spec.fpc.tail_layers):
         shape = flat.laid(upper - layer.thickness, upper)
         kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
-        found.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
+        solids.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
         upper -= layer.thickness
-    return tuple(found)
+    return tuple(solids)
 
 
-def _body_face(body: tuple[float, float, float, float], outline: Path) -> Any:
+def _body_face(body: Box, outline: Path) -> Any:
     """Return the board's outline up to the body's end, as a face in the plane z = 0."""
     return (face(Region(outline)) & face(Region(rectangle(*body)))).faces()[0]
 
@@ -94,8 +101,16 @@ def _turned(path: Path, coil: Coil) -> Path:
     return path.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
+def _rings_inside(coils: tuple[Coil, ...], spec: CoilSpec, number: int, body: Box) -> list[tuple[Coil, Region]]:
+    """Return the coils with a ring on a layer that lies inside the board's body, and these rings."""
+    rings = [(coil, ring(spec, coil, number)) for coil in coils if any(w.layer == number for w in coil.windings)]
+    x0, y0, x1, y1 = body
+    boxes = [bounding_box((plate.outline,)) for _, plate in rings]
+    return [each for each, b in zip(rings, boxes, strict=True) if b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1]
+
+
 def _of_body(
-    layout: Layout, body: Any, layer: StackLayer, index: int, number: int, heights: Heights
+    body: Any, layer: StackLayer, index: int, number: int, heights: Heights, rings: list[tuple[Coil, Region]]
 ) -> Iterator[Solid]:
     """Yield one film of the body. For a copper layer: its coils' rings and the fill around them."""
     kind = layer.kind.value
@@ -103,11 +118,6 @@ def _of_body(
         name, shape = f"board-{index + 1}-{kind}", raised(body, *heights)
         yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
         return
-    coils = [c for c in layout.coils if any(w.layer == number for w in c.windings)]
-    rings = [(coil, ring(layout.spec.coil, coil, number)) for coil in coils]
-    boxes, (x0, y0, x1, y1) = [bounding_box((plate.outline,)) for _, plate in rings], layout.body
-    inside = (b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1 for b in boxes)
-    rings = [each for each, is_inside in zip(rings, inside, strict=True) if is_inside]
     if rings:
         holes = [face(Region(plate.outline)).outer_wire() for _, plate in rings]
         body = require("build123d").Face(body.outer_wire(), holes)
@@ -129,22 +139,25 @@ def _material(layer: StackLayer) -> str:
 CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
 
 
-def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
+def copper_in_films(layout: Layout, drawn_rings: frozenset[str]) -> dict[str, float]:
     """Return the copper (m3) in the films that fill copper layers, by their names.
 
-    `drawn` rings are separate solids.
+    `drawn_rings` rings are separate solids.
     """
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
     tail = dict(_copper("tail", layout.spec.fpc.tail_layers))
     names = {coil.net: coil.name for coil in layout.coils}
-    found: defaultdict[str, float] = defaultdict(float)
+    volumes: defaultdict[str, float] = defaultdict(float)
     for number, layer in enumerate(stack.copper, 1):
-        for area, x in _areas(layout, number, drawn, names):
+        rings = {net for net, name in names.items() if f"copper-{number}-{name}" in drawn_rings}
+        traces = [t for t in layout.on_layer(number) if t.role is not Role.WINDING or t.net not in rings]
+        pads = [pad for pad in layout.all_pads if pad.layer == number]
+        for area, x in _areas(traces, layout.vias_on(number), pads, layout.body[2]):
             film = body[number] if x <= layout.body[2] else tail.get(number)
             if film is not None:
-                found[film] += area * layer.thickness
-    return dict(found)
+                volumes[film] += area * layer.thickness
+    return dict(volumes)
 
 
 def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
@@ -156,23 +169,20 @@ def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, st
             yield number, f"{part}-{index + 1}-fill"
 
 
-def _areas(layout: Layout, number: int, drawn: frozenset[str], names: dict[str, str]) -> Iterator[tuple[float, float]]:
-    """Yield areas (m2) of copper outside the rings on a layer, each with its place along the board (m)."""
-    for trace in layout.on_layer(number):
-        ring = f"copper-{number}-{names.get(trace.net, '')}"
-        if trace.role is not Role.WINDING or ring not in drawn:
-            # A track's area (m2), cut at the body's end
-            end = layout.body[2]
-            for a, b in pairwise(trace.path.flattened(CHORD)):
-                cut = (end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
-                places = (0.0, cut, 1.0) if 0.0 < cut < 1.0 else (0.0, 1.0)
-                for first, last in pairwise(places):
-                    yield (last - first) * a.distance(b) * trace.width, a.x + 0.5 * (first + last) * (b.x - a.x)
-    for via in layout.vias_on(number):
+def _areas(
+    traces: Sequence[Trace], vias: Sequence[Via], pads: Sequence[Pad], body_end: float
+) -> Iterator[tuple[float, float]]:
+    """Yield areas (m2) of copper on a layer, each with its place along the board (m). Tracks are cut at `body_end`."""
+    for trace in traces:
+        for a, b in pairwise(trace.path.flattened(CHORD)):
+            cut = (body_end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
+            places = (0.0, cut, 1.0) if 0.0 < cut < 1.0 else (0.0, 1.0)
+            for first, last in pairwise(places):
+                yield (last - first) * a.distance(b) * trace.width, a.x + 0.5 * (first + last) * (b.x - a.x)
+    for via in vias:
         yield math.pi / 4 * (via.pad**2 - via.drill**2), via.centre.x
-    for pad in layout.all_pads:
-        if pad.layer == number:
-            yield pad.size[0] * pad.size[1], pad.centre.x
+    for pad in pads:
+        yield pad.size[0] * pad.size[1], pad.centre.x
 
 
 BEYOND = 1e-3
@@ -208,10 +218,10 @@ class FlatPlan:
         pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
         if not pieces:
             raise PartsError("the tail has no part beyond the board's body")
-        found = pieces[0].fuse(*pieces[1:]).solids() if len(pieces) > 1 else pieces
-        if len(found) != 1:
-            raise PartsError(f"the tail falls into {len(found)} pieces along its way")
-        return found[0]
+        solids = pieces[0].fuse(*pieces[1:]).solids() if len(pieces) > 1 else pieces
+        if len(solids) != 1:
+            raise PartsError(f"the tail falls into {len(solids)} pieces along its way")
+        return solids[0]
 
     def _pieces(self, part: FlatPart, lower: float, upper: float) -> list[Any]:
         if part.stretch.turn:
@@ -228,8 +238,11 @@ class FlatPlan:
         return [_moved(raised(each, lower, upper), part, self.middle) for each in part.faces]
 
 
-def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
-    """Return the part of a flat region beyond the body, cut into the stretches of the tail's path."""
+def plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
+    """Return the part of a flat region beyond the body, cut into the stretches of the tail's path.
+
+    `bent_width` is the y range (m) of the bent parts.
+    """
     x0, y0, x1, y1 = bounding_box((region.outline,))
     whole, here, first, parts = face(region), path.start, path.start.x, []
     for stretch in path.stretches:
@@ -239,19 +252,16 @@ def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
             cut = () if stretch.turn else tuple((whole & room).faces())
             parts.append(FlatPart(first, here, stretch, cut))
         here, first = here.after(stretch), first + stretch.length
-    # From where to where across (m) the tail reaches where it may be bent; nothing where it may not
-    bent = bend_stretch(layout)
-    return FlatPlan(tuple(parts), path.start.z, (0.0, 0.0) if bent is None else layout.reach_at(sum(bent) / 2))
+    return FlatPlan(tuple(parts), path.start.z, bent_width)
 
 
-def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
+def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[float, float]) -> Solid | None:
     """Return the plate under the contacts, at the end of the laid tail."""
-    plate = stack.stiffener(layout)
     if plate is None:
         return None
     flat = raised(face(plate.region), *plate.heights)
-    shape = flat if path is None else plan(layout, path, plate.region).laid(*plate.heights)
-    return Solid(plate.name, shape, plate.material, "#8c6a3f", BodyRole.STIFFENER)
+    shape = flat if path is None else plan(path, plate.region, bent_width).laid(*plate.heights)
+    return Solid(plate.name, shape, plate.material, STIFFENER_COLOUR, BodyRole.STIFFENER)
 
 
 def _moved(flat: Any, part: FlatPart, middle: float) -> Any:
@@ -285,17 +295,17 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
     plates = {name: _level(shape) for name, shape in shapes.items()} | {
         "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
     }
-    found = []
+    lines = []
     # The pieces that have glue under them
     named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
-    wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
-    for part in [name for kind in wanted for name in plates if _kind(name) == kind]:
+    kinds = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
+    for part in [name for kind in kinds for name in plates if _kind(name) == kind]:
         lowest = low if part == "board" else float(shapes[part].bounding_box().min.Z)
         shape = _line(part, plates, lowest, line * MM)
         if shape is not None:
             used = glue if hard is None or _kind(part) in SOFT_LINES else hard
-            found.append(Solid(f"glue-{part}", shape, used.name, COLOUR, BodyRole.GLUE))
-    return tuple(found)
+            lines.append(Solid(f"glue-{part}", shape, used.name, COLOUR, BodyRole.GLUE))
+    return tuple(lines)
 
 
 def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
@@ -330,12 +340,11 @@ def _level(shape: Any) -> list[Any]:
     return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
-def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
-    """Return the solids lifted by the glue lines below them. The board stays in place."""
+def glued(lifts: dict[str, float], solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """Return the solids lifted by the glue lines below them (`glue_lifts`, m). The board stays in place."""
     bd = require("build123d")
-    lifts = _lifts(layout)
-    stands = ((s, lifts.get(_kind(s.name))) for s in solids)
-    return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in stands)
+    lifted = ((s, lifts.get(_kind(s.name))) for s in solids)
+    return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in lifted)
 
 
 def _kind(name: str) -> str:
@@ -344,27 +353,28 @@ def _kind(name: str) -> str:
     return kind.removesuffix("-web") if number.isdecimal() else name
 
 
-def _lifts(layout: Layout) -> dict[str, float]:
-    """Return the lift (m) of each piece by glue: its lower face with glue, less that of the solids."""
+def glue_lifts(layout: Layout) -> dict[str, float]:
+    """Return the lift (m) of each piece by glue: the height of its lower face with glue, less without glue."""
     at, mount = levels(column(layout)), layout.spec.mount
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
         spec = layout.spec
         line, all_lines = spec.assembly.glue_line, target_lines(spec)
-        sheet = shield_heights(spec.fpc.stackup, spec.shield)
+        sheet = backing_of(spec).shield_heights
         above = all_lines or line * (spec.elastomer is not None)
         below = 0 if sheet is None else 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > SPACED)
-        found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
+        lifts = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
         spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
-        found["jaw"] = -line * (1 + len(seat_spans(spec)) + (sheet is not None))  # that only a STEP file describes
+        # a jaw that only a STEP file describes
+        lifts["jaw"] = -line * (1 + len(backing_of(spec).spans) + (sheet is not None))
         lowest = (BodyRole.FINGER, BodyRole.METAL_BEHIND, "mount-adapter", MOUNT_PIECES[0])
-        return found | dict.fromkeys(lowest, -line * (1 + below)) | spacer
+        return lifts | dict.fromkeys(lowest, -line * (1 + below)) | spacer
     board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
-    stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
-    bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
-    bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False)}
-    found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
-    return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}
+    glued_faces = {part: lower.nominal - board for part, (lower, _) in at.items()}
+    lower_faces = {body.role.value: body.lower for body in stack.stack(layout)}  # (m) of the pieces alone
+    lower_faces |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, backing_of(layout.spec).spans, strict=False)}
+    lifts = {part: glued_faces[part] - lower for part, lower in lower_faces.items() if part in glued_faces}
+    return lifts | {"encapsulation": lifts.get("target", lifts.get("elastomer", 0.0))}
 
 
 SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on it
@@ -376,9 +386,9 @@ def whole(
 ) -> tuple[Solid, ...]:
     """Return all pieces in their places, from the jaw upwards.
 
-    They are jaw, seat, shield, the board's films with a copper ring for each coil on each layer, stiffener, elastomer,
-    target, the glue lines between them, film, and the closed opposing jaw. A metal finger is drawn in its cap. Metal
-    behind the board is included. Heights are those of the glued assembly, z = 0 at the board's top face.
+    They are jaw, seat, shield, the board's films, stiffener, elastomer, target, film and the closed opposing jaw, with
+    the glue lines between them. The board's films have a copper ring for each coil on each layer. A metal finger is
+    drawn in its cap. Metal behind the board is included. The assembly is glued, with z = 0 at the board's top face.
 
     Parameters
     ----------
@@ -402,19 +412,22 @@ def whole(
         without a CAD kernel
     """
     alone = assemble(layout) if pieces is None else pieces
-    pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))
+    pieces = glued(glue_lifts(layout), (*alone, *opposing(layout), *metal_below(layout)))
     path = tail_path(layout)
     # the encapsulation over pieces that glue lifts is that of a pad so much thicker
     spec, pad, lines = layout.spec, layout.spec.elastomer, target_lines(layout.spec)
     if pad is not None and lines:
         spec = replace(spec, elastomer=replace(pad, thickness=pad.thickness + lines))
     cover = encapsulation(replace(layout, spec=spec))
-    board = films(layout, path)
-    plate = stiffener_on(layout, path)
-    kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
-    glue = glue_lines(layout, tuple(kept), hard_glue)
-    found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
-    return tuple(upwards(found))
+    # the tail's extent across where it may be bent
+    stretch = bend_stretch(layout)
+    bent_width = (0.0, 0.0) if stretch is None else layout.reach_at(sum(stretch) / 2)
+    board = films(layout, path, bent_width)
+    plate = stiffener_on(stack.stiffener(layout.stiffener, layout.spec.fpc), path, bent_width)
+    rigid = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
+    glue = glue_lines(layout, tuple(rigid), hard_glue)
+    solids = [*rigid, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
+    return tuple(upwards(solids))
 
 
 @record(eq=False)
@@ -487,18 +500,18 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
     spec = layout.spec
     parts = (spec.elastomer, spec.encapsulation)
     silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
-    known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
+    densities = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
     leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
-    return tuple(_weight(layout.coils, layout.spec.coil.trace_width, solid, known,
+    return tuple(_weight(layout.coils, layout.spec.coil.trace_width, solid, densities,
                          leads.get(solid.name, 0.0)) for solid in solids
                  if solid.role not in (BodyRole.FINGER, BodyRole.METAL_BEHIND))
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:
     """Return the mass and the centre of all pieces together."""
-    known = [(w, w.mass) for w in weights if w.mass is not None]
-    mass = math.fsum(m for _, m in known)
-    centre = [math.fsum(m * w.centre[axis] for w, m in known) / mass if mass else 0.0 for axis in range(3)]
+    masses = [(w, w.mass) for w in weights if w.mass is not None]
+    mass = math.fsum(m for _, m in masses)
+    centre = [math.fsum(m * w.centre[axis] for w, m in masses) / mass if mass else 0.0 for axis in range(3)]
     return Balance(mass, (centre[0], centre[1], centre[2]), tuple(w.name for w in weights if w.mass is None))
 
 
@@ -510,15 +523,15 @@ def density(material: str) -> tuple[float, str] | None:
 
 
 def _weight(
-    coils: tuple[Coil, ...], trace_width: float, solid: Solid, own: dict[str, tuple[float, str]], copper: float
+    coils: tuple[Coil, ...], trace_width: float, solid: Solid, densities: dict[str, tuple[float, str]], copper: float
 ) -> Weight:
     """Return a solid's mass (kg) with `copper` (m3), and its centre (m). Without a density: no mass, and the reason."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
     share = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
-    found, of_copper = own.get(solid.material) or density(solid.material), density("copper")
+    entry, of_copper = densities.get(solid.material) or density(solid.material), density("copper")
     assert of_copper is not None
-    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * of_copper[0]
-    value, source = found or (None, "no density is known: weigh it")
+    mass = None if entry is None else (solid.volume * share - copper) * entry[0] + copper * of_copper[0]
+    value, source = entry or (None, "no density is known: weigh it")
     is_carrier = solid.role in CARRIERS
     return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
 

@@ -13,8 +13,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from sitscad.assembly.places.bodies import PartsError
 from sitscad.assembly.places.fit import closed_section, end_section, pin_gaps, shaft
-from sitscad.assembly.places.jaws import PartsError
 from sitscad.assembly.places.stack import BODY, shield
 from sitscad.assembly.places.tail_path import bends_at_every_grasp, tail_path
 from sitscad.basics.finding import Finding, Place, Severity

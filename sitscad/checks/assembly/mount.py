@@ -13,18 +13,20 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, seat_heights, seat_spans
+from sitscad.assembly.places.bodies import MOUNT_PIECES, PartsError, backing_of
 from sitscad.assembly.places.column import PrintLimit, print_limit
 from sitscad.assembly.places.fit import heads_above
-from sitscad.assembly.places.jaws import PartsError, section, shield_that_fits
+from sitscad.assembly.places.jaws import section
 from sitscad.assembly.places.seating import (
     BESIDE_HEAD,
     adapter_needed,
     beside_board,
+    board_boxes,
     joint_clearance,
     metal_below,
     neck,
     pin_places,
+    plate_holes,
     retention,
     screw_spacing,
 )
@@ -70,7 +72,8 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         yield violated("joint-on-nothing", "mount.retention", kind=joint.kind)
     elif joint is not None and joint.kind == "dovetail":
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
-        yield from _dovetail(design.spec, mount.process, jaw, joint, metal_below(design.layout), clearance)
+        remaining = metal_below(design.layout.body, mount, design.spec.assembly.glue_line)
+        yield from _dovetail(design.spec, mount.process, jaw, joint, remaining, clearance)
     elif joint is not None:
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
         yield from _pins(mount.process, jaw, joint, clearance, bool(pin_places(design.layout.body, design.spec.mount)))
@@ -87,10 +90,10 @@ def _too_little(
 def _stands_on_metal(spec: SensorSpec) -> bool:
     """Whether a printed piece lies on the jaw's metal."""
     try:
-        shield_that_fits(spec)
+        backing_of(spec).shield_that_fits()
     except PartsError:
         return True  # a shield without room has its own finding
-    spans, seat = seat_spans(spec), seat_heights(spec.fpc.stackup, spec.mount)
+    spans, seat = backing_of(spec).spans, backing_of(spec).seat_heights
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
@@ -150,10 +153,10 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     assert mount is not None
     limit = print_limit(mount.process, "wall")
     try:
-        sheet = shield_that_fits(spec)
+        sheet = backing_of(spec).shield_that_fits()
     except PartsError:
         return
-    spans = seat_spans(spec) if mount.kind != "custom" else []
+    spans = backing_of(spec).spans if mount.kind != "custom" else []
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
@@ -290,7 +293,8 @@ def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
     layout, holes = design.layout, adapter_needed(design.layout)
     if not holes or pattern.name != "written out":
         return
-    room, k = min((beside_board(layout, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
+    boxes = board_boxes(layout)
+    room, k = min((beside_board(boxes, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
     needed = holes[k].head / 2 + BESIDE_HEAD
     yield violated("hole-under-board", _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
                    hole=k + 1, missing=-room)
@@ -326,7 +330,7 @@ def screw_heads(design: Design) -> Iterator[Verdict]:
     above = heads_above(design.layout)
     if above is None or above <= ROUNDING:
         return
-    apart = screw_spacing(design.layout)
+    apart = screw_spacing(plate_holes(design.layout))
     yield violated("screw-heads", "mount.holes", above, 0.0, "m",
                    details=() if apart is None else ("screw-heads-apart",), apart=apart)
 

@@ -8,8 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
-from sitscad.assembly.places.bodies import Body, elastomer, film_thickness, target
-from sitscad.assembly.places.jaws import PartsError
+from sitscad.assembly.places.bodies import Body, PartsError, film_thickness, plates_of
 from sitscad.assembly.places.stack import shield_part
 from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.units import show
@@ -52,7 +51,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
     The lowest plate counts with its film.
     """
     spec, body = design.spec, design.layout.body_outline
-    pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec.encapsulation)
+    pad, plate, round_it = plates_of(spec).elastomer, plates_of(spec).target, film_thickness(spec.encapsulation)
 
     def complaint(case: str, low: Body, carrier: Path, key: str, over: float, box: tuple[float, ...],
                   on: tuple[float, ...], details: tuple[str, ...] = ()) -> Violation:

@@ -13,7 +13,11 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
-from sitscad.assembly.places.bodies import Body, elastomer, elastomers, film_thickness, joints, target, targets
+from sitscad.assembly.places.bodies import (
+    Body,
+    film_thickness,
+    plates_of,
+)
 from sitscad.assembly.places.column import print_limit
 from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.record import record
@@ -27,7 +31,7 @@ from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Footprint, beyond
 from sitscad.kernels.geometry.path import Path, Point, rectangle
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
-from sitscad.layout.tail_frame import CORNER_RADIUS
+from sitscad.layout.tail.frame import CORNER_RADIUS
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import footprint
@@ -39,7 +43,7 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 
 def lowest(spec: SensorSpec) -> tuple[Body, ...]:
     """Return the plates that lie directly on the board."""
-    return elastomers(spec) or targets(spec)
+    return plates_of(spec).elastomers or plates_of(spec).targets
 
 
 def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
@@ -49,7 +53,7 @@ def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float
 
 def lies(spec: SensorSpec, body: Path) -> bool:
     """Whether each target lies on its elastomer, and the elastomer with its film on a body's outline."""
-    pad, plate = elastomer(spec), target(spec)
+    pad, plate = plates_of(spec).elastomer, plates_of(spec).target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
     film = film_thickness(spec.encapsulation)
@@ -58,7 +62,7 @@ def lies(spec: SensorSpec, body: Path) -> bool:
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
     """Yield the elastomer enlarged to carry the whole target."""
-    pad, plate = elastomer(spec), target(spec)
+    pad, plate = plates_of(spec).elastomer, plates_of(spec).target
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
     for edits, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
@@ -363,16 +367,17 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         # Rubber keeps its volume, so the volume bulges at the sides: x y strain over their length 2 (x + y) in
         # the mean, and 1.5 times the mean in the middle of a side's parabola.
         bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
-    beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece with webs has one well in the jig
+    # one piece with webs has one well in the jig
+    beside = 2.0 * bulge if plates_of(spec).webs else max(wall, 2.0 * bulge)
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
                   if row["material"] == "silicone" and row["least"]), default=0.0)
-    if joints(spec) and spec.web is not None and spec.web < finest:
+    if plates_of(spec).webs and spec.web is not None and spec.web < finest:
         yield violated(
             "webs-narrow", "cells.web", spec.web, finest, "m", severity=Severity.WARNING,
             source="data/laser_cutting.csv", web=f"{1e3 * finest:.6g}",
             fixes=(partial(each_read, spec, "cells.web", [1e3 * finest]),),
         )
-    for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
+    for bodies, least in ((plates_of(spec).elastomers, beside), (plates_of(spec).targets, wall)):
         pairs = combinations(bodies, 2)
         gap, *cells = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
         name, key = bodies[0].role.value, spec.array.distance_key
@@ -380,7 +385,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         if gap <= 0.0:
             yield violated("plates-overlap" if gap < -1e-9 else "plates-touch", key, gap, 0.0, "m",
                            severity=Severity.ERROR, plate=name, cells=cells, overlap=-gap)
-        elif gap <= kerf and joints(spec):
+        elif gap <= kerf and plates_of(spec).webs:
             yield violated("plates-kerf", key, gap, kerf, "m", severity=Severity.ERROR, plate=name, cells=cells)
         elif gap < least:
             yield violated("plates-near", key, gap, least, "m", severity=Severity.WARNING, plate=name, cells=cells,

@@ -11,10 +11,10 @@ from dataclasses import replace
 from functools import cache, partial
 from itertools import islice
 
-from sitscad.assembly.places.bodies import Body, above_board
+from sitscad.assembly.places.bodies import Body, PartsError, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, column, levels
 from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, rim, section
 from sitscad.assembly.places.stack import width_under
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Severity
@@ -54,7 +54,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     The jaw's middle lies under the body's middle.
     """
     jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
-    for slab in above_board(design.spec):
+    for slab in plates_of(design.spec).all:
         yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
     yield from _in_pocket(design.spec, jaw, *design.layout.body_size)
@@ -180,7 +180,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     Glue and tolerances are included.
     """
     try:
-        shield_that_fits(design.spec)
+        backing_of(design.spec).shield_that_fits()
     except PartsError as error:
         yield Undecided(str(error))
         return

@@ -22,7 +22,7 @@ from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Trace, Via
-from sitscad.layout.copper import (
+from sitscad.layout.gaps import (
     Copper,
     Item,
     Nearness,

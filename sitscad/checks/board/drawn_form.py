@@ -23,7 +23,7 @@ from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, Segment
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
-from sitscad.layout.copper import Copper, conductor_notches, name_of, pair_in_words
+from sitscad.layout.gaps import Copper, conductor_notches, name_of, pair_in_words
 
 CHORD = 10e-6
 """Largest deviation (m) of the chords that follow arcs in the area of a loop."""

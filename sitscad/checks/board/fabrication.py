@@ -59,7 +59,8 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
 
 def part_size(design: Design) -> Iterator[Verdict]:
     """Yield findings on an outline smaller than the smallest part that the fabricator handles."""
-    spec, rules, in_panel, board = design.spec, design.spec.fpc.rules, is_wanted(design.layout), design.layout.size
+    spec, rules, board = design.spec, design.spec.fpc.rules, design.layout.size
+    in_panel = is_wanted(board, spec.fpc)
     (width, length), least = sorted(board), sorted(rules.part_size)
     short = next(((size, limit) for size, limit in zip((width, length), least, strict=True)
                   if size < limit - ROUNDING), None)

@@ -10,7 +10,6 @@ from itertools import combinations, pairwise
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
-from sitscad.assembly.places.stack import largest_outline
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.checks.fixes import moves
 from sitscad.checks.fixes.search import GROWTH, Costly, Family, Fix, Growing, setting
@@ -221,7 +220,7 @@ def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 
 def _beyond_largest(layout: Layout) -> float:
     """Return the distance (m) by which a body extends beyond `fpc.largest`. The spec must have that key."""
-    edge = largest_outline(layout)
+    edge = layout.largest_outline
     assert edge is not None
     return max(beyond(edge, point) for point in layout.body_outline.flattened(1e-6))
 

@@ -39,7 +39,7 @@ from sitscad.layout.bending import (
 from sitscad.layout.board import Pad, Stiffener, Trace
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.lanes import Ring
-from sitscad.layout.tail_frame import contact_row
+from sitscad.layout.tail.frame import contact_row
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, Plating, Stackup, Tail
 from sitscad.spec.coil import CoilPlacement

@@ -504,7 +504,7 @@ def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: Desi
 
 def inner_vias_fit(spec: SensorSpec) -> bool:
     """Whether all vias inside the coils have a place."""
-    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec)[0].shortfalls)
+    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec.artwork)[0].shortfalls)
 
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:

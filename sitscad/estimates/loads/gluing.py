@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import elastomer, glued_pieces, plates
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
 from sitscad.kernels.geometry.convex import Footprint
@@ -61,13 +61,13 @@ class Press:
 def piece_press(spec: SensorSpec, part: str) -> Press:
     """Return the weight on a piece of elastomer, or on a target, while the glue sets."""
     alone = spec if part == "target" else replace(spec, target=None)
-    one = _press(alone, plates(spec, part)[0].footprint.area, PIECE_STRAIN)
+    one = _press(alone, plates_of(spec).of(part)[0].footprint.area, PIECE_STRAIN)
     return Press(_rounded(one.mass * _plates_in_one(spec, part)), one.travel)
 
 
 def _plates_in_one(spec: SensorSpec, part: str) -> int:
     """Return the number of pads in a piece of elastomer; 1 for targets."""
-    return len(plates(spec, part)) // len(glued_pieces(spec, part))
+    return len(plates_of(spec).of(part)) // len(plates_of(spec).glued(part))
 
 
 def _press(spec: SensorSpec, area: float, strain: float) -> Press:
@@ -104,7 +104,7 @@ def _rounded(mass: float) -> float:
 
 def glued_plan(spec: SensorSpec, part: str) -> Footprint:
     """Return the plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
-    return glued_pieces(spec, part)[0].footprint
+    return plates_of(spec).glued(part)[0].footprint
 
 
 def may_set_first(spec: SensorSpec, part: str) -> bool:
@@ -122,7 +122,7 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 def glued_area(spec: SensorSpec, part: str) -> float:
     """Return the area (m2) of the glue under a piece of elastomer, or under a target."""
-    own, pad = plates(spec, part)[0].footprint, elastomer(spec)
+    own, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
     if part == "elastomer" or pad is None:
         return own.area * _plates_in_one(spec, part)
     shared = own.common(pad.footprint)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from functools import lru_cache, partial
 
-from sitscad.assembly.places.bodies import elastomer, target
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import memo, record, replace
 from sitscad.kernels.geometry.convex import Footprint, centroid
 from sitscad.kernels.geometry.path import bounding_box, enclosed_area
@@ -55,7 +55,7 @@ def rests_on_pad(spec: SensorSpec) -> bool:
 
     It does not if the target stands wholly beside the pad.
     """
-    pad, over = elastomer(spec), target(spec)
+    pad, over = plates_of(spec).elastomer, plates_of(spec).target
     return pad is not None and (
         over is None or memo(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
 
@@ -96,7 +96,7 @@ def surround(
 
     None if the pad reaches beyond the target by more on one side than on another.
     """
-    pad, over = elastomer(spec), target(spec)
+    pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
     around = Surround(webs=joined(spec))
     if spec.encapsulation is not None:
@@ -150,7 +150,7 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     Without a target it is the whole pad. The pad is wider by `wider` (m). The area that pad and target share is kept.
     Its widths are along the target's sides or the pad's, whichever box it fills best.
     """
-    pad, over = elastomer(spec), target(spec)
+    pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
     return memo(spec, f"_loaded {wider}", lambda: _loaded(
         pad.footprint, None if over is None else over.footprint, wider))

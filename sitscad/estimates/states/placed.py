@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import target as target_body
-from sitscad.assembly.places.bodies import target_gap
+from sitscad.assembly.places.bodies import plates_of, target_gap
 from sitscad.assembly.places.state import State
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
@@ -72,7 +71,7 @@ def level_poses(states: Sequence[State]) -> Array:
 
 def at_rest(spec: SensorSpec) -> Array:
     """Return the centre (m) of the target's near face at rest, in the layout's coordinates."""
-    body, gap = target_body(spec), target_gap(spec)
+    body, gap = plates_of(spec).target, target_gap(spec)
     assert body is not None and gap is not None
     return np.array([*body.footprint.centre, gap])
 

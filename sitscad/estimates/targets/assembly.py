@@ -9,7 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import Body, metal_face, room_behind, shield_span, target, target_lines
+from sitscad.assembly.places.bodies import (
+    Body,
+    backing_of,
+    plates_of,
+    target_lines,
+)
 from sitscad.assembly.places.state import (
     BEHIND_THE_BOARD,
     MOVED_SIDEWAYS,
@@ -89,7 +94,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     `sigmas` are standard deviations (m) by the names in `scatter.CAUSES`; none if left out. If `is_rough`, the pressed
     pad's scatter is linearised.
     """
-    sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
+    sigmas, over, behind = sigmas or {}, plates_of(spec).target, metal_behind(spec)
     around, left, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
     compressions, scatters = dict[str, Compression](), dict[str, PressingScatter]()
@@ -132,7 +137,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     assembled = [one for one in around if not one.state.is_free]
     ranges |= _metal_ranges(spec, sigmas, assembled, (HEIGHT,) if is_rough else (*BEHIND, TARGET))
     if behind is not None:
-        gaps[BEHIND_THE_BOARD] = room_behind(spec)
+        gaps[BEHIND_THE_BOARD] = backing_of(spec).room
     notes = tuple(_notes(spec, compressions.get(PRESSED)))
     return AssemblyStates(tuple(around), gaps, notes, ranges, compressions, scatters, refused)
 
@@ -190,7 +195,7 @@ def _is_seen(one: Surroundings, other: Surroundings) -> bool:
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
     """Return the surroundings of the coils at rest. None if no target has an effect."""
-    around = _around(target(spec), target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
+    around = _around(plates_of(spec).target, target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
 
 
@@ -247,7 +252,7 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     Either may be absent.
     """
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
-    sheet, metal = shield_span(spec), metal_face(spec)
+    sheet, metal = backing_of(spec).shield_span, backing_of(spec).metal_face
     plates: list[MetalLayer] = []
     if spec.shield is not None and sheet is not None:
         plates.append(sheet_of(spec.shield.material, spec.shield.thickness))

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import metal_face, target_gap
+from sitscad.assembly.places.bodies import backing_of, target_gap
 from sitscad.assembly.places.jaws import axis, section
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
@@ -90,7 +90,7 @@ class WindowEffect:
 
 def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     """Return the window's effect on each coil, by its name. Empty without a window."""
-    spec, face = layout.spec, metal_face(layout.spec)
+    spec, face = layout.spec, backing_of(layout.spec).metal_face
     jaw = spec.jaw
     if jaw is None or jaw.fenestration is None or face is None:
         return {}

@@ -15,11 +15,8 @@ import math
 from collections.abc import Callable, Sequence
 
 from sitscad.assembly.places.bodies import (
-    lines_below_target,
-    lines_over_carrier,
-    lines_over_shield,
-    seat_spans,
-    shield_heights,
+    backing_of,
+    plates_of,
 )
 from sitscad.assembly.places.column import (
     WRITTEN,
@@ -172,7 +169,7 @@ def _glued(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -
 
 def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
     """Return the tolerance of all glue lines below the target. None if there is no glue line."""
-    lines = lines_below_target(spec)
+    lines = plates_of(spec).lines_below_target
     return _glued(spec.assembly, lines) if lines else None
 
 
@@ -181,12 +178,12 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
     None if there is no mount or no such metal.
     """
-    mount, spans = spec.mount, seat_spans(spec)
+    mount, spans = spec.mount, backing_of(spec).spans
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
     if spec.shield is None:
-        return _over_metal_band(spec.assembly, spec.mount, lines_over_carrier(spec), bool(spans))
-    lines = lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
+        return _over_metal_band(spec.assembly, spec.mount, backing_of(spec).lines_over_carrier, bool(spans))
+    lines = backing_of(spec).lines_over_shield
     return _glued(spec.assembly, lines, mount_tolerance(spec.assembly, spec.mount) if lines > 1 else None)
 
 
@@ -200,14 +197,13 @@ def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_pri
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
     """Return the tolerance of the shield's height over the metal behind it. None if no shield lies over metal."""
-    mount, sheet = spec.mount, shield_heights(spec.fpc.stackup, spec.shield)
+    mount, sheet = spec.mount, backing_of(spec).shield_heights
     if mount is None or sheet is None or mount.metal is None:
         return None
-    printed = any(upper <= sheet[0] + 1e-9 for _, upper in seat_spans(spec))
-    return _over_metal_band(spec.assembly, spec.mount, lines_over_carrier(spec) - lines_over_shield(spec.fpc.stackup,
-                                                                                                    spec.mount,
-                                                                                                    spec.shield),
-                            printed)
+    backing = backing_of(spec)
+    printed = any(upper <= sheet[0] + 1e-9 for _, upper in backing.spans)
+    lines = backing.lines_over_carrier - backing.lines_over_shield
+    return _over_metal_band(spec.assembly, spec.mount, lines, printed)
 
 
 def _shield_band(spec: SensorSpec) -> SizeTolerance | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from sitscad.assembly.places.bodies import board_heights, lines_over_shield, shield_heights, target_lines
+from sitscad.assembly.places.bodies import backing_of, board_heights, target_lines
 from sitscad.basics.record import replace
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
@@ -112,14 +112,13 @@ def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
     """Return the spec with shield and metal lower (m), by the glue over them and by printed parts."""
-    mount, sheet, offsets = spec.mount, shield_heights(spec.fpc.stackup, spec.shield), spec.assembly.offsets
+    mount, sheet, offsets = spec.mount, backing_of(spec).shield_heights, spec.assembly.offsets
     room = 0.0 if mount is None else offsets.metal + (
         mount.standoff if mount.metal_behind is None else mount.metal_behind.distance)
     if sheet is not None:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
     down = max(off,
-               -room - spec.assembly.glue_line * (lines_over_shield(spec.fpc.stackup, spec.mount,
-                                                                    spec.shield) if sheet is not None else 1))
+               -room - spec.assembly.glue_line * (backing_of(spec).lines_over_shield if sheet is not None else 1))
     return _farther(spec, shield=down, metal=down)
 
 

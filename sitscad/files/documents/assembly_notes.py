@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from sitscad.assembly.places.bodies import BodyRole, glued_pieces, joined
+from sitscad.assembly.places.bodies import BodyRole, plates_of
 from sitscad.assembly.places.column import (
     Layer,
     Levels,
@@ -151,7 +151,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
     spec, at = layout.spec, levels(column(layout) or on_board(layout))
     yield from _prepared(layout)
-    if is_wanted(layout):
+    if is_wanted(layout.size, layout.spec.fpc):
         yield (
             "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
             f"({panel_path(spec.name, '-readme.txt')} has their places and what a coupon measures)."
@@ -170,11 +170,11 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [
         f"{skin(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
-        f"{toleranced(sealed_height(layout))} then."]
+        f"{toleranced(sealed_height(on_board(layout), spec.encapsulation, spec.assembly))} then."]
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
-        yield pushed_out(push_places(layout), skin_pour(layout))
+        yield pushed_out(push_places(layout.body, layout.body_outline), skin_pour(layout))
     yield from _into_jaw(layout, at)
     if not is_cast:
         yield from sealing
@@ -214,7 +214,7 @@ def _has_printed_mount(mount: Mount | None, layers: tuple[Layer, ...]) -> bool:
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
-    spec, mount, poured = layout.spec, layout.spec.mount, pour(layout.spec)
+    spec, mount, poured = layout.spec, layout.spec.mount, pour(plates_of(layout.spec))
     assert mount is not None
     counts = ""
     if mount.jaw is not None and _has_printed_mount(layout.spec.mount, column(layout)):
@@ -233,7 +233,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
-        count, is_webbed = len(glued_pieces(spec, "elastomer")), joined(spec) is not None
+        count, is_webbed = len(plates_of(spec).glued("elastomer")), plates_of(spec).joined is not None
         chosen = "Choose a pad that is" if count == 1 else f"Choose {count} pads that are each"
         if is_webbed:
             chosen = "The piece, all pads in one, is good if it is"

@@ -49,7 +49,7 @@ from sitscad.files.drawing.web_page import table as html_table
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.tail_tracks import contact_rows
+from sitscad.layout.tail.tracks import contact_rows
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Mount

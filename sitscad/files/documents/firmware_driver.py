@@ -26,7 +26,7 @@ from sitscad.kernels.converters.converter import Channel, Converter
 from sitscad.kernels.converters.ldc_registers import WATCHDOG_RECOVERY
 from sitscad.kernels.converters.reference_counter import REGISTER_BITS
 from sitscad.layout.board import Layout, Pad
-from sitscad.layout.tail_tracks import Contact, contacts
+from sitscad.layout.tail.tracks import Contact, contacts
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec

@@ -9,12 +9,8 @@ from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import (
     MOUNT_PIECES,
     Body,
-    elastomers,
-    glued_pieces,
-    joints,
-    plates,
-    seat_spans,
-    targets,
+    backing_of,
+    plates_of,
 )
 from sitscad.assembly.places.column import GLUE, Layer, Levels, Toleranced, column, placement
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
@@ -221,7 +217,7 @@ def loaded(part: str, mass: float) -> str:
 
 def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
     """Describe the gluing of the elastomer or the target in the jig, and the resulting height."""
-    assembly, count = spec.assembly, len(glued_pieces(spec, part))
+    assembly, count = spec.assembly, len(plates_of(spec).glued(part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
     dose_text = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
     on_foot = part == "target" and spec.elastomer is not None
@@ -233,7 +229,8 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
         "petroleum jelly in the middle. " if on_foot else ""
     )
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
-    webs = ", under the pads alone: the webs between them get none" if part == "elastomer" and joints(spec) else ""
+    is_webbed = part == "elastomer" and bool(plates_of(spec).webs)
+    webs = ", under the pads alone: the webs between them get none" if is_webbed else ""
     pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
     again = "" if count == 1 else f" Glue one of the {count} cells at a time: glue that is spread beforehand sets."
     wiped = f" {JELLY_OFF}" if on_foot else ""
@@ -258,7 +255,7 @@ def line_areas(layout: Layout) -> dict[str, float]:
     faces, sheet = dict[str, tuple[float, float]](), stack.shield(layout)
     if sheet is not None:
         faces["shield"] = (half_width(layout, sheet.lower),) * 2
-    for name, (low, high) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
+    for name, (low, high) in zip(MOUNT_PIECES, backing_of(spec).spans, strict=False):
         faces[name] = half_width(layout, low), half_width(layout, high)
     faces["board"] = half, half
     areas, below = {}, section(jaw).face / 2
@@ -304,7 +301,7 @@ def pressing(layout: Layout, spreading: str) -> str:
     part = "target" if spec.target is not None else "elastomer"
     if spec.target is None and spec.elastomer is None:
         return f"{spreading} Press the board down with a flat stick until the glue has set."
-    pockets, is_one = foot_pockets(layout), len(plates(spec, part)) == 1
+    pockets, is_one = foot_pockets(layout), len(plates_of(spec).of(part)) == 1
     foam = f"soft open-cell foam (polyurethane), {in_mm(FOAM)} mm thick"
     parts = part if is_one else f"{part}s"
     if not pockets:
@@ -370,7 +367,7 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
     ledges, stop = side_ledges(layout), stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
     half, x0 = layout.body_size[1] / 2, layout.body[0]
     sizes = {}
-    for name, (_, top) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False):
+    for name, (_, top) in zip(MOUNT_PIECES, backing_of(layout.spec).spans, strict=False):
         sizes[name] = x0, 2.0 * min(half, room_across(layout, top))
     if "mount" in sizes and (stop is not None or ledges is not None):  # both reach up to the board's top face
         wide = 2.0 * min(half if ledges is None else ledges[1], room_across(layout, 0.0))
@@ -437,7 +434,7 @@ def film_rooms(layout: Layout) -> set[float]:
     spec, gaps_found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
     if spec.mount is None:
         return gaps_found
-    pieces = [*elastomers(spec), *targets(spec)]
+    pieces = [*plates_of(spec).elastomers, *plates_of(spec).targets]
     if pieces or spec.mount.kind in ("bench-plate", "grasper-pad"):
         gaps_found.add(round(clearance(spec.mount), 9))
     if any(not piece.footprint.is_round for piece in pieces):
@@ -498,7 +495,7 @@ def against_stop(layout: Layout) -> str:
     assert mount is not None and jaw is not None
     distance = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
     end = f"its end {distance} mm from the jaw's tip, to {near(layout.spec.assembly)}"
-    over = layout.body_size[1] / 2 - half_width(layout, seat_spans(layout.spec)[-1][1])
+    over = layout.body_size[1] / 2 - half_width(layout, backing_of(layout.spec).spans[-1][1])
     sides = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
     beside = f"; its sides {sides}, the same on both (microscope)"
     if side_ledges(layout) is not None:
@@ -540,7 +537,7 @@ def _films(fpc: FpcSpec) -> str:
 def in_well(layout: Layout, part: str) -> str:
     """Describe the placing of a piece in a frame's well, which has room on all sides; whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
-    row = plates(layout.spec, part)
+    row = plates_of(layout.spec).of(part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
     places = (f"away from {end}", left - x0), ("on the right", low - y0), ("on the left", y1 - high)
@@ -565,7 +562,7 @@ def in_well(layout: Layout, part: str) -> str:
 def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     """Return the captions of the jig's picture: the tail's side, the directions of pushing, and the film."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
-    row = plates(layout.spec, part)
+    row = plates_of(layout.spec).of(part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
     return (
         f"On the left {end} is at the lower right.", f"Push the frame towards {end},",
@@ -622,7 +619,7 @@ def on_own(
 
 def floor_grooves(layout: Layout) -> str:
     """Describe the grooves in the mount's floor, which take surplus glue; empty if there are none."""
-    spans = seat_spans(layout.spec)
+    spans = backing_of(layout.spec).spans
     if not spans:
         return ""
     places, width = grooves(layout.body, layout.spec.mount, spans[-1])

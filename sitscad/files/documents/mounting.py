@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import Body, BodyRole, elastomer
+from sitscad.assembly.places.bodies import Body, BodyRole, plates_of
 from sitscad.assembly.places.column import Layer, Toleranced, on_seat, print_limit
 from sitscad.assembly.places.fit import heads_above, pin_gaps
 from sitscad.assembly.places.jaws import jaw_range
@@ -30,6 +30,7 @@ from sitscad.assembly.places.seating import (
     metal_free_distance,
     pin_places,
     plate_floor,
+    plate_holes,
     retention,
     screw_spacing,
     tongue_across,
@@ -156,10 +157,11 @@ def in_place(layout: Layout) -> Iterator[str]:
         return
     if mount.holes is None:
         return
-    heads = _heads(heads_above(layout), is_near_metal(layout))
+    is_near = is_near_metal(layout.spec.coil, layout.spec.array.placements, plate_holes(layout))
+    heads = _heads(heads_above(layout), is_near)
     room_below = _room_below(layout.body[2], bends(layout))
     if adapter_needed(layout):
-        plate, below = -plate_floor(layout)[1], adapter_depth(layout)
+        plate, below = -plate_floor(layout)[1], adapter_depth(adapter_needed(layout))
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
@@ -169,15 +171,14 @@ def in_place(layout: Layout) -> Iterator[str]:
     else:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
-            f"Screw the mount down ({mount.holes.name}{_spacing(screw_spacing(layout))}). "
+            f"Screw the mount down ({mount.holes.name}{_spacing(screw_spacing(plate_holes(layout)))}). "
             f"{screws(thread, -plate_floor(layout)[1])}{heads}{metal_below_told(layout.spec.coil, mount)}{room_below}"
         )
 
 
 def _spacing(spacing: tuple[float, float] | None) -> str:
     """Describe the spacing of the screws; empty if they are not the corners of a rectangle."""
-    apart = spacing
-    return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
+    return "" if spacing is None else f"; the screws {in_mm(spacing[0], 2)} x {in_mm(spacing[1], 2)} mm apart"
 
 
 def _heads(height: float | None, is_near: bool) -> str:
@@ -396,7 +397,7 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     press = f"{show(normal, 'N')} of press"
     names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in directions]
     return tuple(
-        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(elastomer(spec), -float(pose[2])))
+        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(plates_of(spec).elastomer, -float(pose[2])))
         for name, pose in zip(names, poses, strict=True)
     )
 

@@ -35,11 +35,11 @@ from sitscad.layout.bending import (
     finished_thickness,
 )
 from sitscad.layout.board import Layout, Via
-from sitscad.layout.copper import smallest_gaps
+from sitscad.layout.gaps import smallest_gaps
 from sitscad.layout.lamination import lamination_text, tail_holes
 from sitscad.layout.panel import Panel, is_too_small
-from sitscad.layout.tail_frame import chip_opening
-from sitscad.layout.tail_tracks import contact_rows
+from sitscad.layout.tail.frame import chip_opening
+from sitscad.layout.tail.tracks import contact_rows
 from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import (
@@ -115,7 +115,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
-    yield "Delivery", _delivery(layout.spec.fpc.rules, layout.spec.name, is_too_small(layout), panel)
+    is_small = is_too_small(layout.size, fpc.rules)
+    yield "Delivery", _delivery(fpc.rules, layout.spec.name, is_small, panel)
     condition = "" if is_rigid(fpc.stackup) else ", without stiffener"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{condition}"
     yield "Tolerances", (

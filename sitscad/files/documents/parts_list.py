@@ -11,11 +11,8 @@ from dataclasses import astuple, fields, replace
 
 from sitscad.assembly.places.bodies import (
     MOUNT_PIECES,
-    glued_pieces,
-    seat_spans,
-    shield_gap_text,
-    shield_heights,
-    targets,
+    backing_of,
+    plates_of,
 )
 from sitscad.assembly.places.column import GLUE, column
 from sitscad.assembly.places.jaws import section
@@ -25,6 +22,7 @@ from sitscad.assembly.places.seating import (
     adapter_needed,
     is_near_metal,
     plate_floor,
+    plate_holes,
     screw_spacing,
 )
 from sitscad.assembly.places.stack import has_round_body, shield, shield_part
@@ -205,7 +203,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
         note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
-        mixed = pour(spec)
+        mixed = pour(plates_of(spec))
         if mixed is not None and spec.mount is not None:
             volume = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
@@ -219,13 +217,13 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         if order is not None and order.words == LIQUIDS:
             note += f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone "
             note += "sheet"
-        count = len(glued_pieces(spec, "elastomer"))
+        count = len(plates_of(spec).glued("elastomer"))
         yield _ordered(Item("elastomer", count, shape, name, size, note + _place(pad)), order)
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
         note = f"{cutting(target)} by laser/{spec.name}-target.dxf{_place(target)}"
-        yield Item("target", len(targets(spec)), target.shape, target.material.name, size, note)
+        yield Item("target", len(plates_of(spec).targets), target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
         x, y = layout.body_size
@@ -249,7 +247,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         if has_round_body(spec.fpc.body) and shield_part(layout)[0].shape == "circle":
             size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
-        note = f"{shield_gap_text(spec)} under the circuit's bottom face{narrowed}"
+        note = f"{backing_of(spec).shield_gap_text} under the circuit's bottom face{narrowed}"
         note += f"; {cutting(spec.shield)} by laser/{spec.name}-shield.dxf"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     yield from _glue(layout)
@@ -272,7 +270,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
             yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
-    poured, cast = pour(spec), skin_pour(layout)
+    poured, cast = pour(plates_of(spec)), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
     if cast is not None:
@@ -347,9 +345,9 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         if mount.holes is not None and mount.kind != "custom":
             yield from _screws(layout, mount.holes)
         return
-    sheet = shield_heights(spec.fpc.stackup, spec.shield)
+    sheet = backing_of(spec).shield_heights
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
-    for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
+    for name, (lower, upper) in zip(MOUNT_PIECES, backing_of(spec).spans, strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
 
 
@@ -359,16 +357,17 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
         yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
         note = f"heads sunk in the adapter ({pattern.name})"
         yield Item("screw", len(below), _screw(pattern.thread, FLOOR, below[0].diameter), "", "", note)
-        length, is_cut = nut_screw(adapter_depth(layout) - plate_floor(layout)[1])
+        length, is_cut = nut_screw(adapter_depth(adapter_needed(layout)) - plate_floor(layout)[1])
         cut = "; cut to length (mount/assembly.txt)" if is_cut else ""
         yield Item("screw and nut", 4, f"{corner} x {length}", "", "", f"plate on adapter; nuts let in from below{cut}")
         return
     count = 4 if pattern.grid is not None or pattern.name == "corners-m2" else len(pattern.holes) or 4
     thread = corner if pattern.name == "corners-m2" else pattern.thread
     hole = pattern.holes[0].diameter if pattern.holes else 0.0
-    apart = screw_spacing(layout)
+    holes = plate_holes(layout)
+    apart = screw_spacing(holes)
     spacing = "" if apart is None else f"{in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
-    material = "polyamide" if is_near_metal(layout) else ""
+    material = "polyamide" if is_near_metal(layout.spec.coil, layout.spec.array.placements, holes) else ""
     screw = _screw(thread, -plate_floor(layout)[1], hole)
     yield Item("screw", count, screw, material, spacing, f"of the plate ({pattern.name})")
 

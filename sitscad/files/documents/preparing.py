@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
-from sitscad.assembly.places.bodies import glued_pieces
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.assembly.solids.tooling import LEAST_MIX, Pour, pour
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import parse_quantity
@@ -75,8 +75,8 @@ def waits(layout: Layout) -> str:
 
 def pours(spec: SensorSpec) -> int:
     """Return the number of mould fillings for one sensor's pads; 1 without a mould."""
-    poured = pour(spec)
-    return 1 if poured is None else math.ceil(len(glued_pieces(spec, "elastomer")) / poured.pads)
+    poured = pour(plates_of(spec))
+    return 1 if poured is None else math.ceil(len(plates_of(spec).glued("elastomer")) / poured.pads)
 
 
 def _cure(material: str) -> str:

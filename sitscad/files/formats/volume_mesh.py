@@ -33,12 +33,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.assembly.places import bodies
-from sitscad.assembly.places.bodies import BodyRole, target_gap
-from sitscad.assembly.solids.pieces import assemble, elastomer
+from sitscad.assembly.places.bodies import BodyRole, plates_of, target_gap
+from sitscad.assembly.solids.pieces import assemble
 from sitscad.assembly.solids.plates import metal_below
 from sitscad.assembly.solids.solid import MM, PartsError, Solid, of_role, prism, require
-from sitscad.assembly.solids.whole import LEAST_OPENING, glued, ring
+from sitscad.assembly.solids.whole import LEAST_OPENING, glue_lifts, glued, ring
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.units import show
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
@@ -275,7 +274,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
     # Only the pad of the first cell is meshed, without webs
-    neighbours = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
+    neighbours = tuple(body.name for body in plates_of(spec).all if body.cell > 1 or body.web)
     first = tuple(solid for solid in solids if solid.name not in neighbours)
     meshes = elastomer_meshes(first, _pad_of(spec.elastomer), left_out=_left_out(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in meshes.items()}
@@ -309,7 +308,7 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
     """
     if size is not None and not 0.0 < size < float("inf"):
         raise ValueError("the size of elements is a positive length in metres")
-    if elastomer(layout) is None:
+    if layout.spec.elastomer is None:
         raise PartsError("the spec has no elastomer to be meshed")
     return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec.elastomer), size, _left_out(layout.spec))
 
@@ -425,9 +424,9 @@ def field_mesh(
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
     # build123d solids by the names of their regions
     shapes = {name: shape for coil in layout.coils for name, shape in _rings(layout.spec.coil, coil, copper)}
-    pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
+    pieces = glued(glue_lifts(layout), tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
     shapes |= {METALS[solid.role]: solid.shape for solid in pieces}
-    pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
+    pad, gap = plates_of(layout.spec).elastomer, target_gap(layout.spec)
     if pad is not None:
         shapes["elastomer"] = prism(pad.outline(), 0.0, pad.upper if gap is None else gap)
     return _meshed(shapes, fine * MM, room * MM)

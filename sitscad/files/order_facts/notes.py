@@ -17,7 +17,7 @@ from sitscad.layout.bending import (
     finished_thickness,
 )
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
-from sitscad.layout.copper import Nearness, pair_in_words
+from sitscad.layout.gaps import Nearness, pair_in_words
 from sitscad.layout.lamination import is_bonded
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.coil import CoilSpec

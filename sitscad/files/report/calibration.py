@@ -11,7 +11,7 @@ from html import escape
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import targets
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.assembly.places.seating import metal_free_distance
 from sitscad.basics.arrays import Array
@@ -215,7 +215,7 @@ def plan_card(calibration: Calibration, plan: Plan) -> bytes:
     each place.
     """
     spec, axes = calibration.sensors.model.spec, calibration.sensors.range.axes
-    plate = targets(spec)[0]
+    plate = plates_of(spec).targets[0]
     half, middle = [500.0 * side for side in plate.footprint.size], plate.footprint.centre
     rows: dict[tuple[float, float], list[int]] = {}
     for number, load in enumerate(plan.loads, start=1):

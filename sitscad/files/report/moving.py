@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.assembly.places import bodies
+from sitscad.assembly.places.bodies import plates_of
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates import Estimates
@@ -117,7 +117,7 @@ def pushed_document(
     """
     table, conversion = sheet.get("pushed"), estimates.readout.conversion
     spec = layout.spec
-    pad, target = bodies.elastomer(spec), bodies.target(spec)
+    pad, target = plates_of(spec).elastomer, plates_of(spec).target
     if table is None or conversion is None or pad is None or target is None:
         return None
     plates = [body.footprint.box for body in (pad, target)]

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.places.bodies import (
     MOUNT_PIECES,
-    above_board,
+    backing_of,
     board_heights,
     film_thickness,
-    seat_heights,
-    shield_heights,
+    plates_of,
     top_height,
 )
 from sitscad.assembly.places.state import FREE, in_words, working_states
@@ -407,7 +406,7 @@ def stack_section(layers: Iterable[SectionLayer]) -> str:
 def section_layers(spec: SensorSpec) -> Iterator[SectionLayer]:
     """Yield the layers of the sensor's section, from the target down to the metal behind the board."""
     above: list[SectionLayer] = []
-    for body in above_board(cell_specs(spec)[0]):
+    for body in plates_of(cell_specs(spec)[0]).all:
         label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
         colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
         above.append(SectionLayer(*body.heights, colour, label, 40.0))
@@ -427,9 +426,8 @@ def section_layers(spec: SensorSpec) -> Iterator[SectionLayer]:
         depth += layer.thickness
     # Mount, shield and jaw under the board, named as in the drawing; without a mount, the gap to the shield
     here = board_heights(spec.fpc.stackup)[0]
-    stackup = spec.fpc.stackup
     shield, mount = spec.shield, spec.mount
-    levels, seat = shield_heights(stackup, shield), seat_heights(stackup, mount)
+    levels, seat = backing_of(spec).shield_heights, backing_of(spec).seat_heights
     if shield is not None and levels is not None:
         below = seat is not None and levels[0] - seat[0] > 1e-9
         what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]

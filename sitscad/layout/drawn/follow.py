@@ -13,6 +13,8 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 
+import numpy as np
+
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, part_of
 from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
@@ -67,15 +69,15 @@ class DrawnConductor:
         The centre is the median of the centres of curvature of runs with at least one turn. If these runs are mostly
         straight, it is the centroid of their enclosed area. Each place counts as often as turns go round it. For the
         radius, only tracks within twice the median distance count. It is 1.2 times the distance within which nine
-        tenths lie.
+        tenths of these tracks lie.
         """
-        wound = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
-        bends = [bend for path in wound for bend in _bends(path)]
-        if math.fsum(length for length, _ in bends) > 0.5 * math.fsum(path.length for path in wound):
+        paths = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
+        bends = [bend for path in paths for bend in _bends(path)]
+        if math.fsum(length for length, _ in bends) > 0.5 * math.fsum(path.length for path in paths):
             centre = Point(_quantile(sorted((at.x, length) for length, at in bends), 0.5),
                            _quantile(sorted((at.y, length) for length, at in bends), 0.5))
         else:
-            areas = [_enclosed(path.flattened(SAMPLED)) for path in wound]
+            areas = [_enclosed(path.flattened(SAMPLED)) for path in paths]
             total = math.fsum(area for area, _ in areas) or 1.0
             centre = Point(math.fsum(area * at.x for area, at in areas) / total,
                            math.fsum(area * at.y for area, at in areas) / total)
@@ -91,12 +93,12 @@ class DrawnConductor:
 
     def turns(self) -> list[tuple[str, float]]:
         """Return layer and turns of each run about the centre, counter-clockwise positive, along the current."""
-        centre, found = self.centre, []
+        centre, rows = self.centre, []
         for run in self.runs:
             points = [point - centre for point in run.path.flattened(SAMPLED)]
             angle = math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(points))
-            found.append((run.layer, angle / (2.0 * math.pi)))
-        return found
+            rows.append((run.layer, angle / (2.0 * math.pi)))
+        return rows
 
 
 SAMPLED = 10e-6
@@ -148,10 +150,10 @@ def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
 
 def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
     """Return the distance within which a fraction of the length lies. `pieces` are sorted distances and lengths."""
-    wanted, within = part * math.fsum(length for _, length in pieces), 0.0
+    threshold, within = part * math.fsum(length for _, length in pieces), 0.0
     for distance, length in pieces:
         within += length
-        if within >= wanted:
+        if within >= threshold:
             return distance
     return pieces[-1][0]
 
@@ -215,10 +217,11 @@ class _Graph:
         by_place = sorted(range(len(self.pads)), key=lambda k: self.pads[k].centre.x)
         for position, k in enumerate(by_place):
             for other in by_place[position + 1 :]:
-                one, two = self.pads[k], self.pads[other]
-                if two.centre.x - one.centre.x > max(*one.size, *two.size):
+                first, second = self.pads[k], self.pads[other]
+                if second.centre.x - first.centre.x > max(*first.size, *second.size):
                     break
-                if one.layers & two.layers and (one.distance(two.centre) <= 0.0 or two.distance(one.centre) <= 0.0):
+                is_over = first.distance(second.centre) <= 0.0 or second.distance(first.centre) <= 0.0
+                if first.layers & second.layers and is_over:
                     old, new = owner[other], owner[k]
                     owner = [new if each == old else each for each in owner]
         return owner
@@ -263,10 +266,10 @@ class _Graph:
     def _join_ends_on_tracks(self) -> None:
         """Split tracks at the ends of other tracks on their centre line."""
         for node in [node for node, edges in self.at.items() if len(edges) == 1 and node >= len(self.pads)]:
-            (own,) = self.at[node] or {0}
+            (own_edge,) = self.at[node] or {0}
             point, layer = self.places[node]
             for number, (a, b, track) in list(self.edges.items()):
-                if number == own or track.layer != layer or node in (a, b):
+                if number == own_edge or track.layer != layer or node in (a, b):
                     continue
                 x0, y0, x1, y1 = track.line.box
                 half = track.width / 2
@@ -311,8 +314,8 @@ class _Graph:
             return free[0], free[1]
         if len(pads) == 1 and len(free) == 1:
             return pads[0], free[0]
-        found = [self.name(node) for node in (*pads, *free)][:MOST_NAMED]
-        raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(found) or 'there are no ends'}; name "
+        names = [self.name(node) for node in (*pads, *free)][:MOST_NAMED]
+        raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(names) or 'there are no ends'}; name "
                              "two pads with --from and --to")
 
     def _reached(self, first: int) -> set[int]:
@@ -331,8 +334,8 @@ class _Graph:
         if last in reached:
             return
         ends = [node for node in reached if len(self.at[node]) <= 1 and node != first] or [first]
-        others = [node for node, edges in self.at.items() if edges and node not in reached] or [last]
-        here, there = min(((a, b) for a in ends for b in others),
+        unreached = [node for node, edges in self.at.items() if edges and node not in reached] or [last]
+        here, there = min(((a, b) for a in ends for b in unreached),
                           key=lambda pair: self.places[pair[0]][0].distance(self.places[pair[1]][0]))
         (point, layer), (other, other_layer) = self.places[here], self.places[there]
         gap = point.distance(other)
@@ -364,7 +367,7 @@ class _Graph:
 
     def chain(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
         """Return the edges from terminal to terminal, in order. Raises DrawnCoilError if the copper branches."""
-        found, node, before = [], first, 0
+        edges, node, before = [], first, 0
         while node != last:
             onwards = sorted(self.at[node] - {before})
             if len(onwards) > 1:
@@ -376,12 +379,12 @@ class _Graph:
             a, b, track = self.edges[before]
             if b == node:
                 a, b, track = b, a, replace(track, line=track.line.reversed())
-            found.append((a, b, track))
+            edges.append((a, b, track))
             node = b
         if self.at[last] - {before}:
             raise DrawnCoilError(f"the copper branches at {self.name(last)}: branches in parallel, and loops, are "
                                  "not computed")
-        return found
+        return edges
 
 
 CELL = 0.2e-3
@@ -393,13 +396,13 @@ MOST_NAMED = 12
 
 def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
     """Yield each track once, even if it is drawn twice."""
-    seen = set()
+    keys = set()
     for track in tracks:
         middle = track.line.at(0.5)
         key = (track.layer, *sorted((round(p.x, 8), round(p.y, 8)) for p in (track.line.start, track.line.end)),
                round(middle.x, 8), round(middle.y, 8))
-        if key not in seen:
-            seen.add(key)
+        if key not in keys:
+            keys.add(key)
             yield track
 
 
@@ -421,7 +424,9 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
                 _link(runs[-1], hub.centre, before[2].width)
                 vias.append(hub)
                 runs.append((track.layer, [], []))
-                _start(runs[-1], hub.centre, track)
+                if hub.centre.distance(track.line.start) > 1e-9:
+                    runs[-1][1].append(Line(hub.centre, track.line.start))
+                    runs[-1][2].append(track.width)
             else:
                 runs.append((track.layer, [], []))
         else:
@@ -439,12 +444,6 @@ def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: floa
         run[2].append(width)
 
 
-def _start(run: tuple[str, list[Segment], list[float]], centre: Point, track: DrawnTrack) -> None:
-    if centre.distance(track.line.start) > 1e-9:
-        run[1].append(Line(centre, track.line.start))
-        run[2].append(track.width)
-
-
 def _require_no_zone(copper: DrawnCopper, chain: Sequence[Edge]) -> None:
     nets, layers = {track.net for _, _, track in chain}, {track.layer for _, _, track in chain}
     for zone in copper.zones:
@@ -455,12 +454,10 @@ def _require_no_zone(copper: DrawnCopper, chain: Sequence[Edge]) -> None:
 
 def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
     """Raise DrawnCoilError if copper of the conductor touches copper further along it."""
-    import numpy as np  # the following needs none of it
-
     by_layer: dict[str, list[int]] = defaultdict(list)
     for k, (_, _, track) in enumerate(chain):
         by_layer[track.layer].append(k)
-    along = np.cumsum([0.0, *(track.line.length for _, _, track in chain)])
+    stations = np.cumsum([0.0, *(track.line.length for _, _, track in chain)])
     for layer, numbers in by_layer.items():
         pieces = from_rows([row for k in numbers for row, _ in path_rows([chain[k][2].line])])
         half = np.array([chain[k][2].width / 2 for k in numbers])
@@ -469,21 +466,21 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
             continue
         first, second = np.array(numbers)[pairs[:, 0]], np.array(numbers)[pairs[:, 1]]
         reach = half[pairs[:, 0]] + half[pairs[:, 1]]
-        between = along[second] - along[first + 1]
+        between = stations[second] - stations[first + 1]
         chosen = between > NEIGHBOURS * reach
         apart = distances(pieces.take(pairs[chosen, 0]), pieces.take(pairs[chosen, 1]))
         touching = np.flatnonzero(apart < reach[chosen] - JOINED)
         if touching.size:
-            one, other = (chain[index[chosen][touching[0]]][2].line for index in (first, second))
-            place = min((one.at(k / 50.0) for k in range(51)), key=other.distance)
+            line, later = (chain[index[chosen][touching[0]]][2].line for index in (first, second))
+            place = min((line.at(k / 50.0) for k in range(51)), key=later.distance)
             raise DrawnCoilError(f"turns touch at {place_text(place, layer)}: the current takes a short way there")
     for k, (a, _, _) in enumerate(chain):
         if a >= len(graph.pads):
             continue
         pad = graph.pads[a]
-        for other, (_, _, track) in enumerate(chain):
-            away = abs(along[other] - along[k]) if other >= k else abs(along[other + 1] - along[k])
-            if track.layer in pad.layers and away > NEIGHBOURS * max(pad.size):
+        for later, (_, _, track) in enumerate(chain):
+            separation = abs(stations[later] - stations[k]) if later >= k else abs(stations[later + 1] - stations[k])
+            if track.layer in pad.layers and separation > NEIGHBOURS * max(pad.size):
                 x0, y0, x1, y1 = track.line.box
                 reach = max(pad.size) + track.width
                 if not (x0 - reach <= pad.centre.x <= x1 + reach and y0 - reach <= pad.centre.y <= y1 + reach):

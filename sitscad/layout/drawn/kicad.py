@@ -38,7 +38,7 @@ def read_kicad(path: str) -> DrawnCopper:
     Raises
     ------
     DrawnCoilError
-        if the file is no KiCad file, too large, or holds copper of a kind that cannot be followed
+        if the file is no KiCad file, too large, or has copper that cannot be followed
     OSError
         if the file cannot be opened
     """
@@ -100,15 +100,15 @@ def _child(node: Node, name: str) -> Node:
 
 
 def _numbers(node: Node) -> list[float]:
-    found = []
+    values = []
     for each in node[1:]:
         try:
-            found.append(float(each))
+            values.append(float(each))
         except (TypeError, ValueError):
             break
-    if not all(map(math.isfinite, found)):
+    if not all(map(math.isfinite, values)):
         raise DrawnCoilError(f"({node[0]} ...) holds a number that is not finite")
-    return found
+    return values
 
 
 def _length(node: Node, name: str, usual: float = 0.0) -> float:
@@ -124,11 +124,11 @@ def _point(node: Node, name: str) -> Point:
     return Point(numbers[0] * 1e-3, -numbers[1] * 1e-3)
 
 
-def _layers(node: Node, known: Iterable[str]) -> frozenset[str]:
+def _layers(node: Node, board_layers: Iterable[str]) -> frozenset[str]:
     """Return the copper layers of an expression; wildcards are all copper layers."""
     names = [each for child in _children(node, "layer", "layers") for each in child[1:] if isinstance(each, str)]
     if any(name in COPPER_WILDCARDS for name in names):
-        return frozenset(known) if "*.Cu" in names else frozenset({"F.Cu", "B.Cu"})
+        return frozenset(board_layers) if "*.Cu" in names else frozenset({"F.Cu", "B.Cu"})
     return frozenset(name for name in names if COPPER.fullmatch(name))
 
 
@@ -162,7 +162,7 @@ def _heights(root: Node, layers: list[str]) -> list[CopperHeight]:
 def _copper(parts: Iterable[Node], nets: dict[str, str], layers: Iterable[str], heights: Iterable[CopperHeight],
             is_footprint: bool = False) -> DrawnCopper:
     """Return the copper of footprints and of a board itself."""
-    known = tuple(layers) or _named_layers(parts := list(parts))
+    board_layers = tuple(layers) or _named_layers(parts := list(parts))
     tracks: list[DrawnTrack] = []
     pads: list[DrawnPad] = []
     zones: list[DrawnZone] = []
@@ -173,24 +173,24 @@ def _copper(parts: Iterable[Node], nets: dict[str, str], layers: Iterable[str], 
         move = partial(_moved, home=home, turn=turn)
         lines = _children(part, "segment", "arc", *GRAPHICS)
         tracks += [track for node in lines for track in _tracks(node, nets, move)]
-        pads += [_via(node, nets, known) for node in _children(part, "via")]
+        pads += [_via(node, nets, board_layers) for node in _children(part, "via")]
         name = _reference(part)
         for node in _children(part, "pad"):
-            pads += _pad(node, nets, known, name, home, turn)
-            tracks += _primitives(node, nets, known, home, turn)
+            pads += _pad(node, nets, board_layers, name, home, turn)
+            tracks += _primitives(node, nets, board_layers, home, turn)
         for node in _children(part, "zone"):
-            zones += _zone(node, nets, known, move)
-    return DrawnCopper(tracks, pads, zones, known, tuple(heights), is_footprint)
+            zones += _zone(node, nets, board_layers, move)
+    return DrawnCopper(tracks, pads, zones, board_layers, tuple(heights), is_footprint)
 
 
 GRAPHICS = ("fp_line", "fp_arc", "gr_line", "gr_arc")
 
 
 def _named_layers(parts: list[Node]) -> tuple[str, ...]:
-    found = {name for part in parts for node in part[1:] if isinstance(node, list)
+    names = {name for part in parts for node in part[1:] if isinstance(node, list)
              for child in _children(node, "layer", "layers") for name in child[1:]
              if isinstance(name, str) and COPPER.fullmatch(name)}
-    return tuple(sorted(found | {"F.Cu", "B.Cu"}, key=_order))
+    return tuple(sorted(names | {"F.Cu", "B.Cu"}, key=_order))
 
 
 def _moved(point: Point, home: Point, turn: float) -> Point:
@@ -240,9 +240,9 @@ def _arc(start: Point, middle: Point, end: Point) -> Segment | None:
     return Arc(start, end, centre, ccw=cross > 0)
 
 
-def _via(node: Node, nets: dict[str, str], known: tuple[str, ...]) -> DrawnPad:
-    named, size = [name for name in known if name in _layers(node, known)], _length(node, "size")
-    layers = known[known.index(named[0]) : known.index(named[-1]) + 1] if named else known
+def _via(node: Node, nets: dict[str, str], board_layers: tuple[str, ...]) -> DrawnPad:
+    named, size = [name for name in board_layers if name in _layers(node, board_layers)], _length(node, "size")
+    layers = board_layers[board_layers.index(named[0]) : board_layers.index(named[-1]) + 1] if named else board_layers
     return DrawnPad(_point(node, "at"), (size, size), frozenset(layers), _net(node, nets), radius=size / 2,
                     is_plated=True)
 
@@ -254,10 +254,10 @@ def _reference(part: Node) -> str:
     return ""
 
 
-def _pad(node: Node, nets: dict[str, str], known: tuple[str, ...], reference: str, home: Point,
+def _pad(node: Node, nets: dict[str, str], board_layers: tuple[str, ...], reference: str, home: Point,
          turn: float) -> Iterator[DrawnPad]:
     """Yield the pad of an expression. Empty if the pad has no copper."""
-    layers, at = _layers(node, known), _numbers(_child(node, "at") or ["at"])
+    layers, at = _layers(node, board_layers), _numbers(_child(node, "at") or ["at"])
     size = [value * 1e-3 for value in _numbers(_child(node, "size") or ["size"])]
     if not layers or len(at) < 2 or len(size) < 2 or node[2] == "np_thru_hole":
         return
@@ -270,7 +270,7 @@ def _pad(node: Node, nets: dict[str, str], known: tuple[str, ...], reference: st
                    math.radians(at[2]) if len(at) > 2 else 0.0, node[2] == "thru_hole")
 
 
-def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: Point,
+def _primitives(node: Node, nets: dict[str, str], board_layers: tuple[str, ...], home: Point,
                 turn: float) -> Iterator[DrawnTrack]:
     """Yield the lines and arcs of a custom pad."""
     at = _numbers(_child(node, "at") or ["at"])
@@ -278,7 +278,7 @@ def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: 
         return
     centre = _moved(Point(at[0] * 1e-3, -at[1] * 1e-3), home, turn)
     move = partial(_moved, home=centre, turn=math.radians(at[2]) if len(at) > 2 else 0.0)
-    forms = [(_layers(node, known), _child(node, "primitives"))]
+    forms = [(_layers(node, board_layers), _child(node, "primitives"))]
     forms += [(frozenset({str(row[1])}), _child(row, "primitives"))
               for row in _children(_child(node, "padstack"), "layer")]
     for layers, form in forms:
@@ -289,9 +289,9 @@ def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: 
                             if COPPER.fullmatch(layer))
 
 
-def _zone(node: Node, nets: dict[str, str], known: tuple[str, ...], move: Any) -> Iterator[DrawnZone]:
+def _zone(node: Node, nets: dict[str, str], board_layers: tuple[str, ...], move: Any) -> Iterator[DrawnZone]:
     """Yield a zone that is filled with copper. Empty for rule areas."""
-    layers, points = _layers(node, known), _child(_child(node, "polygon"), "pts")
+    layers, points = _layers(node, board_layers), _child(_child(node, "polygon"), "pts")
     if _child(node, "keepout") or not layers or not points:
         return
     name = _child(node, "net_name")

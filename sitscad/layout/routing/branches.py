@@ -40,7 +40,7 @@ from sitscad.layout.clearance import (
 )
 from sitscad.layout.lanes import Bus, Ring, straightness
 from sitscad.spec.coil import CoilPlacement, CoilSpec
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 FLATTENED = 1e-6  # Arcs become chords within this distance (m)
 
@@ -87,12 +87,12 @@ def least_closing(coil: CoilSpec) -> float:
     return -beyond if beyond < RUNNING_ON * (1.0 - beyond) else 1.0 - beyond
 
 
-def swept_inside(one: Point, other: Point, centre: Point) -> float:
+def swept_inside(inner: Point, outer: Point, centre: Point) -> float:
     """Return the angle (rad) about the centre for a straight lead from inside a coil to its ring.
 
     It is the angle on the ring with an equal swept area, because the field inside the turns is nearly uniform.
     """
-    x, y, beyond_x, beyond_y = one.x - centre.x, one.y - centre.y, other.x - centre.x, other.y - centre.y
+    x, y, beyond_x, beyond_y = inner.x - centre.x, inner.y - centre.y, outer.x - centre.x, outer.y - centre.y
     return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
 
 
@@ -103,13 +103,13 @@ def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
     for piece in coil.series:
         if not isinstance(piece, Trace) or piece.role is Role.WINDING:
             continue
-        for one, other in pairwise(Point(*place) for place in piece.path.flattened(FLATTENED)):
-            near, far = sorted((one.distance(centre), other.distance(centre)))
-            if near > outside:
-                angles = [math.atan2(point.y - centre.y, point.x - centre.x) for point in (one, other)]
+        for first, second in pairwise(Point(*place) for place in piece.path.flattened(FLATTENED)):
+            nearer, farther = sorted((first.distance(centre), second.distance(centre)))
+            if nearer > outside:
+                angles = [math.atan2(point.y - centre.y, point.x - centre.x) for point in (first, second)]
                 swept += math.remainder(angles[1] - angles[0], TWO_PI)
-            elif far > outside:
-                swept += swept_inside(one, other, centre)
+            elif farther > outside:
+                swept += swept_inside(first, second, centre)
     return (-1.0 if spec.clockwise else 1.0) * swept / TWO_PI
 
 
@@ -127,9 +127,9 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """Inputs of one coil's search: spec, bus, and the extent across the tail that is open to vias."""
+    """Inputs of one coil's search: artwork, bus, and the extent across the tail that is open to vias."""
 
-    spec: SensorSpec
+    artwork: ArtworkSpec
     bus: Bus
     placement: CoilPlacement
     breadth: Breadth
@@ -137,35 +137,35 @@ class BranchGround:
     @cached_property
     def joined(self) -> ViaToPlace:
         """A via, including the ends of the leads that meet there."""
-        return joined_hole(self.spec.fpc.rules, self.bus.width)
+        return joined_hole(self.artwork.fpc.rules, self.bus.width)
 
     @cached_property
     def keep_out(self) -> float:
         """The distance (m) from a via's centre to the edge of copper that is not joined to it."""
-        return hole_keep_out(self.joined, self.spec.fpc.rules, self.bus.spacing)
+        return hole_keep_out(self.joined, self.artwork.fpc.rules, self.bus.spacing)
 
     @cached_property
     def ring(self) -> Ring:
         """Ring road of the coil."""
-        return Ring(self.spec.coil, self.placement, self.bus.ring_offset)
+        return Ring(self.artwork.coil, self.placement, self.bus.ring_offset)
 
     @cached_property
     def radius(self) -> float:
         """Smallest radius (m) of the ring. It turns angles into distances that are never too large."""
-        return min(self.spec.coil.size) / 2 + self.bus.ring_offset
+        return min(self.artwork.coil.size) / 2 + self.bus.ring_offset
 
     @cached_property
     def own_turns(self) -> Obstacles:
         """Outermost turns of the coil, on all of its layers."""
-        found = Obstacles(self.spec.fpc.rules, self.bus.spacing)
-        found.add(outermost_turns(self.spec.coil, self.placement))
-        return found
+        obstacles = Obstacles(self.artwork.fpc.rules, self.bus.spacing)
+        obstacles.add(outermost_turns(self.artwork.coil, self.placement))
+        return obstacles
 
     def via_places(self) -> Iterator[ViaToPlace]:
         """Yield holes with room in the outline: next to the coil, and farther out so that the ring road stays free."""
-        rules, beyond = self.spec.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
+        rules, beyond = self.artwork.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
-        places = _via_places(self.spec.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
+        places = _via_places(self.artwork.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
         keep = self.joined.pad / 2 + rules.copper_to_edge - 1e-9
         for place, angle, distance in places:
             centre = place.shifted(*self.placement.centre)
@@ -199,55 +199,57 @@ def _via_places(
     `road` (m) is the offset of the ring road. The result is cached for coils that differ only in position, and for
     successive trial boards.
     """
-    ring, found = Ring(coil, placement, road), []
+    ring, places = Ring(coil, placement, road), []
     for offset in offsets:
         around = Ring(coil, placement, offset)
         for i in range(VIA_PLACES):
             place = around.at(TWO_PI * i / VIA_PLACES)
             angle = ring.facing(place)[0]
-            found.append((place, angle, place.distance(ring.at(angle))))
-    return tuple(found)
+            places.append((place, angle, place.distance(ring.at(angle))))
+    return tuple(places)
 
 
-def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
+def fold_chord(first: Line, second: Line, apart: float) -> Line | None:
     """Return a chord that cuts off the corner between a stretch and a later stretch that leads back.
 
-    Both stretches then lie `apart` (m) or farther from each other. None if they do so already, or if one of them is too
-    short for the chord's end.
+    Both stretches then lie `apart` (m) or farther from each other. None if they lie so far apart already, or if a
+    stretch is too short for the chord's end.
 
     Notes
     -----
     The chord is equally far from the corner on both lines.
     """
     (ax, ay), (bx, by) = (((line.end.x - line.start.x) / line.length, (line.end.y - line.start.y) / line.length)
-                          for line in (one, other))
+                          for line in (first, second))
     cosine, sine = ax * bx + ay * by, ax * by - ay * bx
-    if cosine >= 0.0 or abs(sine) < 1e-9 or min(one.distance(other.start), other.distance(one.end)) >= apart - 1e-9:
+    if cosine >= 0.0 or abs(sine) < 1e-9:
         return None
-    across = other.start - one.end
+    if min(first.distance(second.start), second.distance(first.end)) >= apart - 1e-9:
+        return None
+    across = second.start - first.end
     to_corner = (across.x * by - across.y * bx) / sine
     from_corner = (across.y * ax - across.x * ay) / sine
     cut = apart / math.sqrt(2.0 + 2.0 * cosine)
     back, onward = cut - to_corner, cut - from_corner
-    if back > one.length - 1e-9 or onward > other.length - 1e-9:
+    if back > first.length - 1e-9 or onward > second.length - 1e-9:
         return None
-    return Line(one.end.shifted(-back * ax, -back * ay), other.start.shifted(onward * bx, onward * by))
+    return Line(first.end.shifted(-back * ax, -back * ay), second.start.shifted(onward * bx, onward * by))
 
 
-def square_fold(one: Line, short: Line, other: Line) -> tuple[Line, Line, Line] | None:
+def square_fold(first: Line, short: Line, second: Line) -> tuple[Line, Line, Line] | None:
     """Return three stretches of a path that turns back, with a right angle in place of each acute one beside `short`.
 
     None if both corners are wider than acute, or if the stretch beside a corner is too short. Both stretches become
     shorter, so that the path needs no additional area.
     """
-    if straightness(one.start, one.end, short.end) < -ACUTE:
-        foot = one.start.shifted(*_along(one, short.end))
-        if 1e-9 < foot.distance(one.start) < one.length:
-            return Line(one.start, foot), Line(foot, short.end), other
-    if straightness(short.start, other.start, other.end) < -ACUTE:
-        foot = other.start.shifted(*_along(other, short.start))
-        if 1e-9 < foot.distance(other.end) < other.length:
-            return one, Line(short.start, foot), Line(foot, other.end)
+    if straightness(first.start, first.end, short.end) < -ACUTE:
+        foot = first.start.shifted(*_along(first, short.end))
+        if 1e-9 < foot.distance(first.start) < first.length:
+            return Line(first.start, foot), Line(foot, short.end), second
+    if straightness(short.start, second.start, second.end) < -ACUTE:
+        foot = second.start.shifted(*_along(second, short.start))
+        if 1e-9 < foot.distance(second.end) < second.length:
+            return first, Line(short.start, foot), Line(foot, second.end)
     return None
 
 
@@ -302,15 +304,15 @@ class Leg:
         chords stay outside the ring.
         """
         segments, apart = list(path), self.around.bus.pitch
-        is_free = self.layer not in self.around.spec.coil.layers
+        is_free = self.layer not in self.around.artwork.coil.layers
         for k in range(len(segments) - 2):
-            one, short, other = segments[k : k + 3]
-            if not isinstance(one, Line) or not isinstance(short, Line) or not isinstance(other, Line):
+            first, short, second = segments[k : k + 3]
+            if not isinstance(first, Line) or not isinstance(short, Line) or not isinstance(second, Line):
                 continue
-            chord = fold_chord(one, other, apart) if short.length < 2.0 * apart else None
+            chord = fold_chord(first, second, apart) if short.length < 2.0 * apart else None
             if chord is not None and (is_free or self.around.ring.is_outside(chord)):
-                segments[k : k + 3] = Line(one.start, chord.start), chord, Line(chord.end, other.end)
-            elif chord is None and (squared := square_fold(one, short, other)) is not None:
+                segments[k : k + 3] = Line(first.start, chord.start), chord, Line(chord.end, second.end)
+            elif chord is None and (squared := square_fold(first, short, second)) is not None:
                 segments[k : k + 3] = squared
         return Path(tuple(segments))
 
@@ -425,16 +427,17 @@ class BranchTable:
             near |= (beside < need) & np.any((gap < need) & (self.layer >= 0), axis=2)
             stretch, row = np.nonzero(_to_stretches(self.starts, self.steps, other.centre[some]) < need)
             near[row, self.owner[stretch]] = True
-            apart = hole_distance(around.joined, around.joined, around.spec.fpc.rules, around.bus.spacing) - 1e-9
-            away = self.centre - other.centre[some, None]
-            near |= np.hypot(away[..., 0], away[..., 1]) < apart
+            apart = hole_distance(around.joined, around.joined, around.artwork.fpc.rules, around.bus.spacing) - 1e-9
+            offsets = self.centre - other.centre[some, None]
+            near |= np.hypot(offsets[..., 0], offsets[..., 1]) < apart
         if self.has_vias:  # and these the legs of the others
             low, sweep, layer = (table[some, None] for table in (other.low, other.sweep, other.layer))
             gap = _interval_gap(self.angle[:, None], 0.0, low, sweep) * around.radius
             near |= (self.beside < need) & np.any((gap < need) & (layer >= 0), axis=2)
-            own = slice(*np.searchsorted(other.owner, (some.start, some.stop)))
-            stretch, branch = np.nonzero(_to_stretches(other.starts[own], other.steps[own], self.centre) < need)
-            near[other.owner[own][stretch] - some.start, branch] = True
+            stretches = slice(*np.searchsorted(other.owner, (some.start, some.stop)))
+            distances = _to_stretches(other.starts[stretches], other.steps[stretches], self.centre)
+            stretch, branch = np.nonzero(distances < need)
+            near[other.owner[stretches][stretch] - some.start, branch] = True
         return [int.from_bytes(row.tobytes(), "little") for row in np.packbits(~near, axis=1, bitorder="little")]
 
     @cached_property

@@ -89,10 +89,10 @@ class SearchLimit:
     @contextmanager
     def at_most(self, most: int) -> Iterator[None]:
         """Yield within a context in which searches may take at most `most` further trials."""
-        kept = max(0, self.left - most)
-        self.left -= kept
+        reserve = max(0, self.left - most)
+        self.left -= reserve
         yield
-        self.left += kept
+        self.left += reserve
 
 
 TRIALS = 2_000
@@ -106,7 +106,7 @@ PROVED = 8  # Refused legs on a layer before the pieces are marked: most searche
 SPARED = 0.04  # Excess (turns) of a closing arc that counts as none
 
 INSIDE = 0.1
-"""Largest deviation (turns) of an inside lead's exit from the one with no closing arc, past inner vias."""
+"""Largest deviation (turns) of an inside lead's exit, past inner vias, from the exit with no closing arc."""
 
 COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """Angles (rad) from the other end at which a lead from inside may come out from under the turns.
@@ -149,12 +149,12 @@ class Escape:
         """Total turns of leads and joins round the coil, positive in the winding's sense."""
         around = self.lead_a.legs[0].around
         joins = math.fsum(join.round for join in self.joins)
-        return float(closing_turns(around.spec.coil, self.lead_a.round, self.lead_b.round + joins))
+        return float(closing_turns(around.artwork.coil, self.lead_a.round, self.lead_b.round + joins))
 
     @property
     def excess(self) -> float:
         """Excess of the counted closing turns over the least possible value (turns)."""
-        coil = self.lead_a.legs[0].around.spec.coil
+        coil = self.lead_a.legs[0].around.artwork.coil
         least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
         return max(0.0, float(counted(self.closing)) - least)
 
@@ -168,17 +168,17 @@ class Escape:
 def escape(
     around: BranchGround, joins: list[tuple[OuterEnd, OuterEnd]], ends: tuple[OuterEnd, OuterEnd],
     choices: Iterable[tuple[Exit, Exit]], obstacles: Obstacles, searches: SearchLimit, first: bool = False,
-    known: Joined | None = None,
+    cache: Joined | None = None,
 ) -> Escape | None:
     """Find the cheapest escape that keeps all clearances. None if the search finds none.
 
-    With `first`, it is the first escape whose leads run no farther round the coil than necessary. `known` holds joins
+    With `first`, it is the first escape whose leads run no farther round the coil than necessary. `cache` holds joins
     of earlier trial boards.
     """
     places = obstacles.admitted(list(around.via_places()))
     search = _BranchSearch(obstacles, searches)
-    known = {} if known is None else known
-    stands = tuple(hole.centre for hole in places)
+    cache = {} if cache is None else cache
+    via_centres = tuple(hole.centre for hole in places)
     best: Escape | None = None
     hard: list[list[BranchTable]] = []
     for exits in choices:
@@ -188,16 +188,17 @@ def escape(
         if tables is None:
             continue
         for pair in joins:
-            if (pair, stands) not in known:
+            if (pair, via_centres) not in cache:
                 legs = ((hole, [_legs_to_via(around, end, hole) for end in pair]) for hole in places)
-                ways = [Branch(both, hole, returns=True) for hole, ends_of in legs for both in product(*ends_of)]
-                known[pair, stands] = branch_table(around, cheapest_first(ways))
-            tables.append(known[pair, stands])
-        found = search.find(tables, QUICK if first else TRIALS)
-        if found is None and search.gave_up:
+                pairs = ((hole, pair_of_legs) for hole, legs_of in legs for pair_of_legs in product(*legs_of))
+                branches = [Branch(pair_of_legs, hole, returns=True) for hole, pair_of_legs in pairs]
+                cache[pair, via_centres] = branch_table(around, cheapest_first(branches))
+            tables.append(cache[pair, via_centres])
+        candidate = search.find(tables, QUICK if first else TRIALS)
+        if candidate is None and search.gave_up:
             hard.append(tables)
-        if found is not None and (best is None or found.cost < best.cost - 1e-6):
-            best = found
+        if candidate is not None and (best is None or candidate.cost < best.cost - 1e-6):
+            best = candidate
         if first and best is not None and best.excess < SPARED:
             return best
     for tables in hard if first and best is None else ():
@@ -257,10 +258,10 @@ class _BranchSearch:
             pair = leads_a.branches[row_a], leads_b.branches[row_b]
             if not self.admits(pair[0]) or not leads_b.beside_branch(leads_a, row_a) >> row_b & 1:
                 continue
-            left = [table.beside_branch(leads_a, row_a) & table.beside_branch(leads_b, row_b) for table in joins]
-            if not all(left) or not self.admits(pair[1]) or not self._clear(pair[1], pair[0]):
+            remaining = [table.beside_branch(leads_a, row_a) & table.beside_branch(leads_b, row_b) for table in joins]
+            if not all(remaining) or not self.admits(pair[1]) or not self._clear(pair[1], pair[0]):
                 continue
-            chosen = self._combine(joins, left, pair) if self._goes_on() else None
+            chosen = self._combine(joins, remaining, pair) if self._goes_on() else None
             if chosen is not None:
                 return Escape(chosen[2:], *pair)
             if self.gave_up:
@@ -268,12 +269,12 @@ class _BranchSearch:
         return None
 
     def _combine(
-        self, tables: Sequence[BranchTable], left: list[int], chosen: tuple[Branch, ...]
+        self, tables: Sequence[BranchTable], remaining: list[int], chosen: tuple[Branch, ...]
     ) -> tuple[Branch, ...] | None:
         """Return the first branches, one per remaining table, that keep clear of each other. None if there are none."""
         if not tables:
             return chosen
-        options = left[0] & ~self._barred.get(id(tables[0]), 0)
+        options = remaining[0] & ~self._barred.get(id(tables[0]), 0)
         while options:
             row = (options & -options).bit_length() - 1
             options &= options - 1
@@ -285,11 +286,11 @@ class _BranchSearch:
                 continue
             if not self._goes_on():
                 return None
-            others = zip(left[1:], tables[1:], strict=True)
-            after = [mask & other.beside_branch(tables[0], row) for mask, other in others]
-            found = self._combine(tables[1:], after, (*chosen, branch)) if all(after) else None
-            if found is not None:
-                return found
+            later = zip(remaining[1:], tables[1:], strict=True)
+            after = [mask & other.beside_branch(tables[0], row) for mask, other in later]
+            complete = self._combine(tables[1:], after, (*chosen, branch)) if all(after) else None
+            if complete is not None:
+                return complete
         return None
 
     def _clear(self, branch: Branch, other: Branch) -> bool:
@@ -297,7 +298,7 @@ class _BranchSearch:
         key = (id(branch), id(other))
         if key not in self._exact:
             if id(other) not in self._single:
-                rules = other.legs[0].around.spec.fpc.rules
+                rules = other.legs[0].around.artwork.fpc.rules
                 self._single[id(other)] = Obstacles(rules, rules.trace_spacing)
                 self._single[id(other)].add(other.tracks, other.holes)
             self._exact[key] = self._single[id(other)].admits(branch.tracks, branch.holes)
@@ -353,8 +354,8 @@ class _BranchSearch:
         if layer not in self._closed:  # where the pieces begin (rad) on which no track of the layer may run
             ring, begin = leg.around.ring, np.linspace(0.0, TWO_PI, PIECES, endpoint=False)
             roads = (ring.along(low, low + piece, True) for low in begin.tolist())
-            ways = [TrackToPlace(road, leg.around.bus.width, layer) for road in roads]
-            self._closed[layer] = begin[~self._obstacles.admits_each(ways)]
+            tracks = [TrackToPlace(road, leg.around.bus.width, layer) for road in roads]
+            self._closed[layer] = begin[~self._obstacles.admits_each(tracks)]
         ahead = (self._closed[layer] - (leg.angle + min(leg.sweep, 0.0))) % TWO_PI
         return bool(np.any(ahead <= abs(leg.sweep) - piece - 1e-9))
 
@@ -362,7 +363,7 @@ class _BranchSearch:
 def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
     """Yield rows of two leads' branches, by their joint cost."""
     around = leads_a.around
-    turns = closing_turns(around.spec.coil, leads_a.round[:, None], leads_b.round[None, :])
+    turns = closing_turns(around.artwork.coil, leads_a.round[:, None], leads_b.round[None, :])
     costs = leads_a.cost[:, None] + leads_b.cost[None, :] + closing_cost(turns, around.radius)
     for place in np.argsort(np.round(costs, 9), axis=None, kind="stable").tolist():
         yield divmod(place, len(leads_b.branches))
@@ -416,17 +417,17 @@ def _sweeps(around: BranchGround, end: OuterEnd, angle: float, beside: Sequence[
     bends back sharply.
     """
     if end.from_inside:
-        ways = [0.0]
+        sweeps = [0.0]
         for sweep in (sweep for out in beside for sweep in _both_ways(angle - out)):
             meets, onward = (around.ring.at(angle - sweep + ahead) for ahead in (0.0, math.copysign(STEP_BACK, sweep)))
             if straightness(end.point, meets, onward) > -BENT_BACK:
-                ways.append(sweep)
-        return list(dict.fromkeys(ways))
+                sweeps.append(sweep)
+        return list(dict.fromkeys(sweeps))
     back, on = around.ring.facing(end.point)
     if on - back < 1e-6:
         return _both_ways(angle - on)
-    ways = sorted((-((back - angle) % TWO_PI), (angle - on) % TWO_PI), key=abs)
-    return [0.0, *ways] if (angle - back) % TWO_PI < on - back else ways
+    sweeps = sorted((-((back - angle) % TWO_PI), (angle - on) % TWO_PI), key=abs)
+    return [0.0, *sweeps] if (angle - back) % TWO_PI < on - back else sweeps
 
 
 def _both_ways(turn: float) -> list[float]:

@@ -22,7 +22,7 @@ from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out, off_stretch
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 Node = tuple[int, int]
 
@@ -56,31 +56,31 @@ class Wave:
 
 
 def spread(
-    free: Flags, sources: Sequence[Node], between: Flags | None = None, wanted: Iterable[Node] | None = None
+    free: Flags, sources: Sequence[Node], between: Flags | None = None, goals: Iterable[Node] | None = None
 ) -> Wave:
     """Return the wave from source nodes over the free nodes, with eight neighbours each.
 
     `between` (2 n - 1, 2 m - 1) marks the free places of the lattice at half its step, over which steps may lead. If it
-    is None, all steps are free. The wave ends after the `wanted` nodes. If they are None, it covers all nodes.
+    is None, all steps are free. The wave ends after the `goals` nodes. If they are None, it covers all nodes.
     """
     stride = free.shape[1] + 2
     size = (free.shape[0] + 2) * stride
-    ways, onward = _ways(free, between), _onward(stride)
+    step_sets, onward = _ways(free, between), _onward(stride)
     reached, before = [math.inf] * size, [-1] * size
     queue = [(0.0, (i + 1) * stride + j + 1) for i, j in sources if free[i, j]]
-    left = None if wanted is None else {(i + 1) * stride + j + 1 for i, j in wanted if free[i, j]}
+    targets = None if goals is None else {(i + 1) * stride + j + 1 for i, j in goals if free[i, j]}
     for _, place in queue:
         reached[place] = 0.0
     while queue:
-        so_far, place = heapq.heappop(queue)
-        if so_far > reached[place]:
+        length, place = heapq.heappop(queue)
+        if length > reached[place]:
             continue
-        if left is not None:
-            left.discard(place)
-            if not left:
+        if targets is not None:
+            targets.discard(place)
+            if not targets:
                 break
-        for offset, length in onward[ways[place]]:
-            beyond, further = place + offset, so_far + length
+        for offset, stride_length in onward[step_sets[place]]:
+            beyond, further = place + offset, length + stride_length
             if further < reached[beyond] - 1e-12:
                 reached[beyond], before[beyond] = further, place
                 heapq.heappush(queue, (further, beyond))
@@ -90,7 +90,7 @@ def spread(
 def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
     """Return which of the eight steps are free from each node, the border included: one bit each."""
     n, m = free.shape
-    found = np.zeros((n + 2, m + 2), dtype=np.intp)
+    step_bits = np.zeros((n + 2, m + 2), dtype=np.intp)
     bordered = np.zeros((n + 2, m + 2), dtype=bool)
     bordered[1:-1, 1:-1] = free
     halves = np.ones((2 * n + 1, 2 * m + 1), dtype=bool)
@@ -99,8 +99,8 @@ def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
     for bit, (dx, dy) in enumerate(_STEPS):
         beyond = bordered[1 + dx : n + 1 + dx, 1 + dy : m + 1 + dy]
         halfway = halves[1 + dx : 2 * n + dx + 1 : 2, 1 + dy : 2 * m + dy + 1 : 2]
-        found[1:-1, 1:-1] |= (free & beyond & halfway).astype(np.intp) << bit
-    return list(found.ravel().tolist())
+        step_bits[1:-1, 1:-1] |= (free & beyond & halfway).astype(np.intp) << bit
+    return list(step_bits.ravel().tolist())
 
 
 @lru_cache(maxsize=16)
@@ -128,16 +128,16 @@ class Ground:
 
     def limits(self, x: Array) -> tuple[Array, Array]:
         """Return the lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
-        along = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
+        progress = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
         low, high = self.breadth.low, self.breadth.high
-        return low + along * (-self.tail_half_width - low), high + along * (self.tail_half_width - high)
+        return low + progress * (-self.tail_half_width - low), high + progress * (self.tail_half_width - high)
 
 
 @record(eq=False)
 class Lattice:
     """Points over the whole array with their distances from each coil: equal for all trial boards."""
 
-    spec: SensorSpec
+    artwork: ArtworkSpec
     bus: Bus
     start: float
     end: float
@@ -177,25 +177,25 @@ class Lattice:
     @cached_property
     def outside(self) -> dict[CoilPlacement, Array]:
         """Distances (m) of all points from each coil's outer copper edge, negative inside."""
-        return {placement: self.from_coil(placement, self.points) for placement in self.spec.array.placements}
+        return {placement: self.from_coil(placement, self.points) for placement in self.artwork.array.placements}
 
     def from_coil(self, placement: CoilPlacement, points: Array) -> Array:
         """Return the distances (m) of points (n, 2) from a coil's outer copper edge, negative inside.
 
         Never above the true distance.
         """
-        away = points - np.array(placement.centre)
-        if self.spec.coil.outline.is_round:
-            return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
+        offsets = points - np.array(placement.centre)
+        if self.artwork.coil.outline.is_round:
+            return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) - self.artwork.coil.size[0] / 2)
         # outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre
         if placement.rotation not in self._known_sides:
-            boundary = Ring(self.spec.coil, placement, 0.0).boundary.rotated(placement.rotation)
+            boundary = Ring(self.artwork.coil, placement, 0.0).boundary.rotated(placement.rotation)
             ends = np.array([[*side.start, *side.end] for side in boundary])
-            along = ends[:, 2:] - ends[:, :2]
-            normals = np.stack([along[:, 1], -along[:, 0]]) / np.hypot(along[:, 0], along[:, 1])
+            sides = ends[:, 2:] - ends[:, :2]
+            normals = np.stack([sides[:, 1], -sides[:, 0]]) / np.hypot(sides[:, 0], sides[:, 1])
             self._known_sides[placement.rotation] = normals, np.sum(normals.T * ends[:, :2], axis=1)
         normals, distances = self._known_sides[placement.rotation]
-        return np.asarray((away @ normals - distances).max(axis=1))
+        return np.asarray((offsets @ normals - distances).max(axis=1))
 
     @cached_property
     def inside(self) -> dict[Ground, Flags]:
@@ -224,7 +224,7 @@ class Maze:
 
     def __post_init__(self) -> None:
         """Mark all nodes as free."""
-        self.spec, self.step = self.lattice.spec, self.lattice.step
+        self.artwork, self.step = self.lattice.artwork, self.lattice.step
         self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
 
     def add(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> None:
@@ -250,7 +250,7 @@ class Maze:
         self._free[columns, rows] &= off_stretch(x - a[0], y - a[1], *(b - a)) >= need
 
     def _keep_out(self, hole: ViaToPlace) -> float:
-        return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
+        return hole_keep_out(hole, self.artwork.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
         """Yield the paths from a coil's ring to its entry of the tail, shortest first.
@@ -266,30 +266,30 @@ class Maze:
         clear = clear.reshape(self.lattice.halves)
         starts = [(angle, lead, self._nodes_near(lead)) for angle, lead in self._starts(placement)]
         sources = [node for node in self._nodes_near(entry) if self._is_seen(entry, node)]
-        wanted = chain.from_iterable(nodes for _, _, nodes in starts)
-        wave = spread(clear[::2, ::2] & self._free, sources, clear, wanted)
+        goals = chain.from_iterable(nodes for _, _, nodes in starts)
+        wave = spread(clear[::2, ::2] & self._free, sources, clear, goals)
         reached = []
         for angle, lead, nodes in starts:
             near = sorted((node for node in nodes if math.isfinite(wave.distance(node))), key=wave.distance)
             node = next((node for node in near if self._is_seen(lead, node)), None)
             if node is not None:
                 reached.append((round(wave.distance(node), 6), angle, lead, node))
-        ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
+        ring = Ring(self.artwork.coil, placement, self.bus.ring_offset)
         for _, angle, lead, node in sorted(reached):
             corners = [lead, *(self._point(n) for n in wave.back(node)), entry]
             way = tuple(self._taut(corners, placement))
             if straightness(ring.at(angle), *way[:2]) >= -BENT_BACK:
                 yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
-    def _room(self, placement: CoilPlacement, own: CoilPlacement | None) -> float:
+    def _room(self, placement: CoilPlacement, led_coil: CoilPlacement | None) -> float:
         """Return the distance (m) of a pair's centre line from a coil's copper edge."""
-        beside = self.bus.pitch if placement == own else self.bus.base
+        beside = self.bus.pitch if placement == led_coil else self.bus.base
         return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
         """Yield exits round the ring: the angle, and the point outside from which the path may turn."""
-        ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
-        outside = Ring(self.spec.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
+        ring = Ring(self.artwork.coil, placement, self.bus.ring_offset)
+        outside = Ring(self.artwork.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
         for k in range(EXITS):
             angle = 2 * math.pi * k / EXITS
             start = ring.at(angle)
@@ -327,26 +327,26 @@ class Maze:
             here = low
         return way
 
-    def _clear(self, points: Array, own: CoilPlacement | None, but: CoilPlacement | None = None) -> Flags:
-        """Return whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
+    def _clear(self, points: Array, led_coil: CoilPlacement | None, but: CoilPlacement | None = None) -> Flags:
+        """Return whether a track's centre line may pass through each point (n, 2), for the pair of `led_coil`."""
         clear = self._inside(points)
-        for placement in self.spec.array.placements:
+        for placement in self.artwork.array.placements:
             if placement != but:
-                clear &= self.lattice.from_coil(placement, points) >= self._room(placement, own)
+                clear &= self.lattice.from_coil(placement, points) >= self._room(placement, led_coil)
         for hole in self.holes:
-            away = np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y)
-            clear &= away >= self._keep_out(hole)
+            distances = np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y)
+            clear &= distances >= self._keep_out(hole)
         return clear & self._off_tracks(points)
 
     def _inside(self, points: Array) -> Flags:
         """Return whether points lie before the tail and keep a track's distance from the board's edge."""
-        edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
+        edge = self.artwork.fpc.rules.copper_to_edge + self.bus.width / 2
         x, y = points[:, 0], points[:, 1]
         low, high = self.ground.limits(x)
-        aside = math.sqrt(2.0) * edge - 1e-9
-        on_taper = (y >= low + aside) & (y <= high - aside)
-        body, aside = self.ground.breadth, edge - 1e-9
-        beside = (y >= body.low + aside) & (y <= body.high - aside) & (x < self.ground.front)
+        inset = math.sqrt(2.0) * edge - 1e-9
+        on_taper = (y >= low + inset) & (y <= high - inset)
+        body, inset = self.ground.breadth, edge - 1e-9
+        beside = (y >= body.low + inset) & (y <= body.high - inset) & (x < self.ground.front)
         return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
 
     def _off_tracks(self, points: Array) -> Flags:
@@ -357,16 +357,16 @@ class Maze:
         if not len(self._chords):
             return np.ones(len(points), dtype=bool)
         ax, ay, bx, by, need = self._chords.T
-        (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
-        near = (np.minimum(ax, bx) - need <= right) & (np.maximum(ax, bx) + need >= left)
+        (least_x, low), (most_x, high) = points.min(axis=0), points.max(axis=0)
+        near = (np.minimum(ax, bx) - need <= most_x) & (np.maximum(ax, bx) + need >= least_x)
         near &= (np.minimum(ay, by) - need <= high) & (np.maximum(ay, by) + need >= low)
         x, y = points[:, :1] - ax[near], points[:, 1:] - ay[near]
-        away = off_stretch(x, y, (bx - ax)[near], (by - ay)[near])
-        return np.asarray((away >= need[near]).all(axis=1))
+        distances = off_stretch(x, y, (bx - ax)[near], (by - ay)[near])
+        return np.asarray((distances >= need[near]).all(axis=1))
 
 
-def _between(one: Point, other: Point, step: float) -> Array:
+def _between(start: Point, end: Point, step: float) -> Array:
     """Return points (n, 2) from one place to another, at most a step (m) apart."""
-    count = max(2, math.ceil(one.distance(other) / step) + 1)
+    count = max(2, math.ceil(start.distance(end) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
-    return np.array([one]) + t * (np.array([other]) - np.array([one]))
+    return np.array([start]) + t * (np.array([end]) - np.array([start]))

@@ -6,26 +6,22 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field
 from itertools import chain, islice, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.outline import body_breadth, breadth_of, ends, far_end, given_box, roots, walls
+from sitscad.layout.outline import body_breadth, ends, far_end, roots, walls
 from sitscad.layout.routing.branches import BranchGround, OuterEnd, outermost_turns
 from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
-from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
-from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
+from sitscad.layout.routing.maze import Ground, Lattice, Maze
+from sitscad.layout.tail.frame import TailFrame, frame, pair_height, turn_lag
+from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
-from sitscad.spec.coil import CoilPlacement, CoilSpec
-from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import connector
-from sitscad.spec.sensor import SensorSpec
-
-if TYPE_CHECKING:
-    from sitscad.layout.routing.maze import Lattice
+from sitscad.spec.sensor import ArtworkSpec
 
 
 @record
@@ -57,23 +53,24 @@ class Stuck:
     walled: bool = False
 
 
-def front_of(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules, bus: Bus) -> float:
+def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
     """Return x (m) behind which all coils, their vias and leads lie. Beyond it only lanes run."""
-    reach = via_room(rules, bus.spacing, bus.width)
+    placements = artwork.array.placements
+    reach = via_room(artwork.fpc.rules, bus.spacing, bus.width)
     lanes = (len(placements) - 1) // 2 + 1
-    ends = (p.centre[0] + Ring(coil, p, 0.0).half_size[0] for p in placements)
+    ends = (p.centre[0] + Ring(artwork.coil, p, 0.0).half_size[0] for p in placements)
     return max(ends) + reach + lanes * bus.pitch
 
 
-def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+def boards(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     """Return the boards to try, narrow ones first: the lanes' base and the body's extent across.
 
     Between coils and lanes there is no room, room for a track, or room for a via. Each of these has three boards.
     Beside the coils they have the lanes alone, room for a track, or room for a via.
     """
-    rules = spec.fpc.rules
+    rules = artwork.fpc.rules
     room = via_room(rules, bus.spacing, bus.width)
-    passing = len(spec.array.placements) // 2
+    passing = len(artwork.array.placements) // 2
     boards = []
     for base in (0.0, bus.pitch, room) if passing else (0.0,):
         raised = replace(bus, base=base)
@@ -82,8 +79,8 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
             boards.append(
                 (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
             )
-    if (given := breadth_of(spec)) is not None:
-        boards = [(raised, given) for raised, _ in boards]
+    if (box := artwork.body_box) is not None:
+        boards = [(raised, Breadth(box[1], box[3])) for raised, _ in boards]
     return sorted(set(boards), key=lambda board: (board[1].half, board[0].base))
 
 
@@ -93,7 +90,7 @@ def _beyond_coils(bus: Bus, room: float) -> Breadth:
 
 
 def route_in_line(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+    artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
     """Return the routing on the narrowest board with room. None if there is none.
 
@@ -102,42 +99,42 @@ def route_in_line(
     corner, and a coil without an escape chooses first. If leads run farther round their coils than necessary, the other
     side and wider boards are also tried, as far as the jaw permits.
     """
-    searches.begin(len(wound))
-    placements = spec.array.placements
-    begins = wound[0].windings[0].path.start.y - placements[0].centre[1]
-    first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
-    far_first = sorted(range(len(wound)), key=lambda i: placements[i].centre[0])
-    known: dict[tuple[Any, ...], Escape | None] = {}  # ways out that were found, or not, by what a search may differ by
+    searches.begin(len(windings))
+    placements = artwork.array.placements
+    begins = windings[0].windings[0].path.start.y - placements[0].centre[1]
+    first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(windings)]
+    far_first = sorted(range(len(windings)), key=lambda i: placements[i].centre[0])
+    cache: dict[tuple[Any, ...], Escape | None] = {}  # ways out that were found, or not, by what a search may differ by
     joined: Joined = {}
-    given = walls(spec, body_frame(spec, bus, front, bus.coils))
+    edges = walls(artwork, body_frame(artwork, bus, front, bus.coils))
 
     def routed(turned: bool, reordered: bool) -> Iterator[Routing]:
-        for (raised, breadth), side in product(boards(spec, bus), first_sides):
+        for (raised, breadth), side in product(boards(artwork, bus), first_sides):
             lanes = assign_lanes(placements, side)
-            board = _BoardToRoute(spec, raised, wound, lanes, front, breadth, searches, joined, given)
+            board = _BoardToRoute(artwork, raised, windings, lanes, front, breadth, searches, joined, edges)
 
             def way_out(index: int, there: tuple[Escape, ...], board: _BoardToRoute = board) -> Escape | Stuck:
                 for beside in (False, True) if turned else (False,):
                     key = (*board.key(index, there), beside)
-                    if key not in known:
-                        choices = exits(spec.coil, board.bus, board.lanes[index], front, beside)
-                        known[key] = _lead_out(board, index, choices, board.laid(there))
-                    if (found := known[key]) is not None:
-                        return found
+                    if key not in cache:
+                        choices = exits(artwork.coil, board.bus, board.lanes[index], front, beside)
+                        cache[key] = _lead_out(board, index, choices, board.laid(there))
+                    if (routing := cache[key]) is not None:
+                        return routing
                 return Stuck(index)
 
             escapes = _in_turn(board, far_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
-                found = _routing(board, escapes, body_frame(spec, raised, front, breadth))
-                if _necks_keep(found, board):
-                    yield found
+                routing = _routing(board, escapes, body_frame(artwork, raised, front, breadth))
+                if _necks_keep(routing, board):
+                    yield routing
 
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
-    for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
-        found = _least_round(routed(turned, reordered), widest(spec.fpc.margin, spec.jaw), searches)
-        if found is not None:
-            return found
+    for turned, reordered in dict.fromkeys(efforts) if len(windings) > 1 else efforts[:1]:
+        routing = _least_round(routed(turned, reordered), widest(artwork.fpc.margin, artwork.jaw), searches)
+        if routing is not None:
+            return routing
     return None
 
 
@@ -151,17 +148,17 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
     if best is None or best.excess < SPARED:
         return best
     with searches.at_most(FURTHER):
-        for found in routed:
-            if found.breadth.half > max(widest, best.breadth.half):
+        for routing in routed:
+            if routing.breadth.half > max(widest, best.breadth.half):
                 break
-            best = found if found.excess < best.excess - SPARED else best
+            best = routing if routing.excess < best.excess - SPARED else best
             if best.excess < SPARED:
                 break
     return best
 
 
 def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
-    """Return half the largest width (m) of a body that is widened only for its leads: half the width of the jaw."""
+    """Return half the largest width (m) of a body that is widened only for its leads: the jaw's width."""
     return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 
@@ -170,15 +167,15 @@ def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered
 
     With `reordered`, a stuck coil comes first in another try. Returns the stuck coil on failure.
     """
-    tried: set[tuple[int, ...]] = set()
+    orders: set[tuple[int, ...]] = set()
     while True:
-        tried.add(tuple(order))
-        found = _led_out(board, order, way_out)
-        if not isinstance(found, Stuck) or not reordered:
-            return found
-        order = [found.coil, *(index for index in order if index != found.coil)]
-        if tuple(order) in tried or len(tried) > len(order):
-            return found
+        orders.add(tuple(order))
+        escapes = _led_out(board, order, way_out)
+        if not isinstance(escapes, Stuck) or not reordered:
+            return escapes
+        order = [escapes.coil, *(index for index in order if index != escapes.coil)]
+        if tuple(order) in orders or len(orders) > len(order):
+            return escapes
 
 
 def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
@@ -188,11 +185,11 @@ def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[i
         board.searches.stuck = index
         if board.searches.is_spent:
             return Stuck(index)
-        found = way_out(index, tuple(escapes.values()))
-        if isinstance(found, Stuck):
-            return found
+        result = way_out(index, tuple(escapes.values()))
+        if isinstance(result, Stuck):
+            return result
         board.searches.stuck = None
-        escapes[index] = found
+        escapes[index] = result
         board.searches.led_out(len(escapes), len(board.wound))
     return escapes
 
@@ -204,7 +201,7 @@ class _BoardToRoute:
     `joined` holds joins of two ends from earlier boards. `walls` are the board's edges, if the spec gives them.
     """
 
-    spec: SensorSpec
+    artwork: ArtworkSpec
     bus: Bus
     wound: tuple[WoundCoil, ...]
     lanes: tuple[Lane, ...]
@@ -216,11 +213,11 @@ class _BoardToRoute:
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
         """Return the obstacles of the board with the escapes of some coils."""
-        found = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
-        found.add(self.walls)
+        obstacles = Obstacles(self.artwork.fpc.rules, self.bus.spacing, self.breadth)
+        obstacles.add(self.walls)
         for branch in chain.from_iterable(way.branches for way in there):
-            found.add(branch.tracks, branch.holes)
-        return found
+            obstacles.add(branch.tracks, branch.holes)
+        return obstacles
 
     def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
         """Return the key of a coil's search, so that other budgets and orders reuse an equal search."""
@@ -233,52 +230,52 @@ _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
     """Return the routing once all coils are led out. The tail is made long enough for its tracks."""
-    spec, bus, lanes = board.spec, board.bus, board.lanes
-    ways = tuple(escapes[i] for i in range(len(lanes)))
-    pieces = [branch for way in ways for branch in way.branches]
-    far = far_end(spec.array.placements, spec.coil, spec.fpc.rules.copper_to_edge,
+    artwork, bus, lanes = board.artwork, board.bus, board.lanes
+    leads = tuple(escapes[i] for i in range(len(lanes)))
+    pieces = [branch for way in leads for branch in way.branches]
+    first = far_end(artwork.array.placements, artwork.coil, artwork.fpc.rules.copper_to_edge,
                   (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
-    if _leads_wait(spec, tail):
-        tail = reaching_ahead(spec, far, tail)
-    down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
-    long = reaching_ahead(spec, far, stretched(spec.fpc.rules, bus, tail, down))
-    laid = tuple(runs(spec.fpc, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
-    return Routing(bus, ways, laid, board.breadth, far, long)
+    if _leads_wait(artwork, tail):
+        tail = reaching_ahead(artwork, first, tail)
+    down = ways_down(artwork.array.placements, bus, tail, lanes, [way.entries for way in leads])
+    long = reaching_ahead(artwork, first, stretched(artwork.fpc.rules, bus, tail, down))
+    laid = tuple(runs(artwork.fpc, bus, long, lane, pair) for lane, pair in zip(lanes, down, strict=True))
+    return Routing(bus, leads, laid, board.breadth, first, long)
 
 
-def _necks_keep(found: Routing, board: _BoardToRoute) -> bool:
+def _necks_keep(routing: Routing, board: _BoardToRoute) -> bool:
     """Whether the leads also keep their distance from a given edge on their path to the tail's lanes."""
-    edge = Obstacles(board.spec.fpc.rules, board.bus.spacing)
+    edge = Obstacles(board.artwork.fpc.rules, board.bus.spacing)
     edge.add(board.walls)
-    return edge.admits(run.neck for both in found.ends for run in both)
+    return edge.admits(run.neck for pair in routing.ends for run in pair)
 
 
 def _lead_out(
     board: _BoardToRoute, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
     """Return one coil's escape among the other coils and the laid tracks."""
-    wound = board.wound[index]
-    others = [
+    windings = board.wound[index]
+    turns = [
         turn
-        for i, placement in enumerate(board.spec.array.placements)
+        for i, placement in enumerate(board.artwork.array.placements)
         if i != index
-        for turn in outermost_turns(board.spec.coil, placement)
+        for turn in outermost_turns(board.artwork.coil, placement)
     ]
-    ends = [OuterEnd(w.path.start if w.inward else w.path.end, w.layer) for w in wound.windings]
+    ends = [OuterEnd(w.path.start if w.inward else w.path.end, w.layer) for w in windings.windings]
     joins, passed = list(zip(ends[1:-1:2], ends[2::2], strict=False)), []
     if len(ends) % 2:  # it ends inside: its lead comes out under the turns, past all vias but the one that it begins at
-        assert wound.way_out_layer is not None, "a coil without a way out is not routed"
-        ends.append(OuterEnd(wound.inner[-1].hole.centre, wound.way_out_layer, from_inside=True))
-        passed = [join.hole for join in wound.inner[:-1]]
+        assert windings.way_out_layer is not None, "a coil without a way out is not routed"
+        ends.append(OuterEnd(windings.inner[-1].hole.centre, windings.way_out_layer, from_inside=True))
+        passed = [join.hole for join in windings.inner[:-1]]
     obstacles = laid.copy()
-    obstacles.add(others, passed)
-    both = ends[0], ends[-1]
-    around = BranchGround(board.spec, board.bus, board.lanes[index].placement, board.breadth)
-    return escape(around, joins, both, choices, obstacles, board.searches, first, board.joined)
+    obstacles.add(turns, passed)
+    lead_ends = ends[0], ends[-1]
+    around = BranchGround(board.artwork, board.bus, board.lanes[index].placement, board.breadth)
+    return escape(around, joins, lead_ends, choices, obstacles, board.searches, first, board.joined)
 
 
 def route_freely(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+    artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
     """Return the routing of coils that do not stand in one line. None if there is none.
 
@@ -287,15 +284,16 @@ def route_freely(
     the others. If leads run farther round their coils than necessary, the next boards are also tried, as far as the jaw
     permits.
     """
-    searches.begin(len(wound))
-    return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec.fpc.margin, spec.jaw), searches)
+    searches.begin(len(windings))
+    widest_body = widest(artwork.fpc.margin, artwork.jaw)
+    return _least_round(_free_ways(artwork, bus, windings, front, searches), widest_body, searches)
 
 
 @record(eq=False)
 class _Mazes:
     """Escapes through mazes on one lattice. `known` caches their results, each with its number of trials."""
 
-    spec: SensorSpec
+    artwork: ArtworkSpec
     wound: tuple[WoundCoil, ...]
     front: float
     searches: SearchLimit
@@ -307,27 +305,25 @@ class _Mazes:
         self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
     ) -> tuple[_BoardToRoute, TailFrame, _WayOut]:
         """Return a board, its tail, and the function that leads a coil out through a maze."""
-        from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
-
         tail = ground[2]
-        given = walls(self.spec, tail)
+        edges = walls(self.artwork, tail)
         board = _BoardToRoute(
-            self.spec, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined, given
+            self.artwork, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined, edges
         )
 
         def search(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
             maze = Maze(self.lattice, board.bus, Ground(self.front, tail.funnel, board.breadth, tail.half_width))
-            maze.add(given, ())
+            maze.add(edges, ())
             for branch in chain.from_iterable(way.branches for way in there):
                 maze.add(branch.tracks, branch.holes)
             self.searches.left -= TRIALS_OF_A_WAVE
-            entry = Point(tail.funnel, pair_height(self.spec.array.placements, tail, lanes[index]))
+            entry = Point(tail.funnel, pair_height(self.artwork.array.placements, tail, lanes[index]))
             choices = islice(maze.exits(lanes[index].placement, entry), TRIED)
             shortest = next(choices, None)
             if shortest is None:
                 return Stuck(index, walled=True)
-            ways = chain([shortest], choices)
-            return _lead_out(board, index, ways, board.laid(there), first=True) or Stuck(index)
+            paths = chain([shortest], choices)
+            return _lead_out(board, index, paths, board.laid(there), first=True) or Stuck(index)
 
         def way_out(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
             key = board.key(index, there)
@@ -342,26 +338,24 @@ class _Mazes:
 
 
 def _free_ways(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+    artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
     """Yield boards on which all coils are led out, narrow boards and likely orders first."""
-    from sitscad.layout.routing.maze import Lattice
-
-    placements = spec.array.placements
+    placements = artwork.array.placements
     grounds = []
-    for raised, breadth in grounds_between(spec, bus):
-        tail = body_frame(spec, raised, front, breadth)
+    for raised, breadth in grounds_between(artwork, bus):
+        tail = body_frame(artwork, raised, front, breadth)
         gather = max(tail.start, front + 0.3e-3 * len(placements))  # in the taper, where the pairs come together
         grounds.append((raised, breadth, replace(tail, start=gather, funnel=gather)))
-    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in placements)
+    start = min(p.centre[0] - Ring(artwork.coil, p, 0.0).half_size[0] for p in placements)
     roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
-    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
-    near_first = sorted(range(len(wound)), key=lambda i: -placements[i].centre[0])
+    lattice = Lattice(artwork, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
+    near_first = sorted(range(len(windings)), key=lambda i: -placements[i].centre[0])
     can_leave: set[int] = set()
-    mazes = _Mazes(spec, wound, front, searches, lattice)
+    mazes = _Mazes(artwork, windings, front, searches, lattice)
     orders = rows_of_lanes(placements)
-    likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
-    for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
+    likely, unlikely = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
+    for reordered, ranks in ((False, likely), (True, likely), (False, unlikely), (True, unlikely)):
         walled: set[tuple[Breadth, int]] = set()
         for ground, (rank, lanes) in product(grounds[-BASES:] if reordered else grounds, enumerate(ranks)):
             if (ground[1], rank) in walled:
@@ -369,8 +363,8 @@ def _free_ways(
             board, tail, way_out = mazes.rows(ground, lanes)
             escapes = _in_turn(board, near_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
-                if _necks_keep(found := _routing(board, escapes, tail), board):
-                    yield found
+                if _necks_keep(routing := _routing(board, escapes, tail), board):
+                    yield routing
                 continue
             if escapes.walled:
                 walled.add((ground[1], rank))
@@ -381,47 +375,47 @@ def _free_ways(
             can_leave.add(escapes.coil)
 
 
-def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+def grounds_between(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     """Return the boards to try for coils not in one line, narrow ones first.
 
     Each has the room kept beside other coils, and the body's extent across. Outside the coils there is room for a
     track, for a via, or for a via and a track beside it.
     """
-    rules = spec.fpc.rules
+    rules = artwork.fpc.rules
     keep_out = hole_keep_out(joined_hole(rules, bus.width), rules, bus.spacing)
-    across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
-    if spec.fpc.body is None:
+    across = sorted({breadth for _, breadth in boards(artwork, bus)}, key=lambda breadth: breadth.half)[-2:]
+    if artwork.fpc.body is None:
         across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
     bases = (0.0, bus.pitch, via_room(rules, bus.spacing, bus.width))
     return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
 
 
-def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
+def body_frame(artwork: ArtworkSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
     """Return the tail of the body for coils and leads that need the extent `needed`."""
-    half_width = body_breadth(spec, needed).farthest
-    contacts = spec.fpc.tail.connector if spec.fpc.tail else connector("solder-pads")
-    tail, edge, box = frame(spec, bus, contacts, front, half_width), spec.body_outline, given_box(spec)
+    half_width = body_breadth(artwork, needed).farthest
+    contacts = artwork.fpc.tail.connector if artwork.fpc.tail else connector("solder-pads")
+    tail, edge, box = frame(artwork, bus, contacts, front, half_width), artwork.body_outline, artwork.body_box
     if edge is None or box is None:
         return tail
     # its length counts from the body's end; what is straight begins beside the rounded root
-    tail, both = tail.reaching(box[2] - tail.body_end), roots(edge, tail)
-    beyond = max(0.0, *(each.on_tail.x - tail.start for each in both)) if both else 0.0
+    tail, sides = tail.reaching(box[2] - tail.body_end), roots(edge, tail)
+    beyond = max(0.0, *(each.on_tail.x - tail.start for each in sides)) if sides else 0.0
     tail = replace(tail, start=tail.start + beyond)
-    return replace(tail, end=tail.end + turn_lag(spec.fpc.rules, bus, tail))
+    return replace(tail, end=tail.end + turn_lag(artwork.fpc.rules, bus, tail))
 
 
-def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
+def reaching_ahead(artwork: ArtworkSpec, first: float, tail: TailFrame) -> TailFrame:
     """Return the tail with a later start if the body needs a margin, or more length to centre the coils."""
-    ahead = ends(spec, far, tail.body_end - tail.ahead)[1] - tail.body_end
-    return tail.reaching(ahead, _leads_wait(spec, tail)) if ahead > 1e-12 else tail
+    ahead = ends(artwork, first, tail.body_end - tail.ahead)[1] - tail.body_end
+    return tail.reaching(ahead, _leads_wait(artwork, tail)) if ahead > 1e-12 else tail
 
 
-def _leads_wait(spec: SensorSpec, tail: TailFrame) -> bool:
+def _leads_wait(artwork: ArtworkSpec, tail: TailFrame) -> bool:
     """Whether leads may run on beyond the coils before they part to a tail wider than the body.
 
     Lanes beside coils in line may. Leads through a maze end where they part.
     """
-    return spec.array.is_in_line and not tail.taper.narrows
+    return artwork.array.is_in_line and not tail.taper.narrows
 
 
 FURTHER = 1_500  # Extra trials if leads run farther round their coils than necessary

@@ -43,7 +43,7 @@ def test_inner_diameter_in_place_of_a_key_gives_the_same_coil(shape, left_out):
 
 def test_inner_diameter_of_a_circle_is_that_of_its_copper():
     design = spec(inner_diameter=2.345, **TRACK)
-    path = wind_coil(design, design.array.placements[0])[0].path
+    path = wind_coil(design.artwork, design.array.placements[0])[0].path
     nearest = min((point[0] ** 2 + point[1] ** 2) ** 0.5 for point in path.flattened(1e-6))
     assert 2.0 * nearest - 120e-6 == approx(2.345e-3, abs=1e-6)
 

@@ -77,7 +77,7 @@ from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box, cir
 from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout, Pad, Via
 from sitscad.layout.lamination import tail_holes
-from sitscad.layout.tail_tracks import contact_rows
+from sitscad.layout.tail.tracks import contact_rows
 from sitscad.spec.circuit import FpcSpec, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, above_board
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, PartsError, plates_of
 from sitscad.assembly.places.column import Layer, column, levels
 from sitscad.assembly.places.fit import (
     OVERHANG,
@@ -22,7 +22,7 @@ from sitscad.assembly.places.fit import (
     pin_gaps,
     shaft,
 )
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, PartsError, axis, half_width, jaw_range, rim, section
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, rim, section
 from sitscad.assembly.places.stack import width_under
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.basics.check_results import Measure
@@ -308,7 +308,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
     for path in _jaw(jaw, jaw.opposing_recess, jaw.opposing_pocket):
         draw(path.rotated(math.pi).shifted(0.0, at["opposing-jaw"][0]), "opposing-jaw")
     if "encapsulation" in at:
-        for path in _film(layout.body, layout.body_size[1], above_board(layout.spec), at):
+        for path in _film(layout.body, layout.body_size[1], plates_of(layout.spec).all, at):
             draw(path, "encapsulation")
     for layer in layers:
         if layer.part in COLOURS and layer.part not in ("jaw", "opposing-jaw", "encapsulation"):
@@ -341,7 +341,7 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
 
 def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
     """Return half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
-    plates = above_board(layout.spec)
+    plates = plates_of(layout.spec).all
     if part == "encapsulation" and plates:  # its width over the uppermost plate
         part = plates[-1].role.value
     if part in ("board", "encapsulation"):
@@ -359,7 +359,7 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
 def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
     """Return a layer's outline (m): a rectangle, or for mount pieces a shape with sides along the port's circle."""
     lower, upper = at[part]
-    for body in above_board(layout.spec):
+    for body in plates_of(layout.spec).all:
         if body.role.value == part:
             y = axis(layout.body).y
             return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
@@ -415,7 +415,7 @@ def draw_side(
     x0, x1 = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
     plates: dict[str, list[tuple[float, float]]] = {}
-    for piece in above_board(layout.spec):
+    for piece in plates_of(layout.spec).all:
         plates.setdefault(piece.role.value, []).append((piece.footprint.box[0], piece.footprint.box[2]))
     for part, (low, high) in layers.items():
         if part not in COLOURS or part == "encapsulation":

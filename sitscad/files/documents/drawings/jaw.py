@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import Body, above_board
+from sitscad.assembly.places.bodies import Body, plates_of
 from sitscad.assembly.places.column import Layer, column
 from sitscad.assembly.places.fit import closed_section, closing, measures
 from sitscad.assembly.places.jaws import jaw_range, section
@@ -110,7 +110,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
     gap = closes.parallel_at if closes.reach is not None else 0.0
-    closed, label = _closed(layout.body, above_board(layout.spec), closes, pivot)
+    closed, label = _closed(layout.body, plates_of(layout.spec).all, closes, pivot)
     draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
     lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.assembly.places.bodies import Body, BodyRole, above_board, lines_below_target
-from sitscad.assembly.places.stack import largest_outline
+from sitscad.assembly.places.bodies import Body, BodyRole, plates_of
 from sitscad.basics.units import show
 from sitscad.files.drawing.frame import (
     CHAIN,
@@ -50,10 +49,10 @@ LARGEST = Pen(0.5, "#d00000", (2.0, 1.0))
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     """Return the sheet; None if the board carries no pieces."""
-    pieces = above_board(layout.spec)
+    pieces = plates_of(layout.spec).all
     if not pieces:
         return None
-    box = _shown(layout.body, largest_outline(layout), pieces)
+    box = _shown(layout.body, layout.largest_outline, pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_text(scale), hashes, forced)
@@ -83,15 +82,16 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
         sheet.text(COLUMN + 18.0, low, label, 2.6)
         low -= 5.0
-    lines = _notes(layout.spec.assembly.glue_line, layout.spec.encapsulation, lines_below_target(layout.spec), pieces)
+    glue_lines = plates_of(layout.spec).lines_below_target
+    lines = _notes(layout.spec.assembly.glue_line, layout.spec.encapsulation, glue_lines, pieces)
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(lines), 2.4)
     return sheet
 
 
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
     """Draw the view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
-    pieces = above_board(layout.spec)
-    box = _shown(layout.body, largest_outline(layout), pieces)
+    pieces = plates_of(layout.spec).all
+    box = _shown(layout.body, layout.largest_outline, pieces)
     view = placed(box, plan_scale(layout, room), room)
     _plan(sheet, layout, pieces, view, box)
     axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
@@ -99,7 +99,7 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
     """Return the scale that `plan` uses in a room."""
-    box = _shown(layout.body, largest_outline(layout), above_board(layout.spec))
+    box = _shown(layout.body, layout.largest_outline, plates_of(layout.spec).all)
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
@@ -116,7 +116,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
     sheet.line(view.x(limit), view.y(box[1]) - 2.0, view.x(limit), view.y(box[3]) + 2.0, CHAIN)
     for coil in layout.coils:
         draw_coil(sheet, view, layout.spec.coil, coil, THIN)
-    if (largest := largest_outline(layout)) is not None:
+    if (largest := layout.largest_outline) is not None:
         sheet.draw(view.path(largest), LARGEST)
     origin_cross(sheet, view)
     for piece in reversed(pieces):  # the lower piece last: its dashes stay visible on an equal outline
@@ -136,8 +136,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
 
 def _shown(body: tuple[float, float, float, float], outline: Path | None, pieces: tuple[Body, ...]) -> Box:
     """Return the bounding box (m) of the board's body, all pieces over it, and the largest outline."""
-    largest = outline
-    boxes = [body, *(piece.footprint.box for piece in pieces), *([bounding_box([largest])] if largest else [])]
+    boxes = [body, *(piece.footprint.box for piece in pieces), *([bounding_box([outline])] if outline else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
     high = [max(box[axis] for box in boxes) for axis in (2, 3)]
     return low[0], low[1], high[0], high[1]

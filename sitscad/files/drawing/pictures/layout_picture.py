@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitscad.assembly.places.stack import largest_outline
 from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.arrays import Array
 from sitscad.basics.units import show
@@ -220,7 +219,7 @@ def picture(
     """
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
     # The window with its margin is as wide as the picture; its lower edge is later moved up by the legend's height
-    largest = largest_outline(layout)
+    largest = layout.largest_outline
     x0, y0, x1, y1 = window or bounding_box([layout.outline, *([largest] if largest else [])])
     margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
     scale = WIDTH / (x1 - x0 + 2 * margin)
@@ -293,7 +292,7 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     for opening in layout.top_openings:
         sheet.draw(_region(view, opening), flat(2.0, TOP_OPENING, TOP_DASHES))
     sheet.draw(view.path(layout.outline), flat(1.5, EDGE), name=f"{name}-outline")
-    if (largest := largest_outline(layout)) is not None:
+    if (largest := layout.largest_outline) is not None:
         sheet.draw(view.path(largest), flat(1.5, LARGEST, LARGEST_DASHES), name=f"{name}-largest")
 
 

@@ -47,7 +47,7 @@ from sitscad.files.order_facts.notes import copper_text
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
 from sitscad.layout.board import Layout, Pad, Trace, Via
-from sitscad.layout.copper import Nearness, smallest_gaps
+from sitscad.layout.gaps import Nearness, smallest_gaps
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish

@@ -20,7 +20,7 @@ from sitscad.files.order_facts.board_end import footprint_row, socket_pad
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.path import rectangle
 from sitscad.layout.board import Coil, Layout
-from sitscad.layout.tail_tracks import contacts
+from sitscad.layout.tail.tracks import contacts
 
 STEP = 2.54
 MARGIN = 6  # Steps from the paper's edge

@@ -109,24 +109,24 @@ def name_of(item: Item) -> str:
 
 def pair_in_words(near: Nearness) -> str:
     """Describe two pieces of copper in a text."""
-    one, other = name_of(near.one), name_of(near.other)
-    return f"two parts of {one}" if near.one is near.other else f"{one} and {other}"
+    first, second = name_of(near.one), name_of(near.other)
+    return f"two parts of {first}" if near.one is near.other else f"{first} and {second}"
 
 
 def copper_of(layout: Layout) -> Copper:
     """Return the copper of a whole layout."""
-    stands = dict(_stands(layout))
+    positions = dict(_stands(layout))
     items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.all_pads, *layout.teardrops)
     rows: list[Row] = []
     columns: list[tuple[int, float, int, float, float, float, int]] = []
     for index, item in enumerate(items):
-        stand = stands.get(id(item), _Stand(-1 - index, 0.0))
+        position = positions.get(id(item), _Stand(-1 - index, 0.0))
         layers = range(1, layout.lowest_layer(item) + 1) if isinstance(item, Via) else (item.layer,)
         for row, half, start, length, reach in _pieces(item):
-            at = stand.at + start
+            at = position.at + start
             for layer in layers:
                 rows.append(row)
-                columns.append((layer, half, stand.chain, at, at + length, reach, index))
+                columns.append((layer, half, position.chain, at, at + length, reach, index))
     table = np.array(columns, dtype=float).reshape(-1, 7)
     layer_of, chain, item_of = (table[:, k].astype(np.intp) for k in (0, 2, 6))
     half_width, first, last, reached = (table[:, k] for k in (1, 3, 4, 5))
@@ -144,13 +144,13 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
     i, j = _pairs(copper, spacing)
     keep = track[copper.item[i]] | (copper.item[i] != copper.item[j])
     i, j = i[keep], j[keep]
-    one, other = copper.item[i], copper.item[j]
+    first, second = copper.item[i], copper.item[j]
     # pairs of tracks of one conductor of which one at least is a turn
-    own = track[one] & track[other] & (turn[one] | turn[other]) & (copper.chain[i] == copper.chain[j])
-    asked = np.where(own, winding_spacing, spacing)
-    gap = _gaps(copper, i, j, asked)
-    bad = np.flatnonzero(gap < asked - ROUNDING)
-    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
+    is_turn_gap = track[first] & track[second] & (turn[first] | turn[second]) & (copper.chain[i] == copper.chain[j])
+    spacings = np.where(is_turn_gap, winding_spacing, spacing)
+    gap = _gaps(copper, i, j, spacings)
+    bad = np.flatnonzero(gap < spacings - ROUNDING)
+    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, spacings[bad])
 
 
 def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
@@ -159,15 +159,15 @@ def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
     Layers with a single piece of copper are left out. Successive pieces of one conductor have a gap only if the
     conductor turns back.
     """
-    copper, found = copper_of(layout), dict[int, Nearness]()
+    copper, smallest = copper_of(layout), dict[int, Nearness]()
     layers, reach = set(copper.layer.tolist()), 2.0 * layout.spec.coil.trace_spacing
     widest = 2.0 * max(layout.size)
-    while layers - found.keys() and reach < widest:
+    while layers - smallest.keys() and reach < widest:
         for near in chain(too_near(copper, reach, reach), conductor_notches(copper, reach)):
-            if near.layer not in found or near.gap < found[near.layer].gap - ROUNDING:
-                found[near.layer] = near
+            if near.layer not in smallest or near.gap < smallest[near.layer].gap - ROUNDING:
+                smallest[near.layer] = near
         reach *= 4.0
-    return dict(sorted(found.items()))
+    return dict(sorted(smallest.items()))
 
 
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
@@ -203,31 +203,33 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
         & back
     )
     i, j = i[keep], j[keep]
-    asked = np.full(len(i), spacing)
-    gap = _gaps(copper, i, j, asked, along=DETOUR)
+    spacings = np.full(len(i), spacing)
+    gap = _gaps(copper, i, j, spacings, factor=DETOUR)
     bad = np.flatnonzero((gap > ROUNDING) & (gap < spacing - ROUNDING))
-    bad = bad[_gaps(copper, i[bad], j[bad], asked[bad]) >= spacing - ROUNDING]  # the rest has a clearance
-    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
+    bad = bad[_gaps(copper, i[bad], j[bad], spacings[bad]) >= spacing - ROUNDING]  # the rest has a clearance
+    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, spacings[bad])
 
 
 def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tuple[Index, Index]:
     # Index pairs of pieces on one layer whose boxes come within the clearance of one another; with `chosen` those of a
     # chosen piece and one that is not.
     boxes, reach = copper.pieces.boxes, copper.half + clearance / 2.0
-    found = [np.empty((0, 2), dtype=np.intp)]
+    index_pairs = [np.empty((0, 2), dtype=np.intp)]
     for layer in sorted(set(copper.layer.tolist())):
         members = np.flatnonzero(copper.layer == layer)
         if chosen is None:
-            found.append(members[nearest_pairs(boxes[members], reach[members])])
+            index_pairs.append(members[nearest_pairs(boxes[members], reach[members])])
             continue
         these, those = members[chosen[members]], members[~chosen[members]]
         pairs = nearest_pairs(boxes[these], reach[these], boxes[those], reach[those])
-        found.append(np.sort(np.column_stack([these[pairs[:, 0]], those[pairs[:, 1]]]), axis=1))
-    pairs = np.concatenate(found)
+        index_pairs.append(np.sort(np.column_stack([these[pairs[:, 0]], those[pairs[:, 1]]]), axis=1))
+    pairs = np.concatenate(index_pairs)
     return pairs[:, 0], pairs[:, 1]
 
 
-def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None = None, along: float = ALONG) -> Array:
+def _gaps(
+    copper: Copper, i: Index, j: Index, spacings: Array, half: Array | None = None, factor: float = ALONG
+) -> Array:
     """Return gaps (m) between pairs of pieces, without the parts joined along one conductor.
 
     Infinite if all is joined.
@@ -238,17 +240,17 @@ def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None =
     in_order = (copper.first[i] + copper.last[i]) <= (copper.first[j] + copper.last[j])
     earlier, later = np.where(in_order, i, j), np.where(in_order, j, i)
     way = np.maximum(0.0, copper.first[later] - copper.last[earlier])
-    joined = along * (asked + copper.half[i] + copper.half[j]) + copper.reach[i] + copper.reach[j]
+    joined = factor * (spacings + copper.half[i] + copper.half[j]) + copper.reach[i] + copper.reach[j]
     joined = np.where(copper.chain[i] == copper.chain[j], joined, 0.0)
-    far = np.flatnonzero(way >= joined)
-    gap[far] = distances(copper.pieces.take(i[far]), copper.pieces.take(j[far])) - widths[far]
+    apart = np.flatnonzero(way >= joined)
+    gap[apart] = distances(copper.pieces.take(i[apart]), copper.pieces.take(j[apart])) - widths[apart]
     # What is joined is cut off the facing ends, so that as much way lies between the rest as counts as joined. The cut
     # may fall on either end, so it is shared out between both in `_SPLITS` steps, and the nearest of all counts.
     near = np.flatnonzero(way < joined)
     if near.size:
-        shares = np.linspace(0.0, 1.0, _SPLITS + 1)
-        excess = np.outer(shares, joined[near] - way[near])
-        count = len(shares)
+        fractions = np.linspace(0.0, 1.0, _SPLITS + 1)
+        excess = np.outer(fractions, joined[near] - way[near])
+        count = len(fractions)
         trimmed = _trimmed(copper, np.tile(earlier[near], count), np.tile(later[near], count), excess.ravel(),
                            excess[::-1].ravel())
         gap[near] = trimmed.reshape(count, -1).min(axis=0) - widths[near]
@@ -261,30 +263,30 @@ def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut
     length = copper.last[earlier] - copper.first[earlier]
     other_length = copper.last[later] - copper.first[later]
     result = np.full(len(earlier), np.inf)
-    left = np.flatnonzero((cut <= length) & (other_cut <= other_length))
-    if left.size:
-        last = 1.0 - cut[left] / np.where(length[left] > 0.0, length[left], 1.0)
-        first = other_cut[left] / np.where(other_length[left] > 0.0, other_length[left], 1.0)
-        one = copper.pieces.take(earlier[left]).trimmed(np.zeros(len(left)), last)
-        other = copper.pieces.take(later[left]).trimmed(first, np.ones(len(left)))
-        result[left] = distances(one, other)
+    kept_rows = np.flatnonzero((cut <= length) & (other_cut <= other_length))
+    if kept_rows.size:
+        last = 1.0 - cut[kept_rows] / np.where(length[kept_rows] > 0.0, length[kept_rows], 1.0)
+        first = other_cut[kept_rows] / np.where(other_length[kept_rows] > 0.0, other_length[kept_rows], 1.0)
+        first_pieces = copper.pieces.take(earlier[kept_rows]).trimmed(np.zeros(len(kept_rows)), last)
+        second_pieces = copper.pieces.take(later[kept_rows]).trimmed(first, np.ones(len(kept_rows)))
+        result[kept_rows] = distances(first_pieces, second_pieces)
     return result
 
 
-def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, asked: Array) -> Iterator[Nearness]:
+def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, spacings: Array) -> Iterator[Nearness]:
     """Yield one result for each pair of items and layer, the smallest gap first."""
-    seen: set[tuple[int, int, int]] = set()
+    reported: set[tuple[int, int, int]] = set()
     gap = np.round(gap, 12)  # picometres: rounding noise must not decide which of two equal places is named
     for k in np.lexsort((j, i, gap)):
         a, b = int(i[k]), int(j[k])
-        layer, one, other = int(copper.layer[a]), int(copper.item[a]), int(copper.item[b])
-        if (layer, one, other) in seen:
+        layer, first, second = int(copper.layer[a]), int(copper.item[a]), int(copper.item[b])
+        if (layer, first, second) in reported:
             continue
-        seen.add((layer, one, other))
+        reported.add((layer, first, second))
         x, y = _place(copper, a, b)
         distance = float(gap[k] + half[a] + half[b])
-        yield Nearness(copper.items[one], copper.items[other], layer, distance, float(half[a]), float(half[b]), x, y,
-                       float(asked[k]))
+        yield Nearness(copper.items[first], copper.items[second], layer, distance, float(half[a]), float(half[b]), x, y,
+                       float(spacings[k]))
 
 
 def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
@@ -330,22 +332,22 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
 
 def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
     """Yield the identity of each item of the layout and its position along its coil's conductor."""
-    ways: dict[tuple[object, ...], _Stand] = {}
+    positions: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):
-        way = 0.0
+        station = 0.0
         for element in coil.series:
-            ways[_key(element)] = _Stand(number, way)
-            way += element.path.length if isinstance(element, Trace) else 0.0
-        yield from _contact_stands(layout.all_pads, coil, number, way)
+            positions[_key(element)] = _Stand(number, station)
+            station += element.path.length if isinstance(element, Trace) else 0.0
+        yield from _contact_stands(layout.all_pads, coil, number, station)
     items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
-    own = {_key(item): item for item in items}
-    yield from ((id(own[key]), stand) for key, stand in ways.items() if key in own)
+    items_by_key = {_key(item): item for item in items}
+    yield from ((id(items_by_key[key]), position) for key, position in positions.items() if key in items_by_key)
     # a teardrop stands where its track begins or ends
     for drop in layout.teardrops:
         track = layout.traces[drop.track]
-        stand = ways.get(_key(track))
-        if stand is not None:
-            yield id(drop), _Stand(stand.chain, stand.at + (0.0 if drop.at_start else track.path.length))
+        position = positions.get(_key(track))
+        if position is not None:
+            yield id(drop), _Stand(position.chain, position.at + (0.0 if drop.at_start else track.path.length))
 
 
 def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
@@ -355,11 +357,11 @@ def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float)
         return
     ends: list[tuple[Point, float]] = [(traces[0].path.start, 0.0), (traces[-1].path.end, length)]
     # where tracks of one layer follow each other, too, and how far along the conductor (m): pads may stand there
-    way = 0.0
-    for one, other in pairwise(coil.series):
-        way += one.path.length if isinstance(one, Trace) else 0.0
-        if isinstance(one, Trace) and isinstance(other, Trace) and one.layer == other.layer:
-            ends.append((one.path.end, way))
+    station = 0.0
+    for piece, following in pairwise(coil.series):
+        station += piece.path.length if isinstance(piece, Trace) else 0.0
+        if isinstance(piece, Trace) and isinstance(following, Trace) and piece.layer == following.layer:
+            ends.append((piece.path.end, station))
     for pad in pads:
         (x, y), dx, dy = pad.centre, pad.size[0] / 2.0 + ROUNDING, pad.size[1] / 2.0 + ROUNDING
         for point, at in ends:

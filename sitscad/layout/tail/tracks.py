@@ -19,7 +19,7 @@ from sitscad.kernels.geometry.path import Path, Point, polyline
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
-from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin, turn_lag
+from sitscad.layout.tail.frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin, turn_lag
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
@@ -63,18 +63,18 @@ def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], 
     only after its neighbour has gone. Other tracks bend at once, or later if they follow another track to the same
     side.
     """
-    ways = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
-    outermost = max((abs(way.entry.y) for way in ways if way.parts), default=0.0)
-    ways = [replace(w, bend=funnel + STAGGER * (outermost - abs(w.entry.y))) if w.parts else w for w in ways]
+    tracks = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
+    outermost = max((abs(way.entry.y) for way in tracks if way.parts), default=0.0)
+    tracks = [replace(w, bend=funnel + STAGGER * (outermost - abs(w.entry.y))) if w.parts else w for w in tracks]
     for side in (1.0, -1.0):
-        going = [i for i, way in enumerate(ways) if side * way.climb > SAME]
-        going.sort(key=lambda i: -side * ways[i].entry.y)
+        going = [i for i, way in enumerate(tracks) if side * way.climb > SAME]
+        going.sort(key=lambda i: -side * tracks[i].entry.y)
         for ahead, behind in pairwise(going):
-            apart = abs(ways[ahead].entry.y - ways[behind].entry.y)
-            soonest = ways[ahead].bend + math.sqrt(2.0) * pitch - apart
-            if soonest > ways[behind].bend + SAME:
-                ways[behind] = replace(ways[behind], bend=soonest)
-    return ways
+            apart = abs(tracks[ahead].entry.y - tracks[behind].entry.y)
+            soonest = tracks[ahead].bend + math.sqrt(2.0) * pitch - apart
+            if soonest > tracks[behind].bend + SAME:
+                tracks[behind] = replace(tracks[behind], bend=soonest)
+    return tracks
 
 
 Ends = tuple[Point, Point]  # Where a coil's two conductors (A, B) enter the funnel
@@ -122,22 +122,22 @@ def ways_down(
     return list(zip(flat[::2], flat[1::2], strict=True))
 
 
-def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
+def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, pairs: list[tuple[Descent, Descent]]) -> TailFrame:
     """Make the tail longer if pairs reach their lanes too late. Its start is later if the outer pairs wait."""
-    both = [way for pair in ways for way in pair]
-    waited = max((way.bend - tail.funnel for way in both if not way.parts), default=0.0) - tail.wait
+    tracks = [way for pair in pairs for way in pair]
+    waited = max((way.bend - tail.funnel for way in tracks if not way.parts), default=0.0) - tail.wait
     if waited > SAME and tail.taper.narrows:
         begin, start, end = tail.body_end + waited, tail.start + waited, tail.end + waited
         tail = replace(tail, body_end=begin, start=start, end=end)
     limit = turn_begin(rules, bus, tail)
-    late = max(turn_lag(rules, bus, tail), *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in both))
+    late = max(turn_lag(rules, bus, tail), *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in tracks))
     return replace(tail, end=tail.end + late)
 
 
-def runs(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[Descent, Descent]) -> tuple[Run, Run]:
+def runs(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, pair: tuple[Descent, Descent]) -> tuple[Run, Run]:
     """Return both conductors (A, B) of a coil from the funnel's entry to the contacts."""
-    a, b = _numbers(bus, lane, (ways[0].entry, ways[1].entry))
-    return _run(fpc, bus, tail, lane, ways[0], a, "A"), _run(fpc, bus, tail, lane, ways[1], b, "B")
+    a, b = _numbers(bus, lane, (pair[0].entry, pair[1].entry))
+    return _run(fpc, bus, tail, lane, pair[0], a, "A"), _run(fpc, bus, tail, lane, pair[1], b, "B")
 
 
 def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
@@ -163,10 +163,10 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
         hole = ViaToPlace(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
         pieces += [TrackToPlace(polyline([*before, hole.centre]), width, layer), hole]
         before, layer = [hole.centre], pad.layer
-    after, aside = [pad.centre], abs(height - pad.centre.y)
-    if aside >= 1e-9:  # it draws together with the others to the contacts' pitch
+    after, shift = [pad.centre], abs(height - pad.centre.y)
+    if shift >= 1e-9:  # it draws together with the others to the contacts' pitch
         begin = Point(tail.squeeze_start, height)
-        after = [begin, Point(begin.x + aside, pad.centre.y), pad.centre]
+        after = [begin, Point(begin.x + shift, pad.centre.y), pad.centre]
 
     if tail.chip is None:
         return Run(neck, (*pieces, TrackToPlace(polyline([*before, *after]), width, layer)), pad)
@@ -211,16 +211,16 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
     """Return the contacts of the tail in the order of their numbers. Empty if no coils are routed to them."""
     places = layout.spec.readout.device.places(len(layout.coils))
     wired = {coil.net: (channel, coil.name) for channel, coil in zip(places, layout.coils, strict=True)}
-    found = []
+    rows = []
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
         if pad.is_unused:
-            found.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
+            rows.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
             continue
         channel, name = wired[pad.net]
         end = pad.pin.rpartition(".")[2]
         number = str(channel.number)
-        found.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))
-    return tuple(found)
+        rows.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))
+    return tuple(rows)
 
 
 def contact_rows(layout: Layout) -> list[tuple[str, ...]]:

@@ -18,7 +18,7 @@ from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.spec.circuit import Chip, Connector, FpcSpec, Tail
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec
 
 SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner between them
 
@@ -106,7 +106,7 @@ CAP = 0.25e-3  # Straight copper left between the bends and the vias at the cont
 
 @record
 class Row:
-    """The contacts at the tail's end: the coils use `used` of `count` contacts, from number `first` on.
+    """The contacts at the tail's end. There are `count` contacts. The coils use `used` contacts from number `first` on.
 
     Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
     """
@@ -260,15 +260,15 @@ class TailFrame:
         return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
-def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
+def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
     """Lay out the tail.
 
     `front` is the x (m) at which the coils' leads have come together. Beyond it, lanes run along x.
     """
-    rules, tail, chip = spec.fpc.rules, spec.fpc.tail, chip_of(spec.fpc.tail, spec.readout.chip, bus)
+    rules, tail, chip = artwork.fpc.rules, artwork.fpc.tail, chip_of(artwork.fpc.tail, artwork.chip, bus)
     edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
-    row = contact_row(spec.array.placements, spec.fpc.tail, connector)
-    fan = fan_pitch(spec.fpc, spec.readout.chip, bus, connector)
+    row = contact_row(artwork.array.placements, artwork.fpc.tail, connector)
+    fan = fan_pitch(artwork.fpc, artwork.chip, bus, connector)
     outer_contact, plug = contact_height(connector.pitch, row.used, 1), connector.width(row.count) / 2
     if is_soldered:  # nothing is plugged in that asks for a width
         plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
@@ -286,11 +286,11 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     # necks are as wide as their neighbours in the lanes and the tail's edge allow
     lanes = 2.0 * fan if bus.is_stacked else fan
     beside = half_width - row.offset - edge - (outer_track - (lanes - fan) / 2)
-    if spec.fpc.body is not None:  # it has its own root, and no taper
+    if artwork.fpc.body is not None:  # it has its own root, and no taper
         body_half_width = half_width
     narrows = half_width < body_half_width
     slack = STAGGER * (edge + bus.width / 2)
-    wait = max(0.0, STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0)))
+    wait = max(0.0, STAGGER * (lane_height(bus, (len(artwork.array.placements) - 2) // 2, 1) - lane_height(bus, 0)))
     body_end = front + slack + wait if narrows else front
     inner, outer = max(CORNER_RADIUS, rules.inside_radius), edge + bus.width / 2
     taper = Taper(body_end, body_end + abs(body_half_width - half_width), body_half_width, half_width, inner, outer)
@@ -332,9 +332,9 @@ def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connec
     no sufficient number, it is the number that the coils need. It is never smaller than this.
     """
     used = 2 * len(placements)
-    wanted = tail.contacts if tail is not None else None
+    written = tail.contacts if tail is not None else None
     enough = min((count for count in connector.positions if count >= used), default=used)
-    return Row(connector.pitch, max(used, wanted or enough), used)
+    return Row(connector.pitch, max(used, written or enough), used)
 
 
 def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Connector) -> float:
@@ -419,19 +419,19 @@ class FrameStretch:
 
     def place(self, point: Point) -> Point:
         """Map a point of the straight tail to its place on this stretch."""
-        along = point.x - self.begin
+        length = point.x - self.begin
         if self.radius is None:
             cosine, sine = round(math.cos(self.heading), 15), round(math.sin(self.heading), 15)  # exact along an axis
-            return _beside(self.origin.shifted(along * cosine, along * sine), self.heading, point.y)
-        return _beside(self.centre, self.heading + along / self.radius, point.y - self.radius)
+            return _beside(self.origin.shifted(length * cosine, length * sine), self.heading, point.y)
+        return _beside(self.centre, self.heading + length / self.radius, point.y - self.radius)
 
 
-def _beside(point: Point, heading: float, left: float) -> Point:
+def _beside(point: Point, heading: float, distance: float) -> Point:
     """Return a point at a distance (m) to the left of another along a heading.
 
     Exact if the heading is along an axis.
     """
-    return point.shifted(-left * round(math.sin(heading), 15), left * round(math.cos(heading), 15))
+    return point.shifted(-distance * round(math.sin(heading), 15), distance * round(math.cos(heading), 15))
 
 
 @record
@@ -516,8 +516,8 @@ def _plan(tail: Tail | None, half_width: float) -> list[tuple[float, float | Non
         return [(0.5 * math.pi * radius, side * radius)]
     if not tail.offset:
         return []
-    side, far = math.copysign(1.0, tail.offset), abs(tail.offset)
-    angle = math.acos(max(0.0, 1.0 - far / (2.0 * radius)))
-    straight = far - 2.0 * radius
+    side, offset = math.copysign(1.0, tail.offset), abs(tail.offset)
+    angle = math.acos(max(0.0, 1.0 - offset / (2.0 * radius)))
+    straight = offset - 2.0 * radius
     middle: list[tuple[float, float | None]] = [(straight, None)] if straight > 1e-12 else []
     return [(angle * radius, side * radius), *middle, (angle * radius, -side * radius)]
