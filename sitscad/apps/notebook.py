@@ -1,6 +1,6 @@
 """Values in notebooks: pictures of specs, designs and layouts, tables of estimates, responses and findings.
 
-`sitscad.load_ipython_extension` gives these functions to IPython. Each uses what the commands and the report show.
+`sitscad.load_ipython_extension` gives these functions to IPython. Each shows the values of the commands and the report.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ body does not become stiffer if material is cut away or a surface is released (p
 
 * The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
-The stated strain belongs to the first block and is an upper bound. `least_strain` is that of the second. The law of a
-block is that of `pad_law`, within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18
-to 116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
+The stated strain belongs to the first block and is an upper bound. `least_strain` belongs to the second. The law of a
+block follows `pad_law` within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18 to
+116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
 """
 
 from __future__ import annotations
@@ -246,7 +246,7 @@ def press_part(
 
     `face` is the loaded part and `beside` (m) the distance of the force from its middle; other parameters as in
     `compress`. If `around` is given, the law gives the strain. If it is None, the strain is an upper bound, for the
-    loaded part cut out of the pad, and `least_strain` is that of the whole pad under a rigid plate.
+    loaded part cut out of the pad. `least_strain` is then the strain of the whole pad under a rigid plate.
     """
     compression = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)

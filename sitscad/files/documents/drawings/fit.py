@@ -66,7 +66,7 @@ def _sizes(fault: Finding) -> tuple[float, ...]:
 
 
 def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """Return the sheet on some findings; None if there is no jaw or none of the drawn rules fails.
+    """Return the sheet on some findings; None if there is no jaw or no drawn rule fails.
 
     `bodies` is the name of a picture of the colliding solids, which a note mentions.
     """

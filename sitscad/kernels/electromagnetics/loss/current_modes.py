@@ -196,9 +196,9 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     cut : Cut
         tracks where a plane crosses them
     smooth : array (tracks, points) or None
-        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks: the vector potential along each
-        track per ampere, times the length of the path there over the centre line's length, less
-        -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines
+        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks. It is the vector potential along
+        each track per ampere, times the length of the path there over the centre line's length. From this,
+        -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines is taken off
     conductivity : float
         S/m
     modes : ModeSet

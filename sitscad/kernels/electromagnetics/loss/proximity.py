@@ -87,7 +87,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
     conductivity : float
         S/m
     tolerance : float
-        relative error of R up to 10 MHz: 1e-2 if below 2e-2, else 3e-2. The error of L is a tenth of it
+        relative error of R up to 10 MHz: 1e-2 if below 2e-2, else 3e-2. The error of L is a tenth as large
     resolution : LossResolution, optional
         found from the tolerance if left out
 
