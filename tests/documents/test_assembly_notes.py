@@ -35,8 +35,9 @@ from sitscad.estimates.loads.gluing import (
 )
 from sitscad.files.documents import assembly_notes, firmware_driver, parts_list
 from sitscad.files.documents.assembly_notes import WIDTH, render
-from sitscad.files.documents.gluing import line_areas, piece_sizes, toleranced
+from sitscad.files.documents.gluing import line_areas, toleranced
 from sitscad.files.documents.mounting import LENGTHS, in_place
+from sitscad.files.documents.piece_places import piece_sizes
 from sitscad.files.documents.preparing import STAGE_OF, is_current
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
@@ -135,8 +136,8 @@ def test_each_gluing_step_ends_in_a_height_without_jaws_too(template):
     line, board = spec.assembly.glue_line, spec.fpc.stackup.thickness
     to_pad = line + spec.elastomer.thickness
     for words, height in (
-        ("From the board's top face to its upper face are", to_pad),
-        ("From the board's top face to its upper face are", to_pad + line + spec.target.thickness),
+        ("The upper face of the elastomer is then", to_pad),
+        ("The upper face of the target is then", to_pad + line + spec.target.thickness),
         ("to the board's top face are", spec.mount.standoff + line + board),
     ):
         assert f"{words} {1e3 * height:.3f} +-" in said
@@ -340,8 +341,8 @@ def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():
 def test_silicone_alone_is_primed_before_it_is_glued():
     said = in_one_line(GRASPER)
     assert in_order(
-        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry before",
-        "mm3 (microlitres; a bead of 1.0 mm) of Loctite",
+        said, "Wipe Loctite 770 once and thinly on the elastomer's upper and lower face", "Let it dry before",
+        "mm3 (microlitres; a bead 1.0 mm across) of Loctite",
     )
     tough = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
         "assembly.adhesive", "silicone-adhesive"
@@ -570,7 +571,7 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
     steps = re.split(r"(?<=\s)(?=\d+\. [A-Z])", in_one_line(layout))
     placing = [step for step in steps if re.search("Put the frame jig-|Glue the board", step)]
     assert len(placing) == 3 and all(band in step for step in placing)
-    assert layout.spec.mount.jaw is None or f"each piece beside its place {band}" in in_one_line(layout)
+    assert layout.spec.mount.jaw is None or f"place of each piece {band}" in in_one_line(layout)
     target, (x0, *_) = plates_of(layout.spec).targets[0], layout.body
     (end,) = re.findall(r"target's edges must be, in mm [^:]+: away from [^0-9]+([0-9.]+)", placing[1])
     assert float(end) == approx(1e3 * (target.footprint.box[0] - x0), abs=6e-4)
@@ -590,7 +591,9 @@ def test_a_stop_that_is_not_to_be_touched_has_its_gap():
 def test_a_piece_is_pressed_at_once_and_measured_afterwards():
     """"Press until it is as high as this" asked for a gauge within the five seconds that the glue flows."""
     said = in_one_line(GRASPER)
-    assert in_order(said, "Press each down at once", "spring clamp over a flat block", "Measure then", "that is higher")
+    assert in_order(
+        said, "Press each down at once", "spring clamp over a flat block", "measure how high each is", "If it is higher"
+    )
     assert "tongue hang 0.16 mm over the metal" in said and "up to 0.7 mm3" in said
     assert in_order(said, "Measure how thick", "mount 0.500 +-0.050 mm", "Rub a thicker one down")
     assert re.search(r"Glue the tail down with 0\.24 mm3", said)

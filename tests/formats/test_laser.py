@@ -540,7 +540,7 @@ def test_the_readme_counts_what_stays_between_copies():
     """Not only what is between the two cuts of one: with no gap it said 5.85 mm where one edge is cut twice."""
     for gap, words in (
         ("0", "0 mm between two cuts"),
-        ("0.4", "0.25 mm between two cuts; lasers for it leave 0.5 mm: TOO NARROW"),
-        ("1.5", "1.35 mm between two cuts; lasers for it leave 0.5 mm: wide enough"),
+        ("0.4", "0.25 mm between two cuts; lasers for it need 0.5 mm: TOO NARROW"),
+        ("1.5", "1.35 mm between two cuts; lasers for it need 0.5 mm: wide enough"),
     ):
         assert words in laser_notes.render(lay_out(copies(gap)))["laser/readme.txt"].decode()

@@ -36,23 +36,13 @@ from sitscad.estimates.loads.gluing import board_plan, hard_adhesive
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.documents.firmware_driver import bare_drive
 from sitscad.files.documents.gluing import (
-    against_stop,
-    floor_grooves,
     glued,
     hard_dose,
-    in_base,
-    in_well,
     line_areas,
-    listed,
     measuring,
-    over_jaw,
-    piece_sizes,
     pressing,
     primed,
     setting,
-    squared,
-    stiff_pieces,
-    strips_off,
     toleranced,
     why_other,
 )
@@ -64,6 +54,18 @@ from sitscad.files.documents.mounting import (
     jig_picture,
     pushed_out,
     skin,
+)
+from sitscad.files.documents.piece_places import (
+    against_stop,
+    floor_grooves,
+    in_base,
+    in_well,
+    listed,
+    over_jaw,
+    piece_sizes,
+    squared,
+    stiff_pieces,
+    strips_off,
 )
 from sitscad.files.documents.preparing import (
     MADE,
@@ -281,10 +283,11 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         most = ", ".join(f"{part} {height(part)}" for part in stiff)
         yield (
             f"Glue on the jaw's face, in this order: {glues}.{why} "
-            "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it there by a "
-            f"spring clamp over a flat block until the glue has set.{overhang}{sets} Measure then, before "
-            f"the next piece, how high it is above the jaw's metal: {most}. One that is higher comes off again "
-            "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
+            "Press each down at once with about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it there by a "
+            f"spring clamp over a flat block until the glue has set.{overhang}{sets} Before the "
+            f"next piece, measure how high each is above the jaw's metal: {most}. If it is higher, take it off with a "
+            "blade, clean both faces, and glue it on with less glue; first rub down the lower face of a mount that is "
+            "too thick (step 1)."
             f"{strips_off(mount.jaw, layout.body_size[1], bool(alignment))}"
         )
     if bending := tail_formed(layout):
@@ -312,8 +315,8 @@ def _checks(
         return []
     text = (
         f"Closed without force, the pair needs a circle of {pair.nominal * 1e3:.3f} mm as drawn, of "
-        f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
-        "back to back before you order many."
+        f"{pair.worst * 1e3:.3f} mm with all tolerances at their worst; the port has {in_mm(pair.limit)} mm{{}}. "
+        "Measure back to back before you order many."
     )
     unseen = {f.what.split()[-1] for f in figures if f.what.startswith("jaw ")}
     text = text.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
@@ -372,7 +375,7 @@ def _weights(content: bytes) -> list[str]:
         label = f"{count} {name}s" if count else name
         lines.append(f"   {label:<18} {material:<22} {_grams(-mass):>10}{unseen}")
     if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
-        lines.append("   * by a density that is unverified")
+        lines.append("   * its density is unverified")
     if balance["not_weighed"]:
         lines.append(f"Not weighed, no density being known: {', '.join(balance['not_weighed'])}.")
     return lines

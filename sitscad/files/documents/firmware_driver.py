@@ -273,8 +273,9 @@ WIDTH = 110
 PINS = (
     ("VDD, GND", "supply 2.7 to 3.6 V (data sheet 6.3), 100 nF and 1 uF beside the pins; the die pad to GND, too"),
     ("SCL, SDA", "the I2C bus, at most 400 kHz, each with one pull-up resistor (2.2 to 4.7 kohm are usual)"),
-    ("SD", "low: works; high: shut down, all settings lost. To an output of the controller, with 10 kohm to VDD, so "
-           "that the converter stays off until the program drives it low; to GND if no output is free. Never open"),
+    ("SD", "low: the converter works; high: it is shut down and loses all settings. Connect it to an output of the "
+           "controller, with 10 kohm to VDD, so that the converter stays off until the program drives it low; to GND "
+           "if no output is free. Never leave it open"),
     ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
 )
 """Pins of a converter and their wiring (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
@@ -356,7 +357,7 @@ def _wiring(
     for at in places:
         level = f"to {device.address_net(at.address)}"
         bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
-        yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
+        yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never leave it open"
     if places[-1].bus:
         text = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
                 f"examples take them as /dev/i2c-{BUSES[0]},/dev/i2c-{BUSES[1]} (Linux), Wire and Wire1 (Arduino).")
@@ -377,9 +378,10 @@ def _wiring(
         yield f"    {contact.number:>3}  {pad}{contact.pin:<8} {where}"
     if is_reversed:
         text = (
-            "J1 has its contacts below, and the tail lies in it with its contacts down: they count the other way "
-            "round. In a socket with contacts on top, or with a tail that is turned over on its way, they count alike. "
-            "Plug a tail into a loose socket and look, before a board is ordered."
+            "J1 has its contacts at the bottom, so the tail lies in it with its contacts down: its pads are numbered "
+            "in the opposite direction. In a socket with contacts on top, or with a tail that is turned over on its "
+            "way, both are numbered in the same direction. Plug a tail into a loose socket and check this before you "
+            "order a board."
         )
         yield from hanging("", text, WIDTH)
     text = (
@@ -399,7 +401,7 @@ def _readings(
     """
     text = (
         f"Frequency at the converter at {temperature:g} degC, with the limits of the self-test ({SIGMAS:g} sigma of "
-        "manufacture: it reports no board that is sound). Reject a bare board with a coil more than "
+        "manufacture, so that it reports no sound board). Reject a bare board with a coil more than "
         f"{ACCEPTED_SIGMAS:g} sigma off: the data sheet has these limits."
     )
     yield from hanging("", text, WIDTH)
@@ -493,8 +495,8 @@ def _steps(
         f"Run it (`./sensor {','.join(f'/dev/i2c-{number}' for number in BUSES[:second + 1])}`). sensor_begin resets "
         "the converter, writes every register, reads all back and wakes it; its errors say where to look: the bus, the "
         "identity, a "
-        "register. The sketch's lines are shown by ../live.html (Chromium) and by the first of these, the second is "
-        "the same without a board:\n"
+        "register. ../live.html (Chromium) and the first of these commands show the sketch's lines. The second "
+        "command does the same without a board:\n"
         "sitscad read serial:PORT --design ..\nsitscad read sim:.."
     )
     yield (
@@ -540,7 +542,8 @@ def _calibrating(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
             "Put the calibration.h that results into this folder, and build again.\n"
             "sitscad calibrate ../spec/*.yaml --from serial:PORT"
         )
-    yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
+    yield ("Take the tare without load (16 readings in a row), and again when the temperature has changed. Then read "
+           "newtons.")
 
 
 COIN = "bring a flat piece of copper or aluminium (a coin)"

@@ -127,7 +127,7 @@ def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, she
         webs = [web] if web is not None and is_joined else []
         narrow = max(0.0, min(*sheet.size, *beside, *webs, (COUPON_SIZE - COUPON_HOLE) / 2))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
-        yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
+        yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it need {in_mm(least)} mm: {verdict}"
     if not is_laser_cut(material, sheet.thickness):
         yield (f"   laser      none that we know cuts {in_mm(sheet.thickness)} mm of {material}: etched or punched "
                "(below), or ask the shop")

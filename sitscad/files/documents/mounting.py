@@ -47,16 +47,8 @@ from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse, pushed
-from sitscad.files.documents.gluing import (
-    board_glued,
-    in_recess,
-    inhibited,
-    line_areas,
-    on_own,
-    press_words,
-    pushed_ways,
-    toleranced,
-)
+from sitscad.files.documents.gluing import board_glued, inhibited, line_areas, toleranced
+from sitscad.files.documents.piece_places import in_recess, on_own, press_words, pushed_ways
 from sitscad.files.documents.preparing import amount, cured, mixed
 from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
@@ -302,8 +294,8 @@ def skin(layout: Layout, film: Encapsulation) -> str:
             f"mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
             "with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
             f"{cured(film.material)} Measure the "
-            "sensor's height before and after: a coat that is too thin is given another, of silicone thinned as its "
-            f"maker says.{caution}"
+            "sensor's height before and after. If the coat is too thin, add another one of silicone that is thinned as "
+            f"its maker says.{caution}"
         )
     sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
     return (

@@ -93,13 +93,13 @@ def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> 
     """Return the section on the fingerprint: the hashed files, and the shell command that prints the hash."""
     images = board_images(files)
     what = (
-        "SHA-256 of the board's Gerber and drill files one after another, in the order of the line below; in the "
-        "folder that holds them that line prints the same. Drawings show its first 16 digits."
+        "SHA-256 of the board's Gerber and drill files, one after another in the order of the command below. Run the "
+        "command in the folder of these files: it prints the same number. Drawings show its first 16 digits."
     )
     if panel is not None:
         what += (
-            f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
-            f"{_panel_name(name, '-readme.txt')}."
+            f" It is the number of the single board, whose files are not in the archive. "
+            f"{_panel_name(name, '-readme.txt')} has the number of the panel's files."
         )
     lines = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
     return notes.headed("Fingerprint", [*lines, "", fingerprint(files, images), shell_line(images)])

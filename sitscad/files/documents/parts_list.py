@@ -33,8 +33,9 @@ from sitscad.basics.units import counted, csv_text, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.coil_estimates import Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
-from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, is_clamped, spring, steel_bar, washers
+from sitscad.files.documents.gluing import BAR_HOLE, grams, is_clamped, spring, steel_bar, washers
 from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
+from sitscad.files.documents.piece_places import film_rooms
 from sitscad.files.documents.preparing import Order, capacitor, connector_order, cutting, order_of, pours
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.board_end import contact_text

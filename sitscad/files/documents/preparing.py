@@ -263,10 +263,10 @@ RELEASE = (
 
 def amount(poured: Pour) -> str:
     """Describe the volume of silicone to mix, and the volume of the cast pieces."""
-    pieces = "the pads'" if poured.pads > 1 else "the piece's"
-    share_text = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    pieces = "the pads take" if poured.pads > 1 else "the piece takes"
+    share_text = f"{pieces} {1e6 * poured.pads * poured.pad:.2g} ml"
     if poured.mixed < LEAST_MIX:
-        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {share_text})"
+        return f"{1e6 * LEAST_MIX:g} ml ({share_text}, but less cannot be weighed out well)"
     return f"{1e6 * poured.mixed:.2g} ml ({share_text})"
 
 
@@ -283,13 +283,13 @@ def mixed(material: ElastomerMaterial) -> str:
 def cured(material: ElastomerMaterial) -> str:
     """Describe a silicone's cure time and the test for a finished cure, in a whole sentence."""
     casting = presets.casting(material.name)
-    cure_sign = "what is left in the cup is firm and no longer sticky then"
+    cure_sign = "until what is left in the cup is firm and no longer sticky"
     if casting is None or casting.cure_time is None:
         return (
-            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
+            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"), "
             f"{cure_sign}."
         )
     return (
-        f"Let it cure for {duration(casting.cure_time)} at room temperature (kinds of other speed: their label): "
+        f"Let it cure for {duration(casting.cure_time)} at room temperature (faster or slower grades: see the label), "
         f"{cure_sign}."
     )

@@ -63,8 +63,8 @@ def tail_formed(layout: Layout) -> str:
     return (
         "Bend the tail while the board is loose: once the board is glued, there is no room for a rod between the tail "
         f"and the jaw. Hold the board by its edges, never by the {piece}. "
-        f"{_listed(layout.body[2], lip(layout), early)}{below} A tail springs back: bend it on until it stays so."
-        f"{hinge}"
+        f"{_listed(layout.body[2], lip(layout), early)}{below} A tail springs back: bend it further until "
+        f"it keeps this angle.{hinge}"
     )
 
 

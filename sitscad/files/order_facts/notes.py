@@ -244,7 +244,8 @@ def contact_sum_text(
     copper, total = sorted(contact_layers), show(thickness.nominal, "m")
     there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_layers else ''}"
     plate = "" if stiffener is None else f" and a stiffener of {show(stiffener.thickness, 'm')}"
-    return f"there {there} counts, which with the films of the stack-up{plate} gives {total}"
+    verb = "lies" if len(copper) < 2 else "lie"
+    return f"{there} {verb} there; with the films of the stack-up{plate} this gives {total}"
 
 
 def laminate_text(stackup: Stackup) -> str:

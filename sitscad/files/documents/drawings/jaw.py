@@ -17,7 +17,7 @@ from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.check_results import Closing
 from sitscad.basics.units import show
 from sitscad.files.documents.drawings.fit import draw_names, draw_section, draw_side
-from sitscad.files.documents.gluing import piece_sizes
+from sitscad.files.documents.piece_places import piece_sizes
 from sitscad.files.drawing.frame import (
     HIDDEN,
     SUBSTITUTE,
