@@ -99,9 +99,7 @@ WIDTH = 96
 NOTHING = Package({}, frozenset())
 
 
-def render(
-    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package
-) -> dict[str, bytes]:
+def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package) -> dict[str, bytes]:
     """Return the numbered steps with the weights of the pieces; empty without a mount."""
     if layout.spec.mount is None:
         return {}

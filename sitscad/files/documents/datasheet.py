@@ -260,9 +260,7 @@ def _lines(rows_and_head: Table) -> Rows:
     return [tuple(rows_and_head.head), *map(tuple, rows_and_head.rows)]
 
 
-def sensor(
-    points: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
-) -> Rows:
+def sensor(points: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS) -> Rows:
     """Return the rows on the sensor as a whole: converter, capacitor, target, elastomer and metal behind it."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None

@@ -53,6 +53,7 @@ from sitscad.files.documents.preparing import amount, cured, mixed
 from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.files.writer import json_bytes
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
@@ -75,7 +76,7 @@ def doses(layout: Layout) -> tuple[float, ...]:
     return tuple(sorted(area * assembly.glue_line for area in areas))
 
 
-def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mount | None) -> Iterator[str]:
+def jaw_cut(body: Box, glue_line: float, mount: Mount | None) -> Iterator[str]:
     """Yield the step that cuts a dovetail groove or pin holes into the jaw; empty without such a joint."""
     joint = retention(body, mount)
     if joint is not None and mount is not None and mount.jaw is not None:
@@ -196,7 +197,7 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
 
 
-def set_screw(body: tuple[float, float, float, float], mount: Mount | None) -> float:
+def set_screw(body: Box, mount: Mount | None) -> float:
     """Return the length (m) of the set screws in a cap's sides; the longest standard screw that does not stand out."""
     _, side = cap_size(body, mount)
     return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])

@@ -64,7 +64,7 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
 
 
 def squared(
-    body: tuple[float, float, float, float], mount: Mount | None, assembly: Assembly,
+    body: Box, mount: Mount | None, assembly: Assembly,
     sizes: dict[str, tuple[float, float]], jaw: Jaw | None, stiff: list[str],
 ) -> str:
     """Describe the places of mount and shield on the jaw, and the strips that align them.
@@ -145,7 +145,7 @@ def strips_off(jaw: Jaw | None, width: float, has_strips: bool) -> str:
 
 
 def _pocket_gaps(
-    body: tuple[float, float, float, float], sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
+    body: Box, sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
 ) -> dict[str, tuple[float, float]]:
     """Return each piece's room (m) in the jaw's pocket, at the end and at the sides.
 
@@ -159,8 +159,7 @@ def _pocket_gaps(
 
 
 def _in_pocket(
-    assembly: Assembly, body: tuple[float, float, float, float], sizes: dict[str, tuple[float, float]], jaw: Jaw,
-    stiff: Sequence[str],
+    assembly: Assembly, body: Box, sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
 ) -> str:
     """Describe the places of mount and shield in the jaw's pocket, with the thickness of films at end and sides."""
     gap_texts = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
@@ -278,9 +277,7 @@ def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
     )
 
 
-def on_own(
-    body: tuple[float, float, float, float], assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None
-) -> str:
+def on_own(body: Box, assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None) -> str:
     """Describe the board's place on a mount of the user's own, in whole sentences."""
     x0, y0, x1, y1 = body
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
@@ -317,9 +314,7 @@ def floor_grooves(layout: Layout) -> str:
     )
 
 
-def over_jaw(
-    body: tuple[float, float, float, float], mount: Mount | None, tongue: Relief | None, at: Levels
-) -> str:
+def over_jaw(body: Box, mount: Mount | None, tongue: Relief | None, at: Levels) -> str:
     """Describe parts of the mount that overhang the metal beside a shield; empty if there are none."""
     if "shield" not in at or "mount" not in at or mount is None or mount.jaw is None:
         return ""

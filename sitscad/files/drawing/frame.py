@@ -95,9 +95,7 @@ def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size
     sheet.text(x + indent, y + 0.28 * step, text, letters, colour=RED if label == "Stop" else BLACK)
 
 
-def scale_for(
-    size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = DETAIL_SCALES
-) -> float:
+def scale_for(size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = DETAIL_SCALES) -> float:
     """Return the largest of `scales` at which `size` (m) fits `room` (mm on paper).
 
     Returns the last of `scales` if none fits.

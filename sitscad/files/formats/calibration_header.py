@@ -16,9 +16,7 @@ from sitscad.kernels.converters.conversion import Conversion
 WIDTH = 116  # Columns of a line at most
 
 
-def header(
-    inverse: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
-) -> bytes:
+def header(inverse: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None) -> bytes:
     """Return the C header of a calibration map.
 
     Parameters

@@ -45,6 +45,7 @@ from sitscad.files.drawing.frame import (
     table,
 )
 from sitscad.files.drawing.sheet import BLACK, Pen, Sheet
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Assembly, Jaw
@@ -126,9 +127,7 @@ def _needed(fault: Finding) -> Iterator[float]:
         yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
-def _section(
-    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]
-) -> None:
+def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]) -> None:
     """Draw the closed pair across the jaw, with the circle it needs and each width that exceeds its limit."""
     sized = [fault for fault in shown if _sizes(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
@@ -371,9 +370,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
     return closed_polygon([*right, *(Point(-p.x, p.y) for p in reversed(right))])
 
 
-def _film(
-    body: tuple[float, float, float, float], width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]
-) -> Iterator[Path]:
+def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]) -> Iterator[Path]:
     """Yield the film (m) on the board and round the pieces on it, to be drawn before these pieces."""
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
     thick, half, y = upper - lower, width / 2, axis(body).y

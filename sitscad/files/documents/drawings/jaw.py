@@ -38,6 +38,7 @@ from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.notes import bent_text
+from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw
@@ -143,9 +144,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [label], TEXT)
 
 
-def _closed(
-    body: tuple[float, float, float, float], pieces: tuple[Body, ...], closes: Closing, pivot: float
-) -> tuple[float, str]:
+def _closed(body: Box, pieces: tuple[Body, ...], closes: Closing, pivot: float) -> tuple[float, str]:
     """Return the angle (rad) of each jaw in the closed view, and its description.
 
     The jaws are parallel on the tissue that allows this. If the sensor is too thick, they touch at the sensor's end at

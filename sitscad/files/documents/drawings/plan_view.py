@@ -134,7 +134,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         sheet.text(*places[k], coil.name, size)
 
 
-def _shown(body: tuple[float, float, float, float], outline: Path | None, pieces: tuple[Body, ...]) -> Box:
+def _shown(body: Box, outline: Path | None, pieces: tuple[Body, ...]) -> Box:
     """Return the bounding box (m) of the board's body, all pieces over it, and the largest outline."""
     boxes = [body, *(piece.footprint.box for piece in pieces), *([bounding_box([outline])] if outline else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
