@@ -636,7 +636,7 @@ def test_glue_that_a_step_names_flows_until_the_piece_is_put_down_and_pressed(na
     assert force <= MOST_PRESSURE * board_plan(layout)[1] * 1.01
     if spec.mount is not None:
         own, steps = spec.assembly.adhesive.product, steps_of(name)[1].partition("Push the board out")[2]
-        assert f"of {glue.product}, for a line" in steps and f"of {own}, for a line" not in steps
+        assert f"of {glue.product}, for a glue line" in steps and f"of {own}, for a glue line" not in steps
         (item,) = (row for row in parts_list._glue(layout) if row.item == "board adhesive")
         assert item.part == glue.product and f"Not {own}" in steps
 

@@ -58,7 +58,7 @@ def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
     assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness,
                                      physics.pressed_by(spec, physics.LEAST_MASS * physics.STANDARD_GRAVITY))
     said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
-    (mass,) = re.findall(r"both weigh ([0-9.]+) g", said)
+    (mass,) = re.findall(r"together have ([0-9.]+) g", said)
     (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", said)
     assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
     (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
@@ -157,7 +157,7 @@ def test_a_board_without_a_rim_is_pressed_through_foam_alone():
 def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
     for name in ("grasper_4layer", "grasper_3p5mm"):
         spec, said = spec_of(name), gluing.measuring(spec_of(name))
-        assert ("not by a dial gauge" in said) == (physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE)
+        assert ("Do not use a dial gauge" in said) == (physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE)
         (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
         assert float(ratchet) == approx(1e3 * physics.pressed_by(spec, gluing.RATCHET), rel=0.06)
     assert gluing.measuring(handmade.bare().spec) == ""
