@@ -157,7 +157,8 @@ def test_a_board_without_a_rim_is_pressed_through_foam_alone():
 def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
     for name in ("grasper_4layer", "grasper_3p5mm"):
         spec, said = spec_of(name), gluing.measuring(spec_of(name))
-        assert ("Do not use a dial gauge" in said) == (physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE)
+        is_soft = physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
+        assert ("Do not use a dial gauge" in said) == is_soft
         (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
         assert float(ratchet) == approx(1e3 * physics.pressed_by(spec, gluing.RATCHET), rel=0.06)
     assert gluing.measuring(handmade.bare().spec) == ""
