@@ -108,7 +108,7 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
         GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", Package(files, frozenset(STAGE_OF.values()))).values()
     rows = [" ".join(row.split()) for row in content.decode().splitlines()[-4:]]
     assert rows[0] == "mount resin 60 mg *" and rows[1] == "board films and copper 7 mg"
-    assert rows[2] == "2 targets copper 2 mg" and rows[3] == "* by a density that is unverified"
+    assert rows[2] == "2 targets copper 2 mg" and rows[3] == "* its density is unverified"
 
 
 @pytest.mark.slow
@@ -545,7 +545,7 @@ def test_a_mount_of_any_width_has_a_gap_that_a_gauge_measures(width):
     said = in_one_line(layout)
     film = re.search(r"a film of ([0-9.]+) mm between each and the jaw", said)
     (face,) = re.findall(r"the jaw's face is ([0-9.]+) mm wide", said)
-    widths = re.findall(r"mm wide, the shield ([0-9.]+), the mount ([0-9.]+):", said)[0]
+    widths = re.findall(r"mm wide, the shield ([0-9.]+), the mount ([0-9.]+)\. Put", said)[0]
     gaps = re.findall(r"([0-9.]+) mm beside the (?:shield|mount)", said)
     for wide, gap in zip(widths, gaps, strict=True):
         assert float(gap) == approx((float(film[1]) if film else 0.0) + (float(face) - float(wide)) / 2, abs=2e-3)
@@ -580,7 +580,7 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
 def test_a_stop_that_is_not_to_be_touched_has_its_gap():
     """"Against the stop" put the board 0.15 mm beside the place that the same page gave."""
     said, inner = in_one_line(GRASPER), stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[1]
-    (gap,) = re.findall(r"Do not push the board against the stop itself: ([0-9.]+) mm", said)
+    (gap,) = re.findall(r"Do not push the board against the stop itself: leave a gap of ([0-9.]+) mm", said)
     assert float(gap) == approx(1e3 * (GRASPER.body[0] - inner), abs=1e-6)
     tip = jaw_range(GRASPER.body, GRASPER.spec.jaw)[0]
     assert f"its end {1e3 * (GRASPER.body[0] - tip):.2f} mm from the jaw's tip" in said
