@@ -8,8 +8,8 @@ import numpy as np
 
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks.performance import MOMENT_OR_SHEAR, MOMENTS, axis_text
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.performance import MOMENTS, axis_text
+from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
@@ -27,10 +27,7 @@ def moments_told(design: Design) -> Iterator[Verdict]:
         stated += [f"tilt_error.{name}" for name in MOMENTS if name in asked.tilt_limits()]
         wanted = stated[0] if stated else ""
         if wanted:
-            yield Violation(
-                f"requirements.{wanted} is about moments, and none is asked for",
-                "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
-            )
+            yield violated("moment-unrequired", f"requirements.{wanted}", requirement=wanted)
         return
     from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by the estimates
 
@@ -38,20 +35,14 @@ def moments_told(design: Design) -> Iterator[Verdict]:
     for name, value in zip(MOMENTS, asked.moments, strict=True):
         across = "y" if name == "moment_x" else "x"
         if value and name not in axes:
-            have = "one coil alone tells no moment"
-            if count > 1:
-                have = f"the coils stand in a line, none beside it in {across}"
-            yield Violation(
-                f"the array cannot tell a {axis_text(name)}: {have}",
-                f"three or four coils, some of them apart along {across} (array.pattern: triangle or grid)"
-                + (", or two in a line along it" if count == 1 else ""), f"requirements.{name}", value, None, "N m",
+            yield violated(
+                "moment-line" if count > 1 else "moment-coil", f"requirements.{name}", value, None, "N m",
+                hint="moment-line" if count > 1 else "moment-coil", moment=axis_text(name), across=across,
             )
         elif value and asked.is_shear_told:
             shear = next(one for one, other in INSTEAD.items() if other == name)
-            yield Violation(
-                f"a {axis_text(name)} and {axis_text(shear)} change the readings alike: the array tells one of them, "
-                "and both are asked for", MOMENT_OR_SHEAR, f"requirements.{name}", value, None, "N m",
-            )
+            yield violated("moment-and-shear", f"requirements.{name}", value, None, "N m", hint="moment-or-shear",
+                           moment=axis_text(name), shear=axis_text(shear))
 
 
 def moment_range(design: Design) -> Iterator[Verdict]:
@@ -63,15 +54,12 @@ def moment_range(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
         return
-    most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
+    most = moment_at(design.spec, HELD_TILT)
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
         if value > most[name]:
-            borne = show(0.95 * most[name], "N m", 2)
-            yield Violation(
-                f"{show(most[name], 'N m', 3)} of {axis_text(name)} tilt the target by {degrees:.2g} degrees, as far "
-                f"as the pad's law is known; {show(value, 'N m', 3)} are required",
-                f"requirements.{name}: {borne}, or a stiffer, thinner or larger pad",
-                f"requirements.{name}", value, most[name], "N m",
+            yield violated(
+                "moment-range", f"requirements.{name}", value, most[name], "N m", moment=axis_text(name),
+                tilt=HELD_TILT, name=name, borne=show(0.95 * most[name], "N m", 2),
                 severity=Severity.ERROR if value > FARTHER * most[name] else Severity.WARNING,
             )
 

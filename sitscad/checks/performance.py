@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial, wraps
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,10 +18,9 @@ from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
-from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.figures import source_in_all
-from sitscad.spec.reading import RULE_TEXTS
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import Felt
@@ -48,27 +47,26 @@ FELT_SOURCE = (
 )
 
 
-def judged(
-    design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
-    told: str = "", slows: bool = False, limit: float | None = None, shrinks: bool = False,
+def requirement_findings(
+    case: str, design: Design, rule: str, key: str, most: Worst, unit: str = "N", *, slows: bool = False,
+    limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), **values: Any,
 ) -> Iterator[Verdict]:
     """Yield a result for the requirement `key`, and a finding if the value exceeds the requirement.
 
-    `told` is the requirement in words. `limit` is the requirement of one axis, if the key has a value for each axis.
-    With `slows`, the value improves at a lower scan rate. With `shrinks`, the search also tries smaller pads.
+    `limit` is the requirement of one axis, if the key has a value for each axis. With `slows`, the value improves at a
+    lower scan rate. With `shrinks`, the search also tries smaller pads.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
-    found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
-    told = told or show(asked, unit, 3)
     if most.value > asked:
         # metals and pads with more signal per newton, after fewer scans if these help
-        spec, hint = design.spec, RULE_TEXTS[rule]["mend"].rstrip(".")
+        spec = design.spec
         slower = (partial(slower_scans, spec, 1.1 * most.value / asked),) if slows else ()
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
         fixes = (*slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
                  partial(other_thicknesses, spec), *smaller)
-        yield replace(found, message=f"{words}; {told} is required", hint=hint, fixes=fixes)
+        yield violated(case, f"requirements.{key}", most.value, asked, unit or None, details=details, fixes=fixes,
+                       axis=most.axis, at=most.at, **values)
 
 
 def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, ...]:
@@ -228,8 +226,6 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
 
 FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y"), ("moment_x", "moment_y")
 
-MORE_COILS = "two coils in line tell shear along them, three or four both axes"
-
 
 @where_felt
 def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
@@ -242,11 +238,9 @@ def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the shear axes that the array can measure. A single coil measures no shear."""
     if not set(SHEARS) & set(found.bench.range.axes):
         lone = len(found.bench.range.axes) == 1
-        yield Violation(
-            "one coil alone cannot tell shear from normal force, so no resolution of shear can be had" if lone else
-            "moments are asked for in place of shear, which reads as they do, so no resolution of shear can be had",
-            MORE_COILS if lone else MOMENT_OR_SHEAR, "requirements.shear_resolution", None,
-            design.spec.requirements.shear_resolution, "N",
+        yield violated(
+            "no-shear-coil" if lone else "no-shear-moments", "requirements.shear_resolution", None,
+            design.spec.requirements.shear_resolution, "N", hint="more-coils" if lone else "moment-or-shear",
         )
         return
     yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
@@ -258,23 +252,13 @@ def moment_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     yield from _resolution(found, design, "SIT412", "moment_resolution", MOMENTS, "N m")
 
 
-MOMENT_OR_SHEAR = (
-    "leave requirements.moment_x and moment_y out and the array tells shear, or requirements.shear_resolution, "
-    "shear_error and friction_error and it tells moments"
-)
-
-
 def _resolution(
     found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
     """Yield findings on the largest noise on some axes, against the required resolution `key`."""
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
-        words = (
-            f"{most.axis} is told to {show(most.value, unit, 3)} (one sigma of noise, {most.at}, "
-            f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second)"
-        )
-        yield from judged(design, rule, key, most, words, unit, slows=True)
+        yield from requirement_findings("noise", design, rule, key, most, unit, slows=True, rate=design.spec.readout.scan_rate)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -289,8 +273,6 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
     """
     from sitscad.estimates.performance.inversion import crosstalk as crossed
 
-    asked = design.spec.requirements.crosstalk
-    assert asked is not None
     if len(found.bench.range.axes) == 1:
         yield ONE_AXIS
         return
@@ -299,11 +281,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
     axes = found.bench.range.axes
     most = worst(found, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
     if most is not None:
-        words = (
-            f"{most.axis} errs by {100.0 * most.value:.2g} % of its full scale while another axis goes over its own "
-            f"({most.at}, by the best polynomial of this design as drawn)"
-        )
-        yield from judged(design, "SIT403", "crosstalk", most, words, "", told=f"{100.0 * asked:.2g} %")
+        yield from requirement_findings("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
 
 
 @where_felt
@@ -320,13 +298,10 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     shares = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
     if shares:  # the axis with the largest ratio of value to limit
         _, name, most = max(shares, key=lambda one: one[0])
-        unit = unit_of(name)
-        beside = " beside the moment that it takes" if name in MOMENTS else ""
-        words = (
-            f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, unit, 3)} of "
-            f"{most.axis}{beside} ({most.at})"
+        yield from requirement_findings(
+            "tilt-reading", design, "SIT404", "tilt_error", most, unit_of(name), limit=limits[name], shrinks=True,
+            details=("tilt-beside-moment",) if name in MOMENTS else (), tilt=tilt,
         )
-        yield from judged(design, "SIT404", "tilt_error", most, words, unit, limit=limits[name], shrinks=True)
     untold = [name for name in limits if name not in told and name in ("normal", *MOMENTS)]
     if not isinstance(design.spec.requirements.tilt_error, float):
         untold = [name for name in limits if name not in told]
@@ -343,17 +318,14 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     shear = next((name for name in found.bench.range.axes if name in SHEARS), None)
     if shear is None:
         lone = len(found.bench.range.axes) == 1
-        yield Violation(
-            "one coil alone tells no shear, so no friction either" if lone else
-            "moments are asked for in place of shear, so no friction is told", MORE_COILS if lone else MOMENT_OR_SHEAR,
-            "requirements.friction_error", None, asked)
+        yield violated("no-friction-coil" if lone else "no-friction-moments", "requirements.friction_error", None,
+                       asked, hint="more-coils" if lone else "moment-or-shear")
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
     cause = max(causes, key=lambda one: causes[one])
-    words = f"shear over normal is known to {error:.2g} at full load (one sigma, most by {cause}: {causes[cause]:.2g})"
     most = Worst(error, "shear over normal", "at full load")
-    yield from judged(design, "SIT405", "friction_error", most, words, "", told=f"{asked:.2g}")
+    yield from requirement_findings("friction-error", design, "SIT405", "friction_error", most, "", cause=cause, part=causes[cause])
 
 
 @where_felt
@@ -373,12 +345,9 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     k = int(np.argmax(drift))
     axis = axis_text(found.bench.range.axes[k])
     causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
-    words = (
-        f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at {needs.temperature:.3g} "
-        f"degC (full load, most by {max(causes, key=lambda one: causes[one])})"
-    )
     at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
-    yield from judged(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at), words)
+    yield from requirement_findings("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at), kelvin=apart,
+                      tare=needs.temperature, cause=max(causes, key=lambda name: causes[name]))
 
 
 BESIDE_NOISE = 10.0
@@ -393,14 +362,11 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     if twins is not None:
         from sitscad.estimates.performance_values import AXES, unit_of  # already loaded by the estimates of performance
 
-        words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
+        loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
-        yield Violation(
-            f"two loads within what is required read alike: {words[0]}, and {words[1]}; no map tells them apart", "",
-            "target.size", fixes=(partial(other_silicones, design.spec, is_softer=False),
-                                  partial(other_thicknesses, design.spec)),
-        )
+        yield violated("loads-alike", "target.size", loads=loads, fixes=(
+            partial(other_silicones, design.spec, is_softer=False), partial(other_thicknesses, design.spec)))
 
 
 @where_felt
@@ -415,28 +381,20 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
         point = found.points[POINTS.index(most.at)]
         k = list(map(axis_text, found.bench.range.axes)).index(most.axis)
         unit = unit_of(found.bench.range.axes[k])
-        yield Violation(
-            f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2)} of {most.axis} "
-            f"({most.at}), {most.value:.0f} times the noise of {show(float(point.noise[k]), unit, 2)}: the contact's "
-            "tilt, not the noise, says how fine it is",
-            _against_tilt(design.spec.requirements, found.bench.range.axes[k]), "elastomer.thickness", most.value,
-            BESIDE_NOISE,
+        needs, axis = design.spec.requirements, found.bench.range.axes[k]
+        # requirements with which the tilt is judged, if the spec leaves them out
+        absent = ["requirements.tilt"] * (needs.tilt is None)
+        if axis not in needs.tilt_limits():
+            absent.append("requirements.tilt_error" + f".{axis}" * (needs.tilt_error is not None or axis in MOMENTS))
+        if any(needs.moments):  # a level target takes up moments
+            hint = "tilt-advice-moments-judged" if absent else "tilt-advice-moments"
+        else:
+            hint = "tilt-advice-judged" if absent else "tilt-advice"
+        yield violated(
+            "tilt-noise", "elastomer.thickness", most.value, BESIDE_NOISE, hint=hint, axis=most.axis, at=most.at,
+            reading=show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2), absent=absent,
+            noise=show(float(point.noise[k]), unit, 2),
         )
-
-
-def _against_tilt(asked: Requirements, axis: str) -> str:
-    """Return advice against tilt that reads as force or moment along `axis`, without remedies that the spec has.
-
-    A level target takes up moments, so the advice to keep it level is omitted if moments are required.
-    """
-    ways = [] if any(asked.moments) else ["a face that keeps the target level (rotation=held)"]
-    ways.append("a calibration with the tilts of use")
-    absent = ["requirements.tilt"] * (asked.tilt is None)
-    if axis not in asked.tilt_limits():
-        absent.append("requirements.tilt_error" + f".{axis}" * (asked.tilt_error is not None or axis in MOMENTS))
-    if absent:
-        ways.append(f"{' and '.join(absent)}, so that it is judged")
-    return ", or ".join(ways)
 
 
 @where_felt
@@ -453,26 +411,25 @@ def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
         told = [name for name in axes if name in names]
         if not told and allowed is not None and kind == "shear":
             lone = len(names) == 1
-            yield Violation(
-                "the array tells no shear, so all of it is an error", MORE_COILS if lone else MOMENT_OR_SHEAR,
-                "requirements.shear_error", None, allowed, unit)
+            yield violated("all-shear-error", "requirements.shear_error", None, allowed, unit,
+                           hint="more-coils" if lone else "moment-or-shear")
         if not told or (allowed is None and resolution is None):
             continue
         value, name = max((float(np.hypot.reduce([error[k] for error in causes.values()])), name)
                           for k, name in enumerate(names) if name in told)
         part, cause = max((float(error[names.index(name)]), cause) for cause, error in causes.items())
         unseen, most = _unseen_axis(cause), Worst(value, axis_text(name), where)
-        words = (f"{most.axis}: all errors together are {show(value, unit, 3)} at full load (one sigma, most by "
-                 f"{f'{axis_text(unseen)}, which is not told' if unseen else cause}: {show(part, unit, 3)})")
+        detail = ("errors-unseen" if unseen else "errors-cause",)
+        cause = axis_text(unseen) if unseen else cause
         if allowed is not None:
-            yield from judged(design, "SIT414", f"{kind}_error", most, words, unit)
+            yield from requirement_findings("errors-together", design, "SIT414", f"{kind}_error", most, unit, details=detail,
+                              cause=cause, part=show(part, unit, 3))
             continue
         yield RequirementResult(f"{kind}_error", "SIT414", value, None, unit, most.axis, most.at)
         if value > resolution:
-            yield Violation(
-                f"{words}; the required resolution, {show(resolution, unit, 3)}, holds for the noise alone",
-                f"requirements.{kind}_error: the error that you allow, like {show(1.1 * value, unit, 2)}; or less of "
-                "that cause", f"requirements.{kind}_resolution", value, resolution, unit,
+            yield violated(
+                "errors-resolution", f"requirements.{kind}_resolution", value, resolution, unit, details=detail,
+                axis=most.axis, kind=kind, allowed=show(1.1 * value, unit, 2), cause=cause, part=show(part, unit, 3),
             )
 
 
@@ -498,9 +455,8 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     """
     requirements = design.spec.requirements
     is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)
-    note = Violation(f"one coil alone sees no shear: {show(requirements.shear_force or 0.0, 'N')} of it are borne, and "
-                     "what they do to the target is read as normal force", MORE_COILS, "requirements.shear_force",
-                     severity=Severity.NOTE)
+    note = violated("one-coil-shear", "requirements.shear_force", hint="more-coils", severity=Severity.NOTE,
+                    force=requirements.shear_force or 0.0)
     if not NEEDS["feeling"][0](design.spec):
         if is_note:
             yield note
@@ -522,25 +478,22 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     worst = max(readings, key=lambda each: each.error / each.limit)
     unit, error_key = "N m" if worst.axis in MOMENTS else "N", f"{worst.axis.partition('_')[0]}_error"
     is_allowed, is_too_much = getattr(requirements, error_key) is not None, worst.error > worst.limit
-    figure = (f"{show(worst.error, unit, 3)} ({100.0 * worst.error / worst.scale:.3g} % of its full scale), maximum "
-              f"{show(worst.limit, unit, 3)} " + ("(the error that is allowed)" if is_allowed else
-                                                  f"({100.0 * MAX_SHEAR_READING:.0f} % of its full scale)"))
-    instead = MORE_COILS
-    if sensing is not None and sensing.bench.range.has_moments:
-        instead = "leave the moments out and the array tells shear, or let no shear act"
-    less = "ask for less shear" if requirements.shear_force else "or state requirements.shear_force"
-    more = "" if is_allowed else f"; or requirements.{error_key}, if more is allowed"
-    if is_note:
-        yield replace(note, message=f"{note.message}, {figure}", measured=worst.error, limit=worst.limit, unit=unit,
-                      hint=MORE_COILS + more * is_too_much,
-                      severity=Severity.WARNING if is_too_much else Severity.NOTE)
-    elif is_too_much:
-        reason = "required" if requirements.shear_force else "to be expected: friction on tissue, as far as the pad " \
-                                                             "bears it"
-        yield Violation(
-            f"{show(worst.force, 'N', 3)} of {axis_text(worst.shear)} ({reason}) are not told: they are read as "
-            f"{axis_text(worst.axis)}{' force' if worst.axis == 'normal' else ''}, {figure}",
-            f"{instead}; {less}, if less acts{more}", "requirements.shear_force", worst.error, worst.limit, unit,
+    ways = ["use two coils in line to tell shear along them", "three or four to tell both axes"]
+    if not is_note and sensing is not None and sensing.bench.range.has_moments:
+        ways = ["leave the moments out", "let no shear act"]
+    if not is_note:
+        ways.append("ask for less shear" if requirements.shear_force else "write requirements.shear_force if less acts")
+    if is_too_much and not is_allowed:
+        ways.append(f"write requirements.{error_key} if more is allowed")
+    if is_note or is_too_much:
+        expected = "unseen-required" if requirements.shear_force else "unseen-expected"
+        yield violated(
+            "one-coil-reading" if is_note else "unseen-shear", "requirements.shear_force", worst.error, worst.limit,
+            unit, hint="unseen-shear", severity=None if not is_note else Severity.WARNING if is_too_much
+            else Severity.NOTE,
+            details=("shear-allowed" if is_allowed else "shear-scale", *[expected] * (not is_note)), ways=ways,
+            force=requirements.shear_force or 0.0 if is_note else worst.force, shear=axis_text(worst.shear),
+            axis=axis_text(worst.axis), ratio=worst.error / worst.scale, most=MAX_SHEAR_READING,
         )
 
 
@@ -584,25 +537,18 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
         if not low <= asked.temperature <= high:
             is_written = not written or "requirements.temperature" in written
             nearest = low if asked.temperature < low else high
-            yield Violation(
-                f"all numbers are computed at {asked.temperature:g} degC{'' if is_written else ' (the default)'}, but "
-                f"the sensor is used from {low:g} to {high:g} degC",
-                f"requirements.temperature: {nearest:g} degC, or a temperature_range that contains it",
-                "requirements.temperature" if is_written else "requirements.temperature_range", asked.temperature,
-                nearest, "degC", severity=None if is_written else Severity.NOTE,
+            yield violated(
+                "temperature-range", "requirements.temperature" if is_written else "requirements.temperature_range",
+                asked.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
+                severity=None if is_written else Severity.NOTE, low=low, high=high, nearest=f"{nearest:g} degC",
                 fixes=(partial(each_read, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
             )
     for load in design.spec.loads:
         shear = max(map(abs, load.shear))
         for force, most, name in ((load.normal, asked.normal_force, "normal"), (shear, asked.shear_force, "shear")):
             if force and most is not None and force > most * (1 + 1e-9):
-                pushed, borne = show(force, "N"), show(most, "N")
-                yield Violation(
-                    f"load case {load.name} has a {name} force of {pushed}, maximum {borne} "
-                    f"(requirements.{name}_force); the rules check only up to that",
-                    f"requirements.{name}_force: {pushed}, or use a smaller load", f"loads.{load.name}",
-                    force, most, "N", severity=Severity.WARNING,
-                )
+                yield violated("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
+                               load=load.name, kind=name)
 
 
 def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:

@@ -10,6 +10,7 @@ from string import Formatter
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.messages import text_of
 from sitscad.data import rows
@@ -64,6 +65,8 @@ class Violation:
             chosen = self.hint_case if isinstance(self.hint_case, str) else self.hint_case()
             cases = (chosen or self.case,)
         named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
+        for name, value in (("measured_text", self.measured), ("limit_text", self.limit)):
+            named[name] = "" if value is None else show(value, self.unit or "", 3)
         return joined(*(text_of(case, part, named) for case in cases))
 
 
@@ -76,8 +79,8 @@ def violated(
     """Return a violation with the texts of a case in ``data/messages.csv``.
 
     `hint` is another case whose hint is used, or a function that returns the case. `details` are cases whose details
-    are added. The templates name `values`, and also ``measured``, ``limit`` and ``key``. A value that is a function is
-    called only if its text is needed.
+    are added. The templates name `values`, and also ``measured``, ``limit`` and ``key``, and ``measured_text`` and
+    ``limit_text`` with the unit. A value that is a function is called only if its text is needed.
     """
     return Violation(
         key=key, measured=measured, limit=limit, unit=unit, severity=severity, source=source, place=place, sigma=sigma,

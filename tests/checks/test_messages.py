@@ -23,7 +23,7 @@ FIELDS = {"key", "measured", "limit", "unit", "hint", "details", "severity", "so
           "keeps_limit"}
 """Keywords of `violated` that are no values."""
 
-ALWAYS = {"key", "measured", "limit"}
+ALWAYS = {"key", "measured", "limit", "measured_text", "limit_text"}
 """Names that every template has."""
 
 
