@@ -47,7 +47,7 @@ FELT_SOURCE = (
 )
 
 
-def requirement_findings(
+def check_requirement(
     case: str, design: Design, rule: str, key: str, most: Worst, unit: str = "N", *, slows: bool = False,
     limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), **values: Any,
 ) -> Iterator[Verdict]:
@@ -258,7 +258,8 @@ def _resolution(
     """Yield findings on the largest noise on some axes, against the required resolution `key`."""
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
-        yield from requirement_findings("noise", design, rule, key, most, unit, slows=True, rate=design.spec.readout.scan_rate)
+        yield from check_requirement("noise", design, rule, key, most, unit, slows=True,
+                                     rate=design.spec.readout.scan_rate)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -281,7 +282,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
     axes = found.bench.range.axes
     most = worst(found, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
     if most is not None:
-        yield from requirement_findings("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
+        yield from check_requirement("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
 
 
 @where_felt
@@ -298,7 +299,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     shares = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
     if shares:  # the axis with the largest ratio of value to limit
         _, name, most = max(shares, key=lambda one: one[0])
-        yield from requirement_findings(
+        yield from check_requirement(
             "tilt-reading", design, "SIT404", "tilt_error", most, unit_of(name), limit=limits[name], shrinks=True,
             details=("tilt-beside-moment",) if name in MOMENTS else (), tilt=tilt,
         )
@@ -325,7 +326,8 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     error = float(np.hypot.reduce(list(causes.values())))
     cause = max(causes, key=lambda one: causes[one])
     most = Worst(error, "shear over normal", "at full load")
-    yield from requirement_findings("friction-error", design, "SIT405", "friction_error", most, "", cause=cause, part=causes[cause])
+    yield from check_requirement("friction-error", design, "SIT405", "friction_error", most, "", cause=cause,
+                                 part=causes[cause])
 
 
 @where_felt
@@ -346,8 +348,8 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     axis = axis_text(found.bench.range.axes[k])
     causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
     at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
-    yield from requirement_findings("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at), kelvin=apart,
-                      tare=needs.temperature, cause=max(causes, key=lambda name: causes[name]))
+    yield from check_requirement("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at),
+                                 kelvin=apart, tare=needs.temperature, cause=max(causes, key=lambda n: causes[n]))
 
 
 BESIDE_NOISE = 10.0
@@ -422,8 +424,8 @@ def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
         detail = ("errors-unseen" if unseen else "errors-cause",)
         cause = axis_text(unseen) if unseen else cause
         if allowed is not None:
-            yield from requirement_findings("errors-together", design, "SIT414", f"{kind}_error", most, unit, details=detail,
-                              cause=cause, part=show(part, unit, 3))
+            yield from check_requirement("errors-together", design, "SIT414", f"{kind}_error", most, unit,
+                                         details=detail, cause=cause, part=show(part, unit, 3))
             continue
         yield RequirementResult(f"{kind}_error", "SIT414", value, None, unit, most.axis, most.at)
         if value > resolution:
