@@ -21,26 +21,26 @@ def moments_told(design: Design) -> Iterator[Verdict]:
     The array needs coils on both sides of the moment's axis. It cannot separate a moment from a shear force that
     changes the readings in the same way, so a spec must not require both.
     """
-    spec, asked = design.spec, design.spec.requirements
-    if not any(asked.moments):
-        stated = [key for key in ("moment_resolution", "moment_error") if getattr(asked, key) is not None]
-        stated += [f"tilt_error.{name}" for name in MOMENTS if name in asked.tilt_limits()]
-        wanted = stated[0] if stated else ""
-        if wanted:
-            yield violated("moment-unrequired", f"requirements.{wanted}", requirement=wanted)
+    spec, requirements = design.spec, design.spec.requirements
+    if not any(requirements.moments):
+        keys = [key for key in ("moment_resolution", "moment_error") if getattr(requirements, key) is not None]
+        keys += [f"tilt_error.{name}" for name in MOMENTS if name in requirements.tilt_limits()]
+        unrequired = keys[0] if keys else ""
+        if unrequired:
+            yield violated("moment-unrequired", f"requirements.{unrequired}", requirement=unrequired)
         return
     from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by the estimates
 
     axes, count = axes_felt(spec), len(spec.array.placements)
-    for name, value in zip(MOMENTS, asked.moments, strict=True):
+    for name, value in zip(MOMENTS, requirements.moments, strict=True):
         across = "y" if name == "moment_x" else "x"
         if value and name not in axes:
             yield violated(
                 "moment-line" if count > 1 else "moment-coil", f"requirements.{name}", value, None, "N m",
                 hint="moment-line" if count > 1 else "moment-coil", moment=axis_text(name), across=across,
             )
-        elif value and asked.is_shear_told:
-            shear = next(one for one, other in INSTEAD.items() if other == name)
+        elif value and requirements.is_shear_told:
+            shear = next(shear_axis for shear_axis, other in INSTEAD.items() if other == name)
             yield violated("moment-and-shear", f"requirements.{name}", value, None, "N m", hint="moment-or-shear",
                            moment=axis_text(name), shear=axis_text(shear))
 

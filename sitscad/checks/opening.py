@@ -64,12 +64,12 @@ def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = Non
     Studies in folders are left out as well, and `passed_by` is called with each. Raises ValueError for a folder without
     specs, and for the path of a study.
     """
-    found: list[str] = []
+    specs: list[str] = []
     for path in paths:
         if path == STDIN or not os.path.isdir(path):
             if path != STDIN and is_study(path):
                 raise ValueError(f"{path} is a study and no spec: `sitscad design {path}`")
-            found.append(path)
+            specs.append(path)
             continue
         named = _yaml_files(path)
         if passed_by is not None:
@@ -78,8 +78,8 @@ def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = Non
         below = [name for name in named if _begins(name, "sitscad:")]
         if not below:
             raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
-        found += below
-    return list(dict.fromkeys(found))
+        specs += below
+    return list(dict.fromkeys(specs))
 
 
 def _begins(path: str, word: str) -> bool:
@@ -88,14 +88,14 @@ def _begins(path: str, word: str) -> bool:
 
 def _yaml_files(folder: str) -> list[str]:
     """Return the YAML files in a folder and below, without hidden folders and packages."""
-    found = []
+    specs = []
     for root, folders, files in os.walk(folder):
-        kept = (
+        visible = (
             n for n in folders if not n.startswith(".") and not os.path.isfile(os.path.join(root, n, "manifest.json"))
         )
-        folders[:] = sorted(kept)
-        found += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
-    return found
+        folders[:] = sorted(visible)
+        specs += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
+    return specs
 
 
 def beginning(path: str) -> str:
@@ -118,11 +118,11 @@ def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | N
     With a single process or value, the work is done in this process. `work`, values and results must be picklable. An
     exception in a process is raised here, at its place in the order.
     """
-    wanted = min(jobs or processors(), len(given))
-    if wanted <= 1:
+    count = min(jobs or processors(), len(given))
+    if count <= 1:
         yield from map(work, given)
         return
-    with processes(wanted) as pool:
+    with processes(count) as pool:
         running = [pool.submit(work, value) for value in given]
         try:
             yield from (each.result() for each in running)

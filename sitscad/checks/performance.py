@@ -56,16 +56,16 @@ def check_requirement(
     `limit` is the requirement of one axis, if the key has a value for each axis. With `slows`, the value improves at a
     lower scan rate. With `shrinks`, the search also tries smaller pads.
     """
-    asked = getattr(design.spec.requirements, key) if limit is None else limit
-    yield RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
-    if most.value > asked:
+    limit_value = getattr(design.spec.requirements, key) if limit is None else limit
+    yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
+    if most.value > limit_value:
         # metals and pads with more signal per newton, after fewer scans if these help
         spec = design.spec
-        slower = (partial(slower_scans, spec, 1.1 * most.value / asked),) if slows else ()
+        slower = (partial(slower_scans, spec, 1.1 * most.value / limit_value),) if slows else ()
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
         fixes = (*slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
                  partial(other_thicknesses, spec), *smaller)
-        yield violated(case, f"requirements.{key}", most.value, asked, unit or None, details=details, fixes=fixes,
+        yield violated(case, f"requirements.{key}", most.value, limit_value, unit or None, details=details, fixes=fixes,
                        axis=most.axis, at=most.at, **values)
 
 
@@ -108,31 +108,31 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
-    found = design.sensing.felt if any(one.limit is not None for one in results) else None
-    if found is None or not found.held[0]:
+    sensing = design.sensing.felt if any(each.limit is not None for each in results) else None
+    if sensing is None or not sensing.held[0]:
         return tuple(results)
     from sitscad.estimates.performance.causes import farthest  # already loaded by the estimates of performance
 
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
-    told = [("zero_drift", "SIT406", found.warmed[0].drift, f"at rest, after one tare{warm}")]
-    if found.held[-1]:
-        full, at, pad = found.warmed[-1], POINTS[-1], design.spec.elastomer
+    sources = [("zero_drift", "SIT406", sensing.warmed[0].drift, f"at rest, after one tare{warm}")]
+    if sensing.held[-1]:
+        full, at, pad = sensing.warmed[-1], POINTS[-1], design.spec.elastomer
         assert pad is not None
-        if all(one.requirement != "temperature_error" for one in results):
-            told.append(("drift", "SIT406", full.drift, f"{at}, after one tare{warm}"))
-        told += [
+        if all(each.requirement != "temperature_error" for each in results):
+            sources.append(("drift", "SIT406", full.drift, f"{at}, after one tare{warm}"))
+        sources += [
             ("tared_drift", "SIT406", full.tared_drift, f"{at}, after a tare before each grasp{warm}"),
             ("hysteresis", "SIT405", full.hysteresis, f"{at}, by the pad's data"),
             ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
         ]
-        if all(one.requirement != "tilt_error" for one in results):
+        if all(each.requirement != "tilt_error" for each in results):
             name = "tilt_of_one_degree" if needs.tilt is None else "tilt"
-            told.append((name, "SIT408", full.tilt_errors(full.tilt).max(axis=1), at))
-        if found.is_range_held:
-            told.append(("modulus", "SIT405", found.modulus_error, f"{at}, of a pad that was not measured"))
-    for name, rule, errors, where in told:
-        results += largest_by_unit(name, rule, dict(zip(found.bench.range.axes, errors, strict=True)), where)
+            sources.append((name, "SIT408", full.tilt_errors(full.tilt).max(axis=1), at))
+        if sensing.is_range_held:
+            sources.append(("modulus", "SIT405", sensing.modulus_error, f"{at}, of a pad that was not measured"))
+    for name, rule, errors, where in sources:
+        results += largest_by_unit(name, rule, dict(zip(sensing.bench.range.axes, errors, strict=True)), where)
     return tuple(results)
 
 
@@ -170,12 +170,12 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
 
     @wraps(rule)
     def apply(design: Design) -> Iterator[Verdict]:
-        found = design.sensing.felt
-        if found is None:
+        sensing = design.sensing.felt
+        if sensing is None:
             yield _unfelt(design)
         else:
-            yield from rule(found, design)
-            lost = [at for at, is_held in zip(POINTS, found.held, strict=True) if not is_held]
+            yield from rule(sensing, design)
+            lost = [at for at, is_held in zip(POINTS, sensing.held, strict=True) if not is_held]
             if lost:
                 yield Undecided(GIVES_WAY.format(where=lost[0]))
 
@@ -221,7 +221,7 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
         for axis in axes
         if axis in names
     ]
-    return max(each, key=lambda one: one.value, default=None)
+    return max(each, key=lambda candidate: candidate.value, default=None)
 
 
 FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y"), ("moment_x", "moment_y")
@@ -292,20 +292,20 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
-    told = [name for name in limits if name in found.bench.range.axes]
+    measured_axes = [name for name in limits if name in found.bench.range.axes]
 
     each = ((name, worst(found, (name,), lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max())))
-            for name in told)
-    shares = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
-    if shares:  # the axis with the largest ratio of value to limit
-        _, name, most = max(shares, key=lambda one: one[0])
+            for name in measured_axes)
+    ratios = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
+    if ratios:  # the axis with the largest ratio of value to limit
+        _, name, most = max(ratios, key=lambda entry: entry[0])
         yield from check_requirement(
             "tilt-reading", design, "SIT404", "tilt_error", most, unit_of(name), limit=limits[name], shrinks=True,
             details=("tilt-beside-moment",) if name in MOMENTS else (), tilt=tilt,
         )
-    untold = [name for name in limits if name not in told and name in ("normal", *MOMENTS)]
+    untold = [name for name in limits if name not in measured_axes and name in ("normal", *MOMENTS)]
     if not isinstance(design.spec.requirements.tilt_error, float):
-        untold = [name for name in limits if name not in told]
+        untold = [name for name in limits if name not in measured_axes]
     if untold:
         yield Undecided(f"tilt_error: the array does not tell {' and '.join(map(axis_text, untold))}")
 
@@ -314,13 +314,13 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_held
 def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error of the ratio of shear to normal force at full load."""
-    asked = design.spec.requirements.friction_error
-    assert asked is not None
+    limit = design.spec.requirements.friction_error
+    assert limit is not None
     shear = next((name for name in found.bench.range.axes if name in SHEARS), None)
     if shear is None:
         lone = len(found.bench.range.axes) == 1
         yield violated("no-friction-coil" if lone else "no-friction-moments", "requirements.friction_error", None,
-                       asked, hint="more-coils" if lone else "moment-or-shear")
+                       limit, hint="more-coils" if lone else "moment-or-shear")
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
@@ -360,13 +360,13 @@ BESIDE_NOISE = 10.0
 @where_held
 def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     """Yield a finding if two different loads within the requirements give the same reading."""
-    twins = design.sensing.twins
-    if twins is not None:
+    ambiguous = design.sensing.twins
+    if ambiguous is not None:
         from sitscad.estimates.performance_values import AXES, unit_of  # already loaded by the estimates of performance
 
         loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
-                 for load in twins]
+                 for load in ambiguous]
         yield violated("loads-alike", "target.size", loads=loads, fixes=(
             partial(other_silicones, design.spec, is_softer=False), partial(other_thicknesses, design.spec)))
 
@@ -410,15 +410,15 @@ def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
     where = TOGETHER + ", with the shear that is not told" * any(_unseen_axis(cause) for cause in causes)
     for kind, axes, unit in (("normal", ("normal",), "N"), ("shear", SHEARS, "N"), ("moment", MOMENTS, "N m")):
         allowed, resolution = (getattr(needs, f"{kind}_{what}") for what in ("error", "resolution"))
-        told = [name for name in axes if name in names]
-        if not told and allowed is not None and kind == "shear":
+        measured_axes = [name for name in axes if name in names]
+        if not measured_axes and allowed is not None and kind == "shear":
             lone = len(names) == 1
             yield violated("all-shear-error", "requirements.shear_error", None, allowed, unit,
                            hint="more-coils" if lone else "moment-or-shear")
-        if not told or (allowed is None and resolution is None):
+        if not measured_axes or (allowed is None and resolution is None):
             continue
         value, name = max((float(np.hypot.reduce([error[k] for error in causes.values()])), name)
-                          for k, name in enumerate(names) if name in told)
+                          for k, name in enumerate(names) if name in measured_axes)
         part, cause = max((float(error[names.index(name)]), cause) for cause, error in causes.items())
         unseen, most = _unseen_axis(cause), Worst(value, axis_text(name), where)
         detail = ("errors-unseen" if unseen else "errors-cause",)
@@ -480,20 +480,21 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     worst = max(readings, key=lambda each: each.error / each.limit)
     unit, error_key = "N m" if worst.axis in MOMENTS else "N", f"{worst.axis.partition('_')[0]}_error"
     is_allowed, is_too_much = getattr(requirements, error_key) is not None, worst.error > worst.limit
-    ways = ["use two coils in line to tell shear along them", "three or four to tell both axes"]
+    advice = ["use two coils in line to tell shear along them", "three or four to tell both axes"]
     if not is_note and sensing is not None and sensing.bench.range.has_moments:
-        ways = ["leave the moments out", "let no shear act"]
+        advice = ["leave the moments out", "let no shear act"]
     if not is_note:
-        ways.append("ask for less shear" if requirements.shear_force else "write requirements.shear_force if less acts")
+        less = "ask for less shear" if requirements.shear_force else "write requirements.shear_force if less acts"
+        advice.append(less)
     if is_too_much and not is_allowed:
-        ways.append(f"write requirements.{error_key} if more is allowed")
+        advice.append(f"write requirements.{error_key} if more is allowed")
     if is_note or is_too_much:
         expected = "unseen-required" if requirements.shear_force else "unseen-expected"
         yield violated(
             "one-coil-reading" if is_note else "unseen-shear", "requirements.shear_force", worst.error, worst.limit,
             unit, hint="unseen-shear", severity=None if not is_note else Severity.WARNING if is_too_much
             else Severity.NOTE,
-            details=("shear-allowed" if is_allowed else "shear-scale", *[expected] * (not is_note)), ways=ways,
+            details=("shear-allowed" if is_allowed else "shear-scale", *[expected] * (not is_note)), ways=advice,
             force=requirements.shear_force or 0.0 if is_note else worst.force, shear=axis_text(worst.shear),
             axis=axis_text(worst.axis), ratio=worst.error / worst.scale, most=MAX_SHEAR_READING,
         )
@@ -533,21 +534,22 @@ def shear_readings(found: Felt, requirements: Requirements) -> list[ShearReading
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:
     """Yield findings about a temperature outside of temperature_range and load cases beyond the required forces."""
-    asked, written = design.spec.requirements, design.spec.source.keys
-    if asked.temperature_range is not None:
-        low, high = asked.temperature_range
-        if not low <= asked.temperature <= high:
+    requirements, written = design.spec.requirements, design.spec.source.keys
+    if requirements.temperature_range is not None:
+        low, high = requirements.temperature_range
+        if not low <= requirements.temperature <= high:
             is_written = not written or "requirements.temperature" in written
-            nearest = low if asked.temperature < low else high
+            nearest = low if requirements.temperature < low else high
             yield violated(
                 "temperature-range", "requirements.temperature" if is_written else "requirements.temperature_range",
-                asked.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
+                requirements.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
                 severity=None if is_written else Severity.NOTE, low=low, high=high, nearest=f"{nearest:g} degC",
                 fixes=(partial(each_read, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
             )
     for load in design.spec.loads:
         shear = max(map(abs, load.shear))
-        for force, most, name in ((load.normal, asked.normal_force, "normal"), (shear, asked.shear_force, "shear")):
+        for force, most, name in ((load.normal, requirements.normal_force, "normal"),
+                                  (shear, requirements.shear_force, "shear")):
             if force and most is not None and force > most * (1 + 1e-9):
                 yield violated("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
                                load=load.name, kind=name)

@@ -95,9 +95,9 @@ class Undecided:
     reason: str
 
 
-def joined(*words: str) -> str:
+def joined(*texts: str) -> str:
     """Join all texts that are not empty by semicolons."""
-    return "; ".join(filter(None, words))
+    return "; ".join(filter(None, texts))
 
 
 Verdict = Violation | Undecided | RequirementResult
@@ -229,8 +229,8 @@ def apply_rule(
     No changes are tried for hints. Hints are omitted for findings milder than `least`, and for all findings if it is
     None.
     """
-    found, undecided = outcomes(rule, design, least)
-    return [located(outcome.finding, design.spec.source) for outcome in found], undecided
+    results, undecided = outcomes(rule, design, least)
+    return [located(outcome.finding, design.spec.source) for outcome in results], undecided
 
 
 def outcomes(
@@ -247,14 +247,14 @@ def outcomes(
         absent = [key for key in _REQUIRED.get(missing, ()) if getattr(design.spec.requirements, key) is None]
         why = _unstated(absent) if absent else NEEDS[missing][1]
         return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else why)]
-    found: list[Outcome] = []
+    results: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         elif isinstance(verdict, Violation):
-            found.append(Outcome(finding_of(rule, verdict, design.spec.readout.device, least), verdict.fixes))
-    return found, undecided
+            results.append(Outcome(finding_of(rule, verdict, design.spec.readout.device, least), verdict.fixes))
+    return results, undecided
 
 
 def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:

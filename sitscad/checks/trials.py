@@ -47,12 +47,12 @@ class Trials:
         The trials are made for errors first, then for warnings, in the order of the rules.
         """
         order = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
-        found = dict[int, Finding]()
+        findings = dict[int, Finding]()
         for k in order:
             if self._said[k].finding.severity is not Severity.ERROR:
                 self.budget.begin_warnings()
-            found[k] = self._advised(self._said[k], least, is_ignored)
-        return [found[k] for k in range(len(self._said))]
+            findings[k] = self._advised(self._said[k], least, is_ignored)
+        return [findings[k] for k in range(len(self._said))]
 
     def _advised(
         self, outcome: Outcome, least: Severity | None, is_ignored: Callable[[Finding], bool]
@@ -61,9 +61,9 @@ class Trials:
         plain = located(finding, source)
         if not outcome.fixes or least is None or not finding.severity.weighs(least) or is_ignored(plain):
             return plain
-        found = self.mending(finding, outcome)
-        hint = hint_text(finding.hint, found, {one.rule for one in self._complaints})
-        remedies = [Remedy(fix.edits, left.brings) for fix, left in found.mending]
+        result = self.mending(finding, outcome)
+        hint = hint_text(finding.hint, result, {one.rule for one in self._complaints})
+        remedies = [Remedy(fix.edits, left.brings) for fix, left in result.mending]
         return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
@@ -163,9 +163,9 @@ class Trials:
             self.budget.branches -= most - max(searches.left, 0)
             if searches.is_spent and not self.budget.is_long:
                 design = None
-        found = None if design is None else _Tried(design)
-        self._tried.append((changed, found))
-        return found
+        trial = None if design is None else _Tried(design)
+        self._tried.append((changed, trial))
+        return trial
 
 
 class _NeedsEstimates(Exception):
@@ -207,14 +207,14 @@ class _Tried:
         return True
 
 
-def as_written(found: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
+def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
     """Return remedies with edits completed from the spec's text.
 
     Remedies without new warnings are preferred; if each brings a warning, all are returned. Remedies that the text has
     no place for are left out.
     """
-    found, written = list(found), []
-    for remedy in [remedy for remedy in found if not remedy.brings] or found:
+    remedies, written = list(remedies), []
+    for remedy in [remedy for remedy in remedies if not remedy.brings] or remedies:
         try:
             edits = completed(source.text, remedy.edits) if source.text else remedy.edits
         except CannotWriteError:
@@ -225,11 +225,11 @@ def as_written(found: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...
 
 
 def _complaints(found: Iterable[Finding]) -> list[Finding]:
-    return [one for one in found if one.severity is not Severity.NOTE]
+    return [finding for finding in found if finding.severity is not Severity.NOTE]
 
 
 def _errors(found: Iterable[Finding]) -> list[Finding]:
-    return [one for one in found if one.severity is Severity.ERROR]
+    return [finding for finding in found if finding.severity is Severity.ERROR]
 
 
 def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
@@ -278,11 +278,11 @@ def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
     if spec is None or not families:
         return error.findings
     trials = Trials(Design(spec), [rule for rule in rules if rule.id in ROOM], (), (), Budget.of(hints))
-    found = trials.mending(first, Outcome(first, families))
-    further = f" ({NOT_FURTHER})" if found.is_cut_short else ""
-    if not found.mending:
+    result = trials.mending(first, Outcome(first, families))
+    further = f" ({NOT_FURTHER})" if result.is_cut_short else ""
+    if not result.mending:
         return tuple(replace(finding, hint=finding.hint + further) for finding in error.findings)
-    fix, _ = found.mending[0]
+    fix, _ = result.mending[0]
     fixes = as_written([Remedy(fix.edits)], spec.source)
     hint = f"{fix.words} gives room, to leads and vias as well (tried); "
     return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further, fixes=fixes) for f in error.findings)

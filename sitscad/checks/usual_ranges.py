@@ -44,15 +44,15 @@ SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm",
 @cache
 def usual_ranges() -> tuple[UsualRange, ...]:
     """Return every row of the table."""
-    found = []
+    ranges = []
     for row in rows("usual_ranges"):
         low, high, dimension = row["low"], row["high"], row["dimension"]
         bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
-        words = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
+        range_text = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
         value, key = row["value"] or row["key"], row["key"]
         called = WORKED_OUT[value][0] if value in WORKED_OUT else ""
-        found.append(UsualRange(key, value, called or key, dimension, *bounds, words, cited(row)))
-    return tuple(found)
+        ranges.append(UsualRange(key, value, called or key, dimension, *bounds, range_text, cited(row)))
+    return tuple(ranges)
 
 
 def _figure(text: str, dimension: str, otherwise: float) -> float:
@@ -64,8 +64,8 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
 def _layers(kind: LayerKind, rigid: bool = False) -> Callable[[Design], list[float]]:
     def thicknesses(design: Design) -> list[float]:
         """Thicknesses (m) of the layers of a kind. For dielectrics, only of rigid or only of flexible materials."""
-        return [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind
-                and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(one.material)) is rigid)]
+        return [layer.thickness for layer in design.spec.fpc.stackup.layers if layer.kind is kind
+                and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
 
     return thicknesses
 
@@ -80,15 +80,15 @@ def _poisson(design: Design) -> float | None:
 
 def _asked(design: Design) -> list[float]:
     """Return the required errors and resolutions, each as a fraction of the required force."""
-    asked, normal = design.spec.requirements, design.spec.requirements.normal_force
-    moments = [each for each in asked.moments if each]
-    tilts = {"normal": normal, "shear_x": asked.shear_force, "shear_y": asked.shear_force, "moment_x": asked.moment_x,
-             "moment_y": asked.moment_y}
-    pairs = [(asked.normal_resolution, normal), (asked.normal_error, normal), (asked.temperature_error, normal),
-             (asked.shear_resolution, asked.shear_force), (asked.shear_error, asked.shear_force),
-             (asked.moment_resolution, min(moments, default=None)), (asked.moment_error, min(moments, default=None)),
-             *((error, normal if isinstance(asked.tilt_error, float) else tilts[name])
-               for name, error in asked.tilt_limits().items())]
+    needs, normal = design.spec.requirements, design.spec.requirements.normal_force
+    moments = [each for each in needs.moments if each]
+    tilts = {"normal": normal, "shear_x": needs.shear_force, "shear_y": needs.shear_force, "moment_x": needs.moment_x,
+             "moment_y": needs.moment_y}
+    pairs = [(needs.normal_resolution, normal), (needs.normal_error, normal), (needs.temperature_error, normal),
+             (needs.shear_resolution, needs.shear_force), (needs.shear_error, needs.shear_force),
+             (needs.moment_resolution, min(moments, default=None)), (needs.moment_error, min(moments, default=None)),
+             *((error, normal if isinstance(needs.tilt_error, float) else tilts[name])
+               for name, error in needs.tilt_limits().items())]
     return [error / force for error, force in pairs if error is not None and force]
 
 
@@ -132,16 +132,16 @@ def unusual(design: Design) -> Iterator[Verdict]:
         worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
         if worst is not None and _by(usual, worst) > 1e-9:
             farthest.append((usual, worst))
-    for section, found in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
+    for section, pairs in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
-            beyond = list(found)
+            beyond = list(pairs)
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
             yield violated(
                 "unusual-rules", section, float(len(beyond)), 0.0, source=sources,
                 values=[f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond],
             )
             continue
-        for usual, value in found:
+        for usual, value in pairs:
             bound = usual.low if value < usual.low else usual.high
             yield violated("unusual", usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
                            name=usual.called, value=_shown(value, usual.dimension), range=usual.words)
@@ -158,23 +158,23 @@ def _by(usual: UsualRange, value: float) -> float:
 
 def _values(design: Design, path: str) -> list[float]:
     """Return the numbers at a path of the spec's values. Empty if a part of the path is missing."""
-    found: Any = design.spec
+    values: Any = design.spec
     if path in WORKED_OUT:
-        found = WORKED_OUT[path][1](design)
+        values = WORKED_OUT[path][1](design)
     else:
         for name in path.split("."):
-            found = getattr(found, name) if found is not None else None
-    if isinstance(found, Mapping):
-        return list(found.values())
-    return [] if found is None else list(found) if isinstance(found, (tuple, list)) else [found]
+            values = getattr(values, name) if values is not None else None
+    if isinstance(values, Mapping):
+        return list(values.values())
+    return [] if values is None else list(values) if isinstance(values, (tuple, list)) else [values]
 
 
 def _shown(value: float, dimension: str) -> str:
     if dimension in SI:
         return show(value, SI[dimension])
-    others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
+    texts = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
               "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
-    return others.get(dimension, f"{value:.4g}")
+    return texts.get(dimension, f"{value:.4g}")
 
 
 RULES: tuple[Rule, ...] = (

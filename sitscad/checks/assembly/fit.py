@@ -220,13 +220,13 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
 
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
     """Return the findings on values measured by `build`, from ``mount/fit.json``. Empty for any other document."""
-    found = []
+    findings = []
     for each in document.get("measured", ()):
         if not each["kept"]:
             rule, key = JUDGED_BY[each["what"]]
             violation = _solid_violation(each, each.get("key", key))
-            found.append(located(finding_of(_RULES[rule], violation, device), source))
-    return tuple(found)
+            findings.append(located(finding_of(_RULES[rule], violation, device), source))
+    return tuple(findings)
 
 
 def _solid_violation(each: Mapping[str, Any], key: str) -> Violation:

@@ -64,9 +64,9 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
     if jaw.fenestration is not None:
         # metal beside a window through the jaw's face and at its ends
         (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
-        left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
-        if left < wall.value - ROUNDING:
-            yield _too_little("window-wall", wall, left, "mount.jaw.fenestration", details=unverified(jaw), long=long,
+        rest = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
+        if rest < wall.value - ROUNDING:
+            yield _too_little("window-wall", wall, rest, "mount.jaw.fenestration", details=unverified(jaw), long=long,
                               wide=wide)
     if joint is not None and not _stands_on_metal(design.spec):
         yield violated("joint-on-nothing", "mount.retention", kind=joint.kind)
@@ -189,18 +189,18 @@ def carried(design: Design) -> Iterator[Verdict]:
         yield Undecided("the mount is not part of the spec: nothing says what the board lies on")
         return
     try:
-        found = support(design.layout)
+        areas = support(design.layout)
     except PartsError:
         yield Undecided("the shield does not fit into the standoff")
         return
-    if found is None:
+    if areas is None:
         yield Undecided("a mount or a jaw that is a STEP file: SIT326 measures it on the solids")
         return
-    is_all = found.carried >= HALF_OF_IT * found.pressed and found.body_carried < HALF_OF_IT * found.body
-    area, of = (found.body_carried, found.body) if is_all else (found.carried, found.pressed)
+    is_all = areas.carried >= HALF_OF_IT * areas.pressed and areas.body_carried < HALF_OF_IT * areas.body
+    area, of = (areas.body_carried, areas.body) if is_all else (areas.carried, areas.pressed)
     if area < MOST_OF_IT * of - ROUNDING**2 or is_all:
-        name = BODY if is_all else found.name
-        details = () if is_all or found.pressed == found.body else ("carried-whole",)
+        name = BODY if is_all else areas.name
+        details = () if is_all or areas.pressed == areas.body else ("carried-whole",)
         if mount.kind == "fingertip":
             hint = "carried-finger"
         else:
@@ -209,7 +209,7 @@ def carried(design: Design) -> Iterator[Verdict]:
             "carried-body" if name == BODY else "carried", "mount.standoff", area,
             (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2", hint=hint, details=details,
             severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING, part=name, area=of,
-            body=found.body, body_carried=found.body_carried,
+            body=areas.body, body_carried=areas.body_carried,
         )
 
 
@@ -247,10 +247,10 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         takes = lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
         if takes <= glue.open_time:
             continue
-        others = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
+        adhesives = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
         yield violated("glue-part", "assembly.adhesive", takes, glue.open_time, "s", source=glue.source,
-                       hint="" if others else "glue-part-smaller", glue=glue.name, part=part, force=force,
-                       others=others, fixes=(partial(each_read, spec, "assembly.adhesive", others),))
+                       hint="" if adhesives else "glue-part-smaller", glue=glue.name, part=part, force=force,
+                       others=adhesives, fixes=(partial(each_read, spec, "assembly.adhesive", adhesives),))
         return
 
 

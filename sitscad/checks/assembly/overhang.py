@@ -59,15 +59,15 @@ def overhang(design: Design) -> Iterator[Verdict]:
         beside = beyond(carrier, low.footprint.centre) > 0.0
         sides = _sides(box, on)
         (x0, y0, x1, y1), (x, y), jaw = design.layout.body, spec.array.middle, spec.jaw
-        aside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
+        offset = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
         # direction in which the jaw limits the body's growth
-        limits = "overhang-jaw-length" if aside[0] >= aside[1] else "overhang-jaw-width"
-        is_limited = case != "overhang-target" and jaw is not None and max(aside) >= GRAIN
+        limits = "overhang-jaw-length" if offset[0] >= offset[1] else "overhang-jaw-width"
+        is_limited = case != "overhang-target" and jaw is not None and max(offset) >= GRAIN
         return violated(
             case, key, over, 0.0, "m", details=("overhang-sides" if sides else "overhang-corners",
                                                 *[limits] * is_limited),
             severity=Severity.ERROR if beside else Severity.WARNING, fixes=_onto_body(design), sides=sides,
-            part=low.role.value, body_key=spec.fpc.body_key, aside=max(aside),
+            part=low.role.value, body_key=spec.fpc.body_key, aside=max(offset),
             length=0.0 if jaw is None else jaw.length, width=0.0 if jaw is None else jaw.width,
         )
 
@@ -75,11 +75,11 @@ def overhang(design: Design) -> Iterator[Verdict]:
         yield complaint("overhang-target", plate, pad.outline(), "elastomer.size", over, plate.footprint.box,
                         pad.footprint.box)
     low = max(lowest(spec), key=lambda each: each.footprint.hangs_over(body), default=None)
-    bare = -math.inf if low is None else low.footprint.hangs_over(body)
-    if low is None or bare + round_it <= ROUNDING:
+    overlap = -math.inf if low is None else low.footprint.hangs_over(body)
+    if low is None or overlap + round_it <= ROUNDING:
         return
-    beside, name = 0.0 if bare > ROUNDING else round_it, low.role.value
-    yield complaint("overhang-film" if beside else "overhang-plate", low, body, f"{name}.size", bare + beside,
+    beside, name = 0.0 if overlap > ROUNDING else round_it, low.role.value
+    yield complaint("overhang-film" if beside else "overhang-plate", low, body, f"{name}.size", overlap + beside,
                     grown(low.footprint.box, beside), design.layout.body)
 
 
@@ -116,13 +116,13 @@ def _widened(design: Design) -> Iterator[Fix]:
         if fix.edits and edge is not None and lies(fix.spec, edge):
             yield replace(fix, edits=(*fix.edits, *also))
         return
-    now, asked = changed.fpc.margin, more_margin(changed, layout.body)
+    now, needed = changed.fpc.margin, more_margin(changed, layout.body)
     for factor in FACTORS:
-        margin = tuple(round(own + factor * (more - own), 9) for own, more in zip(now, asked, strict=True))
+        margin = tuple(round(present + factor * (more - present), 9) for present, more in zip(now, needed, strict=True))
         if max(margin) <= MOST_MARGIN:
             x, y = margin
-            said = f"{x * 1e3:.6g}" if x == y else pair((x, y))
-            yield Fix((Edit("fpc.margin", said), *also), replace(changed, fpc=replace(changed.fpc, margin=(x, y))))
+            written = f"{x * 1e3:.6g}" if x == y else pair((x, y))
+            yield Fix((Edit("fpc.margin", written), *also), replace(changed, fpc=replace(changed.fpc, margin=(x, y))))
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
@@ -142,7 +142,7 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
         short = next(((needs, has) for needs, has in zip(needed, cutting.sheet, strict=True)
                       if needs > has + ROUNDING), None)
         if short is not None:
-            x, y = (max(both) * 1e3 for both in zip(needed, cutting.sheet, strict=True))
+            x, y = (max(pair) * 1e3 for pair in zip(needed, cutting.sheet, strict=True))
             yield violated("sheet-size", "cutting.sheet", *short, "m", part=plate.part, x=f"{x:.6g}", y=f"{y:.6g}")
         elif (nests(plate.size, plate.kerf, cutting, plate.count * boards)[0].count > 1
               and cutting.gap <= plate.kerf + ROUNDING):

@@ -75,23 +75,23 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
         yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
-    aside = [name for name, part in (("elastomer", pad), ("target", plate)) if part is not None and any(part.offset)]
-    if aside:
-        back: dict[str, Any] = {name: replace(getattr(spec, name), offset=(0.0, 0.0)) for name in aside}
-        yield Fix(tuple(Edit(f"{name}.offset", "[0, 0]") for name in aside), replace(spec, **back))
+    moved = [name for name, part in (("elastomer", pad), ("target", plate)) if part is not None and any(part.offset)]
+    if moved:
+        back: dict[str, Any] = {name: replace(getattr(spec, name), offset=(0.0, 0.0)) for name in moved}
+        yield Fix(tuple(Edit(f"{name}.offset", "[0, 0]") for name in moved), replace(spec, **back))
 
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
     """Return the margin (m) with which the lowest plate and its film lie on a body with rounded corners."""
     here = [low.footprint for low in lowest(spec)]
-    boxes = [grown(one.box, film_thickness(spec.encapsulation)) for one in here]
+    boxes = [grown(plate.box, film_thickness(spec.encapsulation)) for plate in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
     radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
 
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return max(one.hangs_over(larger) for one in here) + film_thickness(spec.encapsulation) <= 0.0
+        return max(plate.hangs_over(larger) for plate in here) + film_thickness(spec.encapsulation) <= 0.0
 
     beside = _least(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
@@ -159,9 +159,9 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
         return side, side
     size = [min(here.size[k], _widest(here, on, around, k)) for k in (0, 1)]
     size = [min(size)] * 2 if is_square else size
-    ways = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
-    found = [cut for way in ways if (cut := _shortened(here, size, way, on, around, grain)) is not None]
-    return max(found, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
+    directions = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
+    sizes = [cut for way in directions if (cut := _shortened(here, size, way, on, around, grain)) is not None]
+    return max(sizes, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
 
 
 def _shortened(
@@ -261,20 +261,20 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
     """Yield a finding if a target as long as the distance of two coils would give clearly larger signals."""
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), own_limits()["target_length_gain"]
-    target, asked = spec.target, spec.requirements
+    target, requirements = spec.target, spec.requirements
     assert pitch is not None and target is not None
-    if asked.normal_resolution is not None and asked.shear_resolution is not None:
+    if requirements.normal_resolution is not None and requirements.shear_resolution is not None:
         return  # SIT401 and SIT402 judge this case
     from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad  # already loaded by the estimates
 
     if spec.elastomer is None or not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD if spec.elastomer else NO_PAD)
         return
-    gain = gain_at_length(design, pitch, asked.shear_force or 0.0)
+    gain = gain_at_length(design, pitch, requirements.shear_force or 0.0)
     if gain is None:
         yield Undecided("the pad gives way sideways under the load: signals of two target lengths cannot be compared")
         return
-    is_shear_felt = asked.shear_force or asked.shear_resolution
+    is_shear_felt = requirements.shear_force or requirements.shear_resolution
     worth = gain.normal * gain.shear if is_shear_felt else gain.normal
     if worth <= limit.value:
         return
@@ -465,6 +465,6 @@ def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, flo
     if any(notes) or not np.isfinite(poses).all():
         return None
     moves, heights = [(0.0, 0.0), (float(poses[0, 0]), 0.0)], [0.0, float(poses[1, 2])]
-    found = target_effects(replace(design.layout, spec=spec), moves, heights, FREQUENCY)
-    moved = found[0, 1] - found[0, 0]
-    return float(abs((found[1, 0] - found[0, 0]).sum())), float(abs(moved[0] - moved[1]))
+    changes = target_effects(replace(design.layout, spec=spec), moves, heights, FREQUENCY)
+    moved = changes[0, 1] - changes[0, 0]
+    return float(abs((changes[1, 0] - changes[0, 0]).sum())), float(abs(moved[0] - moved[1]))

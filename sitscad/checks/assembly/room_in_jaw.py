@@ -250,7 +250,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
 def _pair(layout: Layout) -> Measure:
     """Return the closed pair's measure for a layout in a jaw. The shield must fit."""
-    return next(one for one in measures(layout) if one.name == CLOSED_PAIR)
+    return next(measure for measure in measures(layout) if measure.name == CLOSED_PAIR)
 
 
 def _height_to_take_off(design: Design, pair: Measure) -> float:

@@ -222,14 +222,14 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         # beyond the validated range of the pad's law, as in data sheet and calibration
         from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear
 
-        held = held_shear(spec)
-        if force > held:
+        validated = held_shear(spec)
+        if force > validated:
             modulus = pad_of(spec.elastomer).material.shear_modulus
             stiffer = _softest_enough(
                 lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
             yield violated(
-                "shear-validated", "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
-                hint="shear-validated-preset" if stiffer else "", beyond=beyond_held_shear(held),
+                "shear-validated", "requirements.shear_force", force, validated, "N", severity=Severity.NOTE,
+                hint="shear-validated-preset" if stiffer else "", beyond=beyond_held_shear(validated),
                 preset="" if stiffer is None else stiffer.name,
             )
         return
@@ -299,11 +299,11 @@ def _modulus_for_shear(
         if math.isfinite(lower):
             share = min(max(math.log(lower / (0.995 * limit)) / math.log(lower / upper), 0.05), 0.95)
         middle = low * (high / low) ** share
-        found = _sheared(spec, force, middle)
-        if found > limit:
-            low, lower = middle, found
+        sheared = _sheared(spec, force, middle)
+        if sheared > limit:
+            low, lower = middle, sheared
         else:
-            high, upper = middle, found
+            high, upper = middle, sheared
     return high
 
 
@@ -353,7 +353,8 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     pad, (face, _) = pressed(spec), loaded_face(spec)
     way = pad_of(spec.elastomer).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
-    stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
+    rigidities = np.array([rigidity(target.material.young_modulus, sheet) for sheet in thicker])
+    stiffness = rigidities * face.area * way / force
     if is_all:
         if stiffness[0] ** 0.25 < limits["evenly_pressed"].value * max(target.size):
             plate = f"{show(target.thickness, 'm')} of {target.material.name}"

@@ -119,13 +119,13 @@ def copper_in(design: Design) -> Copper:
     return cached_per_board(design, "copper", lambda: copper_of(design.layout))
 
 
-def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
-    """Yield the pieces of copper nearer to an edge than `asked` (m): their indices and gaps (m)."""
-    reach = copper.half + asked
+def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tuple[int, float]]:
+    """Yield the pieces of copper nearer to an edge than `minimum` (m): their indices and gaps (m)."""
+    reach = copper.half + minimum
     pairs = nearest_pairs(copper.pieces.boxes, reach, edge.boxes, np.zeros(len(edge)))
     i, j = pairs[:, 0], pairs[:, 1]
     gap = distances(copper.pieces.take(i), edge.take(j)) - copper.half[i]
-    for k in np.flatnonzero(gap < asked - ALLOWED_SHORTFALL):
+    for k in np.flatnonzero(gap < minimum - ALLOWED_SHORTFALL):
         yield int(i[k]), float(gap[k])
 
 
@@ -148,8 +148,8 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
 
 def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
     """Return the violation for two pieces that are too near, with the number of such places."""
-    asked = near.asked + ALLOWED_SHORTFALL
-    holder, source = gap_asked_by(spec.fpc.rules, asked)
+    minimum = near.asked + ALLOWED_SHORTFALL
+    holder, source = gap_asked_by(spec.fpc.rules, minimum)
     hint, fixes = "", tuple[Family, ...]()
     # a turn near another turn of its coil, or near the conductor that continues it
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
@@ -158,14 +158,14 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
     if radius is not None:
         key, hint = "coil.corner_radius", "gap-radius"
         fixes = (lambda: [setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
-    elif is_of_turns and asked - near.gap <= nearer_by(spec.coil):
-        spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
+    elif is_of_turns and minimum - near.gap <= nearer_by(spec.coil):
+        spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (minimum - near.gap)) / GRAIN - 1e-6)
         # with fewer turns if the wider pitch needs their room
         key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider(spec, 0.0, spacing),)
     return violated(
-        "gap", key, near.gap, asked, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
+        "gap", key, near.gap, minimum, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
         place=Place(near.x, near.y, near.layer, near.nets), fixes=fixes, pair=pair_in_words(near), layer=near.layer,
-        gap=max(0.0, near.gap), house=holder, places=places, missing=asked - near.gap,
+        gap=max(0.0, near.gap), house=holder, places=places, missing=minimum - near.gap,
         radius=f"{(radius or 0.0) * 1e3:.6g}",
     )
 
@@ -225,9 +225,9 @@ def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[fl
         (ax, ay), (bx, by) = (a.x - start.x, a.y - start.y), (b.x - a.x, b.y - a.y)
         across = dx * by - dy * bx
         if across != 0.0 and 0.0 <= (ax * dy - ay * dx) / across < 1.0:
-            along = (ax * by - ay * bx) / across
-            if 0.0 < along < 1.0:
-                yield along
+            fraction = (ax * by - ay * bx) / across
+            if 0.0 < fraction < 1.0:
+                yield fraction
 
 
 def _narrow_web(
@@ -267,15 +267,15 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
 
 
 def _bared(
-    copper: Copper, asked: float, number: int, opening: Path
+    copper: Copper, minimum: float, number: int, opening: Path
 ) -> Iterator[tuple[Trace | Via, float, Array]]:
-    """Yield tracks and vias of a layer inside or too near (`asked`, m) an opening in which they do not end.
+    """Yield tracks and vias of a layer inside or too near (`minimum`, m) an opening in which they do not end.
 
     Each has the item, the smallest gap (m) and its place.
     """
     edge, corners = edge_of(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
-    for index, gap in edge_gaps(copper, edge, asked):
+    for index, gap in edge_gaps(copper, edge, minimum):
         if copper.layer[index] == number:
             key = int(copper.item[index])
             worst[key] = min(worst.get(key, (gap, index)), (gap, index))
@@ -296,18 +296,18 @@ def _inside_of(sides: Primitives, outline: Path, web: float) -> Primitives:
     and leaves no strip. Arcs are returned unchanged.
     """
     corners = outline.flattened(1e-6)
-    kept: list[tuple[int, float, float]] = []
+    parts: list[tuple[int, float, float]] = []
     for index in range(len(sides)):
         if sides.radius[index] > 0.0:
-            kept.append((index, 0.0, 1.0))
+            parts.append((index, 0.0, 1.0))
             continue
         start, end = Point(*sides.start[index].tolist()), Point(*sides.end[index].tolist())
         short = web / max(start.distance(end), ROUNDING)
         for first, last in pairwise([0.0, *sorted(crossings(start, end, corners)), 1.0]):
             a, b = first + (short if first > 0.0 else 0.0), last - (short if last < 1.0 else 0.0)
             if b > a and _inside(corners, Line(start, end).at((first + last) / 2.0)):
-                kept.append((index, a, b))
-    table = np.array(kept, dtype=float).reshape(-1, 3)
+                parts.append((index, a, b))
+    table = np.array(parts, dtype=float).reshape(-1, 3)
     return sides.take(table[:, 0].astype(np.intp)).trimmed(table[:, 1], table[:, 2])
 
 

@@ -107,13 +107,13 @@ class TrackGraph:
     @cached_property
     def edges(self) -> tuple[_Edge, ...]:
         """Tracks, divided at the nodes that they touch."""
-        meetings, found = _meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
+        meetings, edges = _meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
         for index, trace in enumerate(self.layout.traces):
             cuts = [(0.0, self.node_of(trace.path.start, trace.layer)),
                     (trace.path.length, self.node_of(trace.path.end, trace.layer))]
             cuts += [(way, self.node_of(point, trace.layer)) for way, point in meetings[index]]
-            found += [_Edge(one, other, trace, way, further) for (way, one), (further, other) in pairwise(sorted(cuts))]
-        return tuple(found)
+            edges += [_Edge(start, end, trace, way, further) for (way, start), (further, end) in pairwise(sorted(cuts))]
+        return tuple(edges)
 
 
 def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
@@ -159,21 +159,21 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
 
 def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
     """Return the ends of other tracks that run into each track between its ends: the path length (m) and the place."""
-    found: dict[int, list[tuple[float, Point]]] = defaultdict(list)
+    meetings: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, copper_layers + 1):
-        own = [(i, trace) for i, trace in enumerate(traces) if trace.layer == layer]
-        rows, whose, ways = [], [], []
-        for i, trace in own:
+        tracks = [(i, trace) for i, trace in enumerate(traces) if trace.layer == layer]
+        rows, whose, starts = [], [], []
+        for i, trace in tracks:
             way = 0.0
             for row, size in path_rows(trace.path):
                 rows.append(row)
                 whose.append(i)
-                ways.append(way)
+                starts.append(way)
                 way += size
         if not rows:
             continue
         pieces = from_rows(rows)
-        ends = [(i, point, trace.width) for i, trace in own for point in (trace.path.start, trace.path.end)]
+        ends = [(i, point, trace.width) for i, trace in tracks for point in (trace.path.start, trace.path.end)]
         spots = np.array([point for _, point, _ in ends])
         half = np.array([traces[i].width / 2 for i in whose])
         near = nearest_pairs(np.hstack([spots, spots]), np.array([w / 2 for *_, w in ends]), pieces.boxes, half)
@@ -184,9 +184,9 @@ def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[t
             apart = min(point.distance(trace.path.start), point.distance(trace.path.end))
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
-                found[whose[j]].append((ways[j] + _along(segment, point), point))
+                meetings[whose[j]].append((starts[j] + _along(segment, point), point))
     # one meeting per point, although an end can touch two pieces of a track
-    return {i: list({_cell(point): (way, point) for way, point in found[i]}.values())
+    return {i: list({_cell(point): (way, point) for way, point in meetings[i]}.values())
             for i in range(len(traces))}
 
 
@@ -211,14 +211,14 @@ def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Conduct
 def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
     """Return the edges of the path through a tree from one node to another. Empty if there is no path."""
     stack: list[tuple[Node, tuple[_Edge, ...]]] = [(start, ())]
-    seen = {start}
+    visited = {start}
     while stack:
         node, way = stack.pop()
         if node == goal:
             return way
         for there, edge in tree[node]:
-            if there not in seen:
-                seen.add(there)
+            if there not in visited:
+                visited.add(there)
                 stack.append((there, (*way, edge)))
     return ()
 
@@ -234,9 +234,9 @@ class _Joined:
             node = above
         return node
 
-    def join(self, one: Node, other: Node) -> bool:
+    def join(self, first: Node, second: Node) -> bool:
         """Join two nodes. Return False if they were joined already."""
-        a, b = self.root(one), self.root(other)
+        a, b = self.root(first), self.root(second)
         self._above[a] = b
         return a != b
 
@@ -252,18 +252,18 @@ _SAME_PLACE = 1e-8
 def acute_angle(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks that meet at an acute angle, without a pad over the corner."""
     copper = copper_in(design)
-    seen: set[tuple[int, int]] = set()
-    for one, other, (x, y), angle in _corners(copper):
-        a, b = copper.items[copper.item[one]], copper.items[copper.item[other]]
-        pair, layer = (int(copper.item[one]), int(copper.item[other])), int(copper.layer[one])
+    pairs: set[tuple[int, int]] = set()
+    for first, second, (x, y), angle in _corners(copper):
+        a, b = copper.items[copper.item[first]], copper.items[copper.item[second]]
+        pair, layer = (int(copper.item[first]), int(copper.item[second])), int(copper.layer[first])
         is_covered = any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias)
         is_covered = is_covered or any(
             pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
             for pad in design.layout.all_pads
         )
-        if a.net != b.net or pair in seen or is_covered:
+        if a.net != b.net or pair in pairs or is_covered:
             continue
-        seen.add(pair)
+        pairs.add(pair)
         yield violated(
             "acute", "coil", math.degrees(angle), math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
             fixes=(lambda: other_ends(design.spec),), tracks=[name_of(a), name_of(b)], layer=layer,
@@ -272,11 +272,11 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
 
 def sliver(design: Design) -> Iterator[Verdict]:
     """Yield findings on gaps within one conductor that turns back on itself, narrower than the fabricator's spacing."""
-    asked = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
-    holder, source = gap_asked_by(design.spec.fpc.rules, asked)
-    for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
+    minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
+    holder, source = gap_asked_by(design.spec.fpc.rules, minimum)
+    for near in conductor_notches(copper_in(design), minimum - ALLOWED_SHORTFALL):
         yield violated(
-            "notch", "coil", near.gap, asked, "m", source=source, fixes=(lambda: other_ends(design.spec),),
+            "notch", "coil", near.gap, minimum, "m", source=source, fixes=(lambda: other_ends(design.spec),),
             place=Place(near.x, near.y, near.layer, (near.one.net,)), pair=pair_in_words(near), layer=near.layer,
             house=holder,
         )

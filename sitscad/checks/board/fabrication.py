@@ -99,7 +99,8 @@ def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
         limits = getattr(rules, field)
-        beyond = ((own, most) for own, most in zip(sorted(size), sorted(limits), strict=True) if own > most + ROUNDING)
+        beyond = ((length, most) for length, most in zip(sorted(size), sorted(limits), strict=True)
+                  if length > most + ROUNDING)
         side, largest = next(beyond, (None, None))
         is_usual = is_choice and field == "panel_size"
         if side is None or (is_usual and not parts):
@@ -138,12 +139,12 @@ def short_of(
                     fixes=fixes, house=house(rules, field), **values)
 
 
-def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
+def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
     """Return the holder and the source of a gap between copper (m).
 
     These are the spec itself if the gap is the spacing of its turns and narrower than the fabricator's.
     """
-    if asked < rules.trace_spacing - ROUNDING:
+    if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
     return house(rules, "trace_spacing"), rules.source_of("trace_spacing")
 
@@ -186,9 +187,9 @@ def _thicker_foil(
 ) -> Iterator[Violation]:
     """Yield a violation if the foil is thicker than every foil for which the fabricator states line widths."""
     rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
-    stated = rules.beyond.get(field)
-    if stated is not None:
-        yield violated("foil-unstated", "fpc.rules", foil, stated, "m", severity=severity,
+    thickest = rules.beyond.get(field)
+    if thickest is not None:
+        yield violated("foil-unstated", "fpc.rules", foil, thickest, "m", severity=severity,
                        source=rules.source_of(field), lines=lines, field=field, house=house(rules, field))
 
 
@@ -218,7 +219,8 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 severity=Severity.ERROR if binds else Severity.WARNING, source=rules.source_of(f"coil_{field}"),
                 fixes=_widened(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
                 house=house(rules, f"coil_{field}"), holder=rules.holders.get("coil_rule_binding", rules.name),
-                profile=rules.name, waiver=[f"coil_{name}: {show(own, 'm', 6)}" for name, own in too_fine.items()],
+                profile=rules.name,
+                waiver=[f"coil_{name}: {show(drawn_value, 'm', 6)}" for name, drawn_value in too_fine.items()],
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
@@ -270,14 +272,14 @@ def offered(design: Design) -> Iterator[Verdict]:
     """
     spec = design.spec
     rules, fpc = spec.fpc.rules, spec.fpc
-    stated = (rules.layer_counts, rules.foils, rules.cores, rules.covers, rules.stiffeners, rules.finishes)
-    if all(each is None for each in stated) and rules.order_multiple == 1:
+    lists = (rules.layer_counts, rules.foils, rules.cores, rules.covers, rules.stiffeners, rules.finishes)
+    if all(each is None for each in lists) and rules.order_multiple == 1:
         yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
         return
     other = partial(each_read, spec)
     refused = list(_refused(fpc.stackup, rules))
-    alike = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
-    good = [name for name in alike if not any(_refused(presets.stackup(name), rules))]
+    candidates = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
+    good = [name for name in candidates if not any(_refused(presets.stackup(name), rules))]
     for case, field, measured, value, plated in refused:
         yield _not_offered(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",
                            details=("foil-finished",) if plated else (), others=good, plated=plated,
@@ -391,17 +393,17 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
     stackup, coil = design.spec.fpc.stackup, design.spec.coil
     thinnest = min(film for film, _ in presets.coverlay_films())
     for side, layer, copper in stackup.covers:
-        asked = presets.least_adhesive(copper.thickness)
+        minimum = presets.least_adhesive(copper.thickness)
         most = layer.adhesive or max(0.0, layer.thickness - thinnest)
-        if layer.material == MASK or most >= asked - ROUNDING:
+        if layer.material == MASK or most >= minimum - ROUNDING:
             continue
         gaps = coil.trace_spacing / (coil.trace_width + coil.trace_spacing) if copper.number in coil.layers else 0.0
-        film, adhesive = presets.best_film(asked)
+        film, adhesive = presets.best_film(minimum)
         is_preset = stackup.name in presets.names("stackup")
         key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
         is_short = 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING
         yield violated(
-            "cover-adhesive" if layer.adhesive else "cover-adhesive-unstated", key, most, asked, "m",
+            "cover-adhesive" if layer.adhesive else "cover-adhesive-unstated", key, most, minimum, "m",
             hint="cover-adhesive", side=side,
             severity=Severity.ERROR if is_short else Severity.WARNING, copper=copper.thickness, thinnest=thinnest,
             coverlay=film + adhesive, adhesive=adhesive,

@@ -148,12 +148,12 @@ def _too_short(
 
 def tail_length(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the drawn tail is longer than the spec's."""
-    tail, drawn = design.spec.fpc.tail, design.layout.tail_length
+    tail, drawn_length = design.spec.fpc.tail, design.layout.tail_length
     assert tail is not None
-    if drawn > tail.length + ROUNDING:
-        needed = LENGTH_GRAIN * math.ceil(drawn / LENGTH_GRAIN - 1e-6)
+    if drawn_length > tail.length + ROUNDING:
+        needed = LENGTH_GRAIN * math.ceil(drawn_length / LENGTH_GRAIN - 1e-6)
         fix = setting(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
-        yield violated("tail-length", "fpc.tail.length", tail.length, drawn, "m", fixes=(lambda: [fix],),
+        yield violated("tail-length", "fpc.tail.length", tail.length, drawn_length, "m", fixes=(lambda: [fix],),
                        length=f"{needed * 1e3:.1f} mm")
 
 
@@ -257,10 +257,10 @@ def step(design: Design) -> Iterator[Verdict]:
     through = [via for via in layout.vias if via.lowest is None]
     near = max(through, key=lambda via: via.centre.x + via.drill / 2.0, default=None)
     gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
-    asked = rules.coverlay_lap + rules.coverlay_registration
+    minimum = rules.coverlay_lap + rules.coverlay_registration
     field, apart = "hole_to_step", rules.hole_to_step
-    if layout.spec.fpc.has_tail_coverlay and asked > apart:
-        field, apart = "coverlay_lap", asked
+    if layout.spec.fpc.has_tail_coverlay and minimum > apart:
+        field, apart = "coverlay_lap", minimum
     if near is not None and gap < apart - ROUNDING:
         yield _near_step("hole-to-step", design.spec, gap, apart, rules.source_of(field),
                          Place(*near.centre, nets=(near.net,)), net=near.net, house=house(rules, field),
@@ -268,25 +268,25 @@ def step(design: Design) -> Iterator[Verdict]:
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
-    if layout.spec.fpc.has_tail_coverlay and gap < asked - ROUNDING:
+    if layout.spec.fpc.has_tail_coverlay and gap < minimum - ROUNDING:
         yield _near_step(
-            "turns-to-step", design.spec, gap, asked, rules.source_of("coverlay_lap"),
+            "turns-to-step", design.spec, gap, minimum, rules.source_of("coverlay_lap"),
             Place(*coil.centre, nets=(coil.net,)), coil=coil.name, house=house(rules, "coverlay_lap"),
             lap=rules.coverlay_lap, registration=rules.coverlay_registration,
         )
 
 
 def _near_step(
-    case: str, spec: SensorSpec, gap: float, asked: float, source: str, place: Place, **values: Any
+    case: str, spec: SensorSpec, gap: float, minimum: float, source: str, place: Place, **values: Any
 ) -> Violation:
     """Return the violation for an item too near to the step in thickness, with a longer body as remedy."""
     margin = spec.fpc.margin
-    longer = GRAIN * math.ceil((margin[0] + (asked - gap)) / GRAIN - 1e-6)
+    longer = GRAIN * math.ceil((margin[0] + (minimum - gap)) / GRAIN - 1e-6)
     fix = setting(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
     if spec.fpc.body is not None:
         fix = larger_body(spec, longer)
-    return violated(case, "fpc.tail.layers", gap, asked, "m", hint="near-step", details=("near-step",), source=source,
-                    place=place, fixes=(lambda: [fix],), missing=asked - gap, body_key=spec.fpc.body_key,
+    return violated(case, "fpc.tail.layers", gap, minimum, "m", hint="near-step", details=("near-step",), source=source,
+                    place=place, fixes=(lambda: [fix],), missing=minimum - gap, body_key=spec.fpc.body_key,
                     height=spec.fpc.tail_step, **values)
 
 
@@ -307,25 +307,25 @@ PADS = Undecided("the tail ends in solder pads: no connector takes it")
 def insertion_thickness(design: Design) -> Iterator[Verdict]:
     """Yield findings on the thickness at the contacts, with remaining coverlay and stiffener, against the connector."""
     connector = _connector(design.spec.fpc)
-    wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
-    if wanted <= 0.0:
+    required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
+    if required <= 0.0:
         yield PADS
         return
     have, plate = finished_thickness(design.layout, Where.CONTACT).nominal, design.layout.stiffener
-    wrong = abs(have - wanted)
+    wrong = abs(have - required)
     if wrong > allowed + ROUNDING:
-        spec, bare = design.spec, have - (plate.thickness if plate is not None else 0.0)
+        spec, unstiffened = design.spec, have - (plate.thickness if plate is not None else 0.0)
         names = [name for name in presets.names("connector") if name != connector.name]
-        others, fixes = partial(each_read, spec, "fpc.tail.connector", names), tuple[Family, ...]()
-        if bare <= wanted + allowed + ROUNDING:
-            hint = "insertion-thinner" if have > wanted else "insertion-thicker"
-            plate_of = [f"{1e3 * (wanted - bare):.6g}"] if wanted > bare else []
-            fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), others
+        connectors, fixes = partial(each_read, spec, "fpc.tail.connector", names), tuple[Family, ...]()
+        if unstiffened <= required + allowed + ROUNDING:
+            hint = "insertion-thinner" if have > required else "insertion-thicker"
+            plate_of = [f"{1e3 * (required - unstiffened):.6g}"] if required > unstiffened else []
+            fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), connectors
         elif presets.is_rigid(spec.fpc.stackup):
             hint, fixes = "insertion-rigid", (partial(each_read, spec, "fpc.tail.connector", ["solder-pads"]),)
         else:
-            hint, fixes = "insertion-bare", (partial(thinner_tails, spec), others)
-        yield violated("insertion", "fpc.tail.connector", have, wanted, "m", hint=hint,
+            hint, fixes = "insertion-bare", (partial(thinner_tails, spec), connectors)
+        yield violated("insertion", "fpc.tail.connector", have, required, "m", hint=hint,
                        details=_plug_unverified(connector), source=connector.source, fixes=fixes,
                        connector=connector.name, tolerance=allowed, wrong=wrong)
 
@@ -337,11 +337,11 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     are stated in the order.
     """
     connector, pads = _connector(design.spec.fpc), design.layout.pads
-    wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
-    if wanted <= 0.0:
+    required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
+    if required <= 0.0:
         yield PADS
         return
-    band, low, high = finished_thickness(design.layout, Where.CONTACT), wanted - allowed, wanted + allowed
+    band, low, high = finished_thickness(design.layout, Where.CONTACT), required - allowed, required + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
     # a stiffener from stock comes within half a step of the required thickness
     half_a_step = max(b - a for a, b in pairwise(_in_stock())) / 2
@@ -349,7 +349,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
         yield violated(
             "contact-thickness", "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m",
             details=_plug_unverified(connector), source=band.source, place=Place(*pads[0].centre, 1) if pads else None,
-            minimum=band.minimum, maximum=band.maximum, low=low, high=high, wanted=wanted, tolerance=allowed,
+            minimum=band.minimum, maximum=band.maximum, low=low, high=high, wanted=required, tolerance=allowed,
             connector=connector.name,
         )
 
@@ -394,20 +394,20 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
 def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield findings on a number of contacts that the connector is not made with, and on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
-    row, made = contact_row(placements, fpc.tail, connector), connector.positions
+    row, counts = contact_row(placements, fpc.tail, connector), connector.positions
     unverified = _plug_unverified(connector, "positions")
-    if made and row.count not in made:
+    if counts and row.count not in counts:
         is_written = tail is not None and tail.contacts is not None
-        others = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
+        connectors = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
         hint = "positions-written" if is_written else "positions-coils"
-        if others:
+        if connectors:
             hint = "positions-others-written" if is_written else "positions-others-coils"
         yield violated(
             "positions", "fpc.tail.contacts" if is_written else "fpc.tail.connector", float(row.count),
-            float(made[-1]), hint=hint, details=unverified, severity=Severity.WARNING if is_written else None,
-            source=connector.source, connector=connector.name, fewest=made[0], others=others,
+            float(counts[-1]), hint=hint, details=unverified, severity=Severity.WARNING if is_written else None,
+            source=connector.source, connector=connector.name, fewest=counts[0], others=connectors,
         )
-    elif made and row.count > row.used:
+    elif counts and row.count > row.used:
         yield violated(
             "contacts-unused", "fpc.tail.connector", float(row.used), float(row.count), details=unverified,
             severity=Severity.NOTE, source=connector.source, connector=connector.name, first=row.first,
@@ -448,12 +448,12 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
 
 def _to_the_edge(outline: Path, pad: Pad) -> float:
     """Return the distance (m) from a contact's end to the outline, in the nearer direction along the contact."""
-    half, corners, found = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
+    half, corners, distances = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
     for sign in (-1.0, 1.0):  # up to one metre
         end = pad.centre.shifted(sign * half * dx, sign * half * dy)
-        found += crossings(end, end.shifted(sign * dx, sign * dy), corners)
-    return min(found)
+        distances += crossings(end, end.shifted(sign * dx, sign * dy), corners)
+    return min(distances)
 
 
 RULES: tuple[Rule, ...] = (

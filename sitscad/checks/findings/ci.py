@@ -145,12 +145,12 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
         for kind, start, end, first, last in changes
         if kind != "equal"
     ]
-    words = "; ".join(f"{edit.key}: {edit.new}" for edit in remedy.edits)
+    edits = "; ".join(f"{edit.key}: {edit.new}" for edit in remedy.edits)
     if not replacements:
         return None
-    told = words if remedy.is_safe else f"{words} (changes what the sensor is)"
+    description = edits if remedy.is_safe else f"{edits} (changes what the sensor is)"
     return {
-        "description": {"text": told},
+        "description": {"text": description},
         "artifactChanges": [{"artifactLocation": where, "replacements": replacements}],
     }
 
@@ -208,20 +208,20 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
 
 def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
     """Add a rule as a test case, with its findings."""
-    found = [finding for finding in spec.findings if finding.rule == rule]
+    findings = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
-    failing = [finding for finding in found if finding.severity.weighs(output.fail_on)]
+    failing = [finding for finding in findings if finding.severity.weighs(output.fail_on)]
     if failing:
         first = failing[0]
         kind = "error" if rule.startswith("SIT0") else "failure"
-        told = SubElement(case, kind, message=_shown(first.message), type=first.severity.value)
-        told.text = "\n".join(_lines(path, finding) for finding in failing)
+        element = SubElement(case, kind, message=_shown(first.message), type=first.severity.value)
+        element.text = "\n".join(_lines(path, finding) for finding in failing)
     else:  # the reason why a rule without a failure did not pass
         reasons = [f"not checked: {each.reason}" for each in spec.not_checked if each.rule == rule]
         reasons += [f"ignored: {each.reason}" for each in spec.ignored if each.finding.rule == rule]
         if reasons:
             SubElement(case, "skipped", message=_shown("; ".join(dict.fromkeys(reasons))))
-    milder = [finding for finding in found if finding not in failing]
+    milder = [finding for finding in findings if finding not in failing]
     if milder:
         SubElement(case, "system-out").text = "\n".join(_lines(path, finding) for finding in milder)
 

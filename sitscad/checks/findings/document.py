@@ -103,14 +103,14 @@ def checked_spec(
     board: tuple[float, ...] | None = None,
 ) -> CheckedSpec:
     """Return a spec with its findings and measured values. Findings without a place get their place in the text."""
-    source, placed = spec.source, []
+    source, located = spec.source, []
     for finding in findings:
         if finding.line is None:
             line, column = source.locate(finding.key)
             finding = replace(finding, line=line, column=column)
-        placed.append(finding)
+        located.append(finding)
     return CheckedSpec(
-        source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
+        source.path, source.text, tuple(located), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
         closing=closing, reached=tuple(reached), name=spec.name, board=board,
     )
 
@@ -135,12 +135,12 @@ def identities(findings: Sequence[Finding]) -> list[str]:
 
     Findings of one rule at one key are distinguished by a count, in the given order.
     """
-    seen: Counter[tuple[str, str | None, str | None]] = Counter()
+    counts: Counter[tuple[str, str | None, str | None]] = Counter()
     names = []
     for finding in findings:
         key = (finding.rule, finding.key, finding.file)
-        seen[key] += 1
-        names.append("\0".join((finding.rule, finding.key or "", finding.file or "", str(seen[key]))))
+        counts[key] += 1
+        names.append("\0".join((finding.rule, finding.key or "", finding.file or "", str(counts[key]))))
     return names
 
 
@@ -285,5 +285,6 @@ def _finding(entry: dict[str, Any]) -> Finding:
 
 
 def _measure(entry: dict[str, Any]) -> Measure:
-    parts = tuple(Share(**{one.field: each[one.key] for one in FIT_PART}) for each in entry["parts"])
-    return Measure(**{one.field: entry[one.key] for one in FIT if one.field != "margin"}, parts=parts)
+    parts = tuple(Share(**{quantity.field: each[quantity.key] for quantity in FIT_PART}) for each in entry["parts"])
+    values = {quantity.field: entry[quantity.key] for quantity in FIT if quantity.field != "margin"}
+    return Measure(**values, parts=parts)

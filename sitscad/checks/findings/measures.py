@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """Return a line for each measure of the fit: the worst case, or all three cases if `whole`."""
-    found = []
+    lines = []
     for m in fit:
         nominal, likely, worst, limit = (
             in_mm(size, 3) for size in (m.nominal, m.root_sum_square, m.worst, m.limit)
@@ -29,8 +29,8 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
             likely = "" if m.likely_margin >= 0.0 else f" ({_length(-m.likely_margin, 3)} by root-sum-square)"
             spare = f"{_length(-m.margin, 3)} short{likely}"
         assumed = f", {m.assumption}" if m.assumption else ""
-        found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}{assumed}")
-    return found
+        lines.append(f"{m.name} {cases} of {limit} mm{side}, {spare}{assumed}")
+    return lines
 
 
 def fit_tables(fit: Sequence[Measure]) -> list[Table]:
@@ -95,23 +95,23 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
-        words = f"{change}, {BY_INDUCTANCE.plain(s)} of the inductance at the contacts over {show(s.force, 'N')}"
+        text = f"{change}, {BY_INDUCTANCE.plain(s)} of the inductance at the contacts over {show(s.force, 'N')}"
         if s.has_loss_in_it:
-            words += f" (of the reading {SHARE.plain(s)}: it follows losses, too)"
-        named.setdefault(words, []).append(s.coil)
-    return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
+            text += f" (of the reading {SHARE.plain(s)}: it follows losses, too)"
+        named.setdefault(text, []).append(s.coil)
+    return [f"{', '.join(coils)} {text}" for text, coils in named.items()]
 
 
 def felt_words(reached: RequirementResult) -> str:
     """Return a line with the estimated value of a requirement, the requirement and the place of the value."""
     if reached.limit is None:
-        words = reached.requirement.replace("_", " ")
-        return f"{words} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
-    found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
+        requirement = reached.requirement.replace("_", " ")
+        return f"{requirement} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
+    value_text, limit_text = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
                     for value in (reached.measured, reached.limit))
     name = reached.requirement.replace("_", " ")
     name += " by noise alone" if name.endswith("resolution") else ""
-    return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
+    return f"{name} {value_text} of {limit_text} asked ({reached.axis}, {reached.at})"
 
 
 def signal_table(signals: Sequence[Signal], coils: tuple[CoilEstimate, ...], drive_code: int | None) -> Table:

@@ -97,13 +97,13 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
     else:
         last = _not_checked_text(checked, name, output)
     last += [line for spec in checked for line in _ignored_text(spec, output)]
-    said = summary(checked, colour)
+    final = summary(checked, colour)
     if not output.verbose:  # what the short form leaves out, and the option that shows it
         milder = {f.severity for spec in checked for f in spec.findings if not output.is_told_in_full(f.severity)}
-        words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
-        told = " and ".join(word for severity, word in words.items() if severity in milder)
-        said = verdict(checked, colour) + (f" (check -v shows {told})" if told else "")
-    last += [name + line for line in (*_fixes_text(checked, output.hints), said)]
+        labels = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
+        hidden = " and ".join(word for severity, word in labels.items() if severity in milder)
+        final = verdict(checked, colour) + (f" (check -v shows {hidden})" if hidden else "")
+    last += [name + line for line in (*_fixes_text(checked, output.hints), final)]
     return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
 
@@ -111,9 +111,9 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     """Return the findings of a spec as groups of lines: one for each finding in full, and one for short warnings."""
     if output.verbose:
         return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
-    found = by_weight(spec.findings)
-    full = [_in_full(spec, finding, output) for finding in found if output.is_told_in_full(finding.severity)]
-    milder = [f for f in found if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
+    findings = by_weight(spec.findings)
+    full = [_in_full(spec, finding, output) for finding in findings if output.is_told_in_full(finding.severity)]
+    milder = [f for f in findings if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
 
 
@@ -140,10 +140,11 @@ def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str
 def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """Return the verdict with the numbers of errors, warnings and notes."""
     counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
-    words = [counted(count, severity.value) for severity, count in counts if count]
+    counted_severities = [counted(count, severity.value) for severity, count in counts if count]
     ok = all(spec.ok for spec in checked)
-    said = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
-    return f"{said}: {', '.join(words) or 'no findings'}" + (f" in {len(checked)} specs" if len(checked) > 1 else "")
+    status = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
+    where = f" in {len(checked)} specs" if len(checked) > 1 else ""
+    return f"{status}: {', '.join(counted_severities) or 'no findings'}{where}"
 
 
 def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
@@ -165,8 +166,8 @@ def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[st
     where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
     plain = f"{where} {finding.rule} {finding.severity.value} "
-    first, *others = _folded(plain, finding.message, INDENT, output)
-    return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *others]
+    first, *rest = _folded(plain, finding.message, INDENT, output)
+    return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *rest]
 
 
 def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
@@ -177,8 +178,8 @@ def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list
         shown, caret = excerpt(text, finding.column or 1, output.width and output.width - len(margin))
         mark = styled("^", SEVERITY_COLOURS[finding.severity], output.colour)
         lines += [f"{margin}{printable(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
-    for word, told in (("detail", finding.detail), ("hint", finding.hint)):
-        lines += _folded(f"{'':{INDENT}}{word}: ", told, INDENT + len(word) + 2, output) if told else []
+    for word, content in (("detail", finding.detail), ("hint", finding.hint)):
+        lines += _folded(f"{'':{INDENT}}{word}: ", content, INDENT + len(word) + 2, output) if content else []
     return lines
 
 
@@ -345,8 +346,8 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
 
 def severities(rule: ListedRule) -> str:
     """Return the severities alone, mildest first: ``warning, error``."""
-    words = {case.partition(" ")[0] for case in re.split(r"[;,]\s*", rule.severities)}
-    return ", ".join(word for word in ("note", "warning", "error") if word in words)
+    listed = {case.partition(" ")[0] for case in re.split(r"[;,]\s*", rule.severities)}
+    return ", ".join(word for word in ("note", "warning", "error") if word in listed)
 
 
 def severity_cases(rule: ListedRule) -> list[str]:

@@ -71,9 +71,9 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     parts = coil.outline.ends or 4
     room = math.floor(parts * coil.turns_that_fit + 1e-9)
     most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
-    wanted = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
-    middle = min(_up(coil, math.ceil((wanted + most) / 2.0 - 1e-9), parts), most)
-    for part in dict.fromkeys((wanted, middle, most)):
+    turns = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
+    middle = min(_up(coil, math.ceil((turns + most) / 2.0 - 1e-9), parts), most)
+    for part in dict.fromkeys((turns, middle, most)):
         if part / parts > coil.most_turns:
             yield with_turns(spec, part / parts)
 
@@ -351,11 +351,11 @@ def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
     For discs, the diameter.
     """
     if pad.is_round:
-        far = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
-        side = max(2.0 * far + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
+        reach = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
+        side = max(2.0 * reach + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
         return (_ceiled(side),) * 2
-    aside = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
-    x, y = (_ceiled(max(2.0 * (aside[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
+    offset = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
+    x, y = (_ceiled(max(2.0 * (offset[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
     return x, y
 
 
@@ -372,13 +372,13 @@ def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple
     A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
     """
     sides = [f"{side * 1e3:.6g}" for side in size]
-    both = Edit(f"{key}.size", f"[{', '.join(sides)}]")
+    size_edit = Edit(f"{key}.size", f"[{', '.join(sides)}]")
     if plate.outline.is_long:
-        yield (both,), replace(plate, size=size)
+        yield (size_edit,), replace(plate, size=size)
         return
     yield (Edit(f"{key}.size", f"{max(size) * 1e3:.6g}"),), replace(plate, size=(max(size),) * 2)
     if size[0] != size[1]:
-        yield (Edit(f"{key}.shape", LONG_PLATE), both), replace(plate, shape=LONG_PLATE, size=size)
+        yield (Edit(f"{key}.shape", LONG_PLATE), size_edit), replace(plate, shape=LONG_PLATE, size=size)
 
 
 def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
@@ -400,7 +400,7 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
             and (counts is None or len(spec.fpc.stackup.copper) in counts)
         ):
             fitting.append((-sum(least[0]), name, rules))
-    for _, name, rules in sorted(fitting, key=lambda one: one[:2]):
+    for _, name, rules in sorted(fitting, key=lambda entry: entry[:2]):
         yield setting(spec, "fpc.rules", rules, name)
 
 
@@ -414,10 +414,10 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
     edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
     inner = _inner_edit(spec.source.keys, coil)
-    others = (*inner, *apart.edits)
+    edits = (*inner, *apart.edits)
     words = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
     said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
-    return Fix((edit, *others), replace(apart.spec, coil=coil), said)
+    return Fix((edit, *edits), replace(apart.spec, coil=coil), said)
 
 
 LONGER = (1.1, 1.4)
@@ -477,8 +477,8 @@ def coils_apart(spec: SensorSpec, by: float) -> Fix:
         edit = Edit("array.pitch", _mm(pitch))
         return Fix((edit,), changed, _said(edit, by))
     centres = ", ".join(f"[{_mm(p.centre[0])}, {_mm(p.centre[1])}]" for p in placements)
-    said = f"array.centres {scale:.4f} times as far from each other"
-    return Fix((Edit("array.centres", f"[{centres}]"),), changed, said)
+    description = f"array.centres {scale:.4f} times as far from each other"
+    return Fix((Edit("array.centres", f"[{centres}]"),), changed, description)
 
 
 def _said(edit: Edit, by: float) -> str:
@@ -521,10 +521,10 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
     tail = spec.fpc.tail
     if tail is None:
         return
-    now, known = getattr(tail.connector, length), {name: connector(name) for name in names("connector")}
-    for name in sorted(known, key=lambda name: getattr(known[name], length)):
-        if getattr(known[name], length) > now + SAME:
-            yield setting(spec, "fpc.tail.connector", known[name], name)
+    now, connectors = getattr(tail.connector, length), {name: connector(name) for name in names("connector")}
+    for name in sorted(connectors, key=lambda name: getattr(connectors[name], length)):
+        if getattr(connectors[name], length) > now + SAME:
+            yield setting(spec, "fpc.tail.connector", connectors[name], name)
 
 
 def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
@@ -532,7 +532,7 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
     The narrowest is first. Empty without a tail.
     """
-    tail, used, found = spec.fpc.tail, 2 * len(spec.array.placements), []
+    tail, used, plugs = spec.fpc.tail, 2 * len(spec.array.placements), []
     for name in names("connector") if tail is not None else ():
         plug = connector(name)
         count = min((count for count in plug.positions if count >= used), default=0)
@@ -542,8 +542,8 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
         edits = [setting(spec, "fpc.tail.connector", plug, name)] * (name != tail.connector.name)
         if tail.contacts not in (None, count):
             edits.append(setting(edits[0].spec if edits else spec, "fpc.tail.contacts", count, str(count)))
-        found.append((across, edits[0] if len(edits) == 1 else edits[0].with_also(edits[1])))
-    return sorted(found, key=lambda each: each[0])
+        plugs.append((across, edits[0] if len(edits) == 1 else edits[0].with_also(edits[1])))
+    return sorted(plugs, key=lambda each: each[0])
 
 
 MOST_COILS = 4

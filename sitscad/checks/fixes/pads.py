@@ -64,9 +64,9 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     if share <= 0.0:
         return
     for step in range(1, STEPS):
-        wanted = _tenths(pitch * (1.0 + (1.0 / share - 1.0) * step / STEPS))
-        if wanted > pitch * (1.0 + 1e-9):
-            yield from read_anew(spec, "array.pitch", 1e3 * wanted)
+        larger = _tenths(pitch * (1.0 + (1.0 / share - 1.0) * step / STEPS))
+        if larger > pitch * (1.0 + 1e-9):
+            yield from read_anew(spec, "array.pitch", 1e3 * larger)
 
 
 def _tenths(length: float) -> float:
@@ -92,9 +92,9 @@ THICKNESSES = (1.25, 0.8, 1.5)
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     """Yield a scan rate lower by a factor, but high enough for the bandwidth. Empty if this is no change."""
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
-    wanted = max(spec.readout.scan_rate / factor, least)
-    digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
-    rate = max(math.floor(wanted / digits + 1e-9) * digits, least)
+    required = max(spec.readout.scan_rate / factor, least)
+    digits = 10.0 ** (math.floor(math.log10(required)) - 1)
+    rate = max(math.floor(required / digits + 1e-9) * digits, least)
     if rate < spec.readout.scan_rate * (1.0 - 1e-9):
         yield scans(spec, rate)
 
@@ -104,10 +104,11 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
     pad = spec.elastomer
     assert pad is not None
     sense = -1.0 if is_softer else 1.0
-    away = {one: sense * (one.shear_modulus / pad.material.shear_modulus - 1.0)
-            for one in map(presets.elastomer, presets.names("elastomer"))}
-    others = sorted((one for one in away if away[one] > 0.02), key=lambda one: (away[one], one.name))
-    for material in others[:OTHERS]:
+    differences = {rubber: sense * (rubber.shear_modulus / pad.material.shear_modulus - 1.0)
+            for rubber in map(presets.elastomer, presets.names("elastomer"))}
+    silicones = sorted((rubber for rubber in differences if differences[rubber] > 0.02),
+                       key=lambda rubber: (differences[rubber], rubber.name))
+    for material in silicones[:OTHERS]:
         yield setting(spec, "elastomer.material", material, material.name)
 
 
@@ -128,15 +129,17 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
     target = spec.target
     if target is None:
         return
-    now, known = target.material, [presets.conductor(name) for name in presets.names("conductor")]
-    plain = [one for one in known if one.relative_permeability < MAGNETIC and one.conductivity > CONDUCTS]
-    best = max(plain, key=lambda one: one.conductivity)
+    now, conductors = target.material, [presets.conductor(name) for name in presets.names("conductor")]
+    plain = [conductor for conductor in conductors
+             if conductor.relative_permeability < MAGNETIC and conductor.conductivity > CONDUCTS]
+    best = max(plain, key=lambda conductor: conductor.conductivity)
     if now.relative_permeability >= MAGNETIC:
-        alike = min(plain, key=lambda one: abs(math.log(one.conductivity / max(now.conductivity, CONDUCTS))))
-        wanted = [alike, best]
+        conductivity = max(now.conductivity, CONDUCTS)
+        similar = min(plain, key=lambda conductor: abs(math.log(conductor.conductivity / conductivity)))
+        metals = [similar, best]
     else:
-        wanted = [best] if now.conductivity < BETTER * best.conductivity else []
-    for metal in wanted:
+        metals = [best] if now.conductivity < BETTER * best.conductivity else []
+    for metal in metals:
         yield setting(spec, "target.material", metal, metal.name)
 
 
@@ -154,7 +157,7 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
         return None
     if pad.offset != target.offset or (target.rotation and not target.outline.is_disc) or pad.size == target.size:
         return None
-    if any(own < side for own, side in zip(pad.size, target.size, strict=True)):
+    if any(pad_side < side for pad_side, side in zip(pad.size, target.size, strict=True)):
         return None
     *_, (edits, narrower) = resized("elastomer", pad, target.size)
     return Fix(edits, replace(spec, elastomer=narrower))
@@ -176,8 +179,8 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
     narrower = cut_to_target(spec)
     return (partial(other_metals, spec), lambda: [narrower] if narrower else [],
-            lambda: [_as_thick(spec, one) for one in thinner[::-1][:NEXT]],
-            lambda: [_as_thick(spec, one) for one in thicker[:NEXT]], partial(other_silicones, spec, is_softer=True))
+            lambda: [_as_thick(spec, each) for each in thinner[::-1][:NEXT]],
+            lambda: [_as_thick(spec, each) for each in thicker[:NEXT]], partial(other_silicones, spec, is_softer=True))
 
 
 NEXT = 5

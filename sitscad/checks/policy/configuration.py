@@ -81,8 +81,8 @@ def kept_policy(said: Mapping[str, Any]) -> Policy:
 
 def stands_for(pattern: str, rule: str, name: str) -> bool:
     """Whether a pattern matches a rule: by the start of its identifier, its number or its name."""
-    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
-    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
+    identifier = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
+    return rule.startswith(identifier) or name == pattern.lower().replace("_", "-")
 
 
 def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
@@ -185,14 +185,14 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
         is_text = isinstance(profiles, str) and "\0" not in profiles
         is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
         _require(is_below, path, "profiles is no folder beside this file, or below")
-    found = Policy(
+    policy = Policy(
         _patterns(table.get("select", []), "select", path, rules), _patterns(ignored, "ignore", path, rules),
         dict(zip(_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
         {pattern: _severity(pattern, word, path) for pattern, word in severity.items()},
         None if profiles is None else str(path.parent / profiles), path.name,
     )
     _patterns(list(severity), "severity", path, rules)
-    return found
+    return policy
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:

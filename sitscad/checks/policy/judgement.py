@@ -190,8 +190,8 @@ def judged(
     before = checked.findings
     checked = _weighed(checked, policy.severity)
     if policy.select or policy.ignore:
-        wanted = chosen_rules(rules, policy.select, policy.ignore)
-        left_out = [rule.id for rule in rules if rule.id not in wanted]
+        chosen = chosen_rules(rules, policy.select, policy.ignore)
+        left_out = [rule.id for rule in rules if rule.id not in chosen]
         checked = checked.without(left_out, f"left out by {policy.named}")
     checked = _commented(checked, source, comments(source.text, names), names)
     # the last matching reason counts
@@ -217,13 +217,13 @@ def ignored_anyway(
 
     The policy, the patterns of selected or ignored rules, or a comment may ignore it.
     """
-    wanted = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
+    chosen = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
     written = comments(source.text, [rule.id for rule in rules])
 
     def is_ignored(finding: Finding) -> bool:
         if finding.rule.startswith("SIT0"):
             return False
-        return (finding.rule not in wanted or any(each.covers(finding, source) for each in written)
+        return (finding.rule not in chosen or any(each.covers(finding, source) for each in written)
                 or any(stands_for(pattern, finding.rule, finding.name) for pattern in policy.reasons))
 
     return is_ignored
@@ -231,26 +231,26 @@ def ignored_anyway(
 
 def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
     """Move findings with a reason to the ignored findings. Findings of SIT0xx are never ignored."""
-    kept, ignored = [], []
+    counting, ignored = [], []
     for finding in checked.findings:
         why = None if finding.rule.startswith("SIT0") else reason(finding)
         if why is None:
-            kept.append(finding)
+            counting.append(finding)
         else:
             ignored.append(Ignored(finding, why, by))
-    return replace(checked, findings=tuple(kept), ignored=(*checked.ignored, *ignored))
+    return replace(checked, findings=tuple(counting), ignored=(*checked.ignored, *ignored))
 
 
 def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
     """Return findings with the severities of a policy. The last pattern that matches a rule counts."""
     if not severity:
         return checked
-    found = []
+    weighed = []
     for finding in checked.findings:
-        words = [weight for pattern, weight in severity.items() if stands_for(pattern, finding.rule, finding.name)]
-        is_free = words and not finding.rule.startswith("SIT0")
-        found.append(replace(finding, severity=words[-1]) if is_free else finding)
-    return replace(checked, findings=tuple(found))
+        weights = [weight for pattern, weight in severity.items() if stands_for(pattern, finding.rule, finding.name)]
+        is_free = weights and not finding.rule.startswith("SIT0")
+        weighed.append(replace(finding, severity=weights[-1]) if is_free else finding)
+    return replace(checked, findings=tuple(weighed))
 
 
 def _commented(
@@ -331,13 +331,13 @@ def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
     if "sitscad:" not in text.lower():
         return ()
     rules = frozenset(known)
-    found = []
+    found_comments = []
     for number, line in enumerate(text.splitlines(), 1):
         start = _comment_start(line)
         match = _WORDS.search(line, start) if start is not None else None
         if match is not None:
-            found.append(_comment(number, match.start() + 1, match[1], rules))
-    return tuple(found)
+            found_comments.append(_comment(number, match.start() + 1, match[1], rules))
+    return tuple(found_comments)
 
 
 def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:

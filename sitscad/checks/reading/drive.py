@@ -37,20 +37,20 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
-    said = [*_too_strong(design, worst_of(design, "amplitude", max, True)),
+    violations = [*_too_strong(design, worst_of(design, "amplitude", max, True)),
             *_too_weak(design, worst_of(design, "amplitude", min, True))]
-    yield from (each for each in said if not each.keeps_limit)
+    yield from (each for each in violations if not each.keeps_limit)
     # notes and warnings on one drive code become one finding: separate findings could ask for a weaker
     # code and for a stronger code. Place and values are from the gravest finding
-    near = [*(each for each in said if each.keeps_limit), *_copper_ends(design)]
+    near = [*(each for each in violations if each.keeps_limit), *_copper_ends(design)]
     if near:
-        gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-        others = [text for each in near if each is not gravest for text in (each.text("message"), each.text("detail"))]
+        gravest = min(near, key=lambda violation: list(Severity).index(violation.severity or Severity.NOTE))
+        texts = [text for each in near if each is not gravest for text in (each.text("message"), each.text("detail"))]
         code, _ = serving_code(design, (NEAR,))
         yield replace(
             gravest, hint_case="code-near-none" if code is None else "code-near",
-            details=(*gravest.details, *["amplitude-others"] * bool(others)),
-            values={**gravest.values, "others": joined(*dict.fromkeys(others)), "serving": code, "margin": NEAR,
+            details=(*gravest.details, *["amplitude-others"] * bool(texts)),
+            values={**gravest.values, "others": joined(*dict.fromkeys(texts)), "serving": code, "margin": NEAR,
                     **_window(design)},
         )
 
@@ -66,9 +66,9 @@ def serving_codes(design: Design, sigmas: float) -> list[int]:
     states = {(coil.name, name): state for coil in design.estimates.coils for name, state in coil.states.items()}
     ends = []  # the smallest and the largest amplitude of each reading, and the drive current for which they hold
     for reading in readings:
-        margin, spread = sigmas * (reading.sigma or 0.0), states[reading.coil, reading.state].spread
-        thickest = 0.0 if spread is None else (
-            reading.value * spread.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
+        margin, scatter = sigmas * (reading.sigma or 0.0), states[reading.coil, reading.state].spread
+        thickest = 0.0 if scatter is None else (
+            reading.value * scatter.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
         ends.append((reading.value - margin, reading.value + max(margin, thickest),
                      converter.drive_currents[_code(design, reading)]))
     now = design.estimates.readout.drive_code or 0
@@ -174,26 +174,26 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
     is_set = design.spec.readout.drive_code is not None
     serving, margin = serving_code(design) if is_set else (None, 0.0)
     values = readings_of(design, "parallel_resistance", True)
-    own = [r.value for r in values if r.coil == smallest.coil]
+    resistances = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
     distance = more_distance(design.spec)
-    ways = [*[distance] * bool(distance), "more turns"]
+    changes = [*[distance] * bool(distance), "more turns"]
     # its states differ, the coils differ, or R_P is too low even for the strongest drive
     if is_set:
         hint = "code-none" if serving is None else "code-serves-margin" if margin else "code-serves"
     elif code == len(design.spec.readout.device.drive_currents) - 1:
         hint = "weak-drive"
         # the amplitude is the drive's current times R_P
-        asked = min(own) * optimum / smallest.value
-        if is_short_alone(design, smallest, "parallel_resistance", asked):
-            ways = ["more turns", "a larger coil"]
+        required = min(resistances) * optimum / smallest.value
+        if is_short_alone(design, smallest, "parallel_resistance", required):
+            changes = ["more turns", "a larger coil"]
     else:
-        hint = "weak-states" if most.value / max(own) <= max(own) / min(own) else "weak-coils"
+        hint = "weak-states" if most.value / max(resistances) <= max(resistances) / min(resistances) else "weak-coils"
     yield beyond_limit(
         case, smallest, limit(name), "V", CODE_KEY if is_set else "coil.turns", hint=hint, severity=severity,
         details=("code-set",) if is_set else (), source=design.spec.readout.device.limits[name].source, code=code,
-        serving=serving, margin=margin, low=optimum, high=high, ways=ways, coil=smallest.coil, least=min(own),
-        most=max(own), strongest=most.value, strongest_coil=most.coil,
+        serving=serving, margin=margin, low=optimum, high=high, ways=changes, coil=smallest.coil,
+        least=min(resistances), most=max(resistances), strongest=most.value, strongest_coil=most.coil,
     )
 
 

@@ -85,8 +85,8 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
         # f = 1 / (2 pi sqrt(L C)), so the total capacitance grows with the square of the frequency ratio
-        wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
-        fitting = [value for value in preferred_values(design.spec.readout.device) if value >= wanted]
+        capacitance = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
+        fitting = [value for value in preferred_values(design.spec.readout.device) if value >= capacitance]
         yield beyond_limit(
             "frequency-high", worst, high, "Hz", "readout.capacitance", states=other_states(design, worst, "frequency",
                                                                                             "Hz", 4),
@@ -121,12 +121,12 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     if worst.value < device.limit(floor_name):
         name, severity = floor_name, Severity.ERROR
         case = "resistance-high-current" if floor_name.endswith("high_current") else "resistance-drive"
-    asked, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
-    ways = _distance_ways(design, worst, "parallel_resistance", asked)
+    minimum, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
+    changes = _distance_ways(design, worst, "parallel_resistance", minimum)
     yield beyond_limit(
-        case, worst, asked, "ohm", "coil.layers", hint="resistance-ways" if ways else "resistance-short",
-        details=() if ways else ("misses-in-air",), severity=severity, source=device.limits[name].source,
-        fixes=more_copper(design.spec, growth, growth**3), ways=ways,
+        case, worst, minimum, "ohm", "coil.layers", hint="resistance-ways" if changes else "resistance-short",
+        details=() if changes else ("misses-in-air",), severity=severity, source=device.limits[name].source,
+        fixes=more_copper(design.spec, growth, growth**3), ways=changes,
         states=other_states(design, worst, "parallel_resistance", "ohm"),
     )
 
@@ -136,28 +136,28 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
-        ways = _distance_ways(design, worst, "quality_factor", floor)
+        changes = _distance_ways(design, worst, "quality_factor", floor)
         states = other_states(design, worst, "quality_factor", "")
         yield violated(
-            "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if ways else "",
-            details=("quality-rule", *["misses-in-air"] * (not ways), *["other-states"] * bool(states)),
-            where=where(worst), ways=ways, states=states,
+            "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if changes else "",
+            details=("quality-rule", *["misses-in-air"] * (not changes), *["other-states"] * bool(states)),
+            where=where(worst), ways=changes, states=states,
         )
 
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
     """Yield findings on the sensor frequency as a fraction of the coil's self-resonant frequency."""
-    shares = [
+    ratios = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
         for coil in design.estimates.coils
         for r in readings_of(design, "frequency")
         if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
     ]
     yield from failed_states(design, "share of the self-resonance")
-    if not shares:
+    if not ratios:
         yield Undecided("no self-resonance was estimated")
         return
-    share, worst, resonance = max(shares, key=lambda entry: entry[0])
+    share, worst, resonance = max(ratios, key=lambda entry: entry[0])
     limits = design.spec.readout.device.limits
     limit, severity = limits["self_resonance_fraction"], Severity.ERROR
     if share <= limit.value:
@@ -203,14 +203,14 @@ def _distance_ways(design: Design, worst: Reading, attribute: str, limit: float)
         return []
     has_metal = spec.metal is not None
     is_apart = spec.mount is not None and spec.mount.metal_behind is not None
-    ways = [f"a larger {'mount.metal_behind.distance' if is_apart else 'mount.standoff'}"] if has_metal else []
+    changes = [f"a larger {'mount.metal_behind.distance' if is_apart else 'mount.standoff'}"] if has_metal else []
     if spec.shield is None and has_metal:
-        ways.append("a copper shield")
+        changes.append("a copper shield")
     elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:
-        ways.append("a larger shield.gap")
+        changes.append("a larger shield.gap")
     if spec.target is not None:
-        ways.append("a thicker elastomer")
-    return ways if ways and worst.state != FREE else ["a higher sensor frequency (smaller capacitor)"]
+        changes.append("a thicker elastomer")
+    return changes if changes and worst.state != FREE else ["a higher sensor frequency (smaller capacitor)"]
 
 
 NAMED, WARNED = 0.015, 0.03

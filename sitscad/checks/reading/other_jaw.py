@@ -27,8 +27,8 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     """
     if design.estimates.is_rough:
         return
-    one = design.cells.weakest
-    states = {coil.name: coil.states for coil in one.estimates.coils}
+    weakest = design.cells.weakest
+    states = {coil.name: coil.states for coil in weakest.estimates.coils}
     signal = {name: abs(each[PRESSED].inductance - each[REST].inductance)
               for name, each in states.items() if PRESSED in each and REST in each}
     if not signal:
@@ -36,17 +36,17 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
         return
     from sitscad.estimates.states.other_jaw import estimated_change  # imported only for jaws
 
-    near, closed = (estimated_change(one.layout, one.estimates, grasped) for grasped in (THIN, 0.0))
+    near, closed = (estimated_change(weakest.layout, weakest.estimates, grasped) for grasped in (THIN, 0.0))
     names = [name for name in signal if name in near and signal[name] > 0.0]
     if not names:
         return
     worst = max(names, key=lambda name: abs(near[name]) / signal[name])
-    shares = [abs(change[worst]) / signal[worst] for change in (closed, near)]
-    if shares[0] < LITTLE:
+    ratios = [abs(change[worst]) / signal[worst] for change in (closed, near)]
+    if ratios[0] < LITTLE:
         return
     yield violated(
-        "other-jaw", "mount.jaw", shares[1], MUCH, severity=None if shares[1] > MUCH else Severity.NOTE, coil=worst,
-        closed=abs(closed[worst]), near=abs(near[worst]), share=shares[0], thin=THIN,
+        "other-jaw", "mount.jaw", ratios[1], MUCH, severity=None if ratios[1] > MUCH else Severity.NOTE, coil=worst,
+        closed=abs(closed[worst]), near=abs(near[worst]), share=ratios[0], thin=THIN,
         force=design.spec.requirements.normal_force or 0.0,
     )
 

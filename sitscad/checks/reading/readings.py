@@ -59,11 +59,11 @@ def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]
 
 
 def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
-    spread = state.spread
-    sigma = getattr(spread, attribute, None)
-    if spread is None or sigma is None or not math.isfinite(sigma) or sigma <= 0.0:
+    scatter = state.spread
+    sigma = getattr(scatter, attribute, None)
+    if scatter is None or sigma is None or not math.isfinite(sigma) or sigma <= 0.0:
         return None, ""
-    return sigma, spread.causes.get("parallel_resistance" if attribute == "amplitude" else attribute, "")
+    return sigma, scatter.causes.get("parallel_resistance" if attribute == "amplitude" else attribute, "")
 
 
 def sigmas_between(reading: Reading, limit: float) -> float | None:
@@ -137,13 +137,13 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
 
 def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
     """Yield a reason for every state without the value, so that a missing value does not look like a pass."""
-    words = attribute.replace("_", " ")
-    yield from failed_states(design, words)
+    name_text = attribute.replace("_", " ")
+    yield from failed_states(design, name_text)
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
-                yield Undecided(f"no {words} was estimated for coil {coil.name} {in_words(name)}")
+                yield Undecided(f"no {name_text} was estimated for coil {coil.name} {in_words(name)}")
 
 
 def failed_states(design: Design, words: str) -> Iterator[Undecided]:
@@ -163,10 +163,10 @@ def nothing_estimated(design: Design) -> Iterator[Verdict]:
 
 def overdamped_tank(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the state with the lowest quality factor if a tank does not oscillate."""
-    found = [(value, coil.name, state) for coil in design.estimates.coils for state, value in coil.overdamped.items()]
-    if not found:
+    tanks = [(value, coil.name, state) for coil in design.estimates.coils for state, value in coil.overdamped.items()]
+    if not tanks:
         return
-    value, name, state = min(found)
+    value, name, state = min(tanks)
     now = design.estimates.readout.capacitance
     # Q is proportional to sqrt(L/C): capacitors that raise Q to 10 or more, far from overdamped
     device = design.spec.readout.device
@@ -179,8 +179,8 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
 
 def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
     """Return the reading that `choose` (min or max) selects by value. None if there are no readings."""
-    found = readings_of(design, attribute, working)
-    return choose(found, key=lambda reading: reading.value) if found else None
+    readings = readings_of(design, attribute, working)
+    return choose(readings, key=lambda reading: reading.value) if readings else None
 
 
 def where(reading: Reading) -> str:
@@ -190,8 +190,8 @@ def where(reading: Reading) -> str:
 
 def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> list[str]:
     """Return texts with the values of the same coil in other states, with `digits` significant digits."""
-    others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
-    return [f"{in_words(r.state)} {show(r.value, unit, digits)}" for r in others]
+    readings = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
+    return [f"{in_words(r.state)} {show(r.value, unit, digits)}" for r in readings]
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:

@@ -79,7 +79,7 @@ class SignalChange:
 
 def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
     """Return the change from rest to a state for every coil that has both states."""
-    found, conversion = [], design.estimates.readout.conversion
+    changes, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(state)
         if rest is None or pressed is None or conversion is None:
@@ -89,8 +89,8 @@ def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
             noise = conversion.noise(rest.frequency) / conversion.resolution(rest.frequency)
             step = conversion.inductance_step(before, rest.frequency)
             steps = conversion.steps(rest.frequency, pressed.frequency)
-            found.append(SignalChange(coil.name, after - before, step, steps, noise))
-    return found
+            changes.append(SignalChange(coil.name, after - before, step, steps, noise))
+    return changes
 
 
 def coil_response(design: Design) -> Iterator[Verdict]:
@@ -104,8 +104,8 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         yield from _unasked(design)
         return
     yield from failed_states(design, "change from rest to pressed")
-    asked = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
-    for state, part in sorted(asked.items(), key=lambda each: -each[1]):
+    loads = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
+    for state, part in sorted(loads.items(), key=lambda each: -each[1]):
         verdicts = list(_change_to(design, state, part * required))
         yield from verdicts
         if any(isinstance(verdict, Violation) for verdict in verdicts):
@@ -114,18 +114,18 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
     """Yield findings on every coil's change from rest to a state, under its force (N)."""
-    found = responses(design, state)
-    if len(found) < len(design.estimates.coils):
+    changes = responses(design, state)
+    if len(changes) < len(design.estimates.coils):
         yield Undecided(f"no change from rest to {state} was estimated")
-        if not found:
+        if not changes:
             return
-    best = max(found, key=lambda response: abs(response.change))
-    deaf = [r for r in found if r.steps < FEWEST_STEPS or abs(r.change) < LEAST_SHARE * abs(best.change)]
+    best = max(changes, key=lambda response: abs(response.change))
+    deaf = [r for r in changes if r.steps < FEWEST_STEPS or abs(r.change) < LEAST_SHARE * abs(best.change)]
     if not deaf:
         return
     worst = min(deaf, key=lambda response: response.steps)
-    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec, found)
-    lost, is_nothing_felt = [response.coil for response in found if response.is_lost], _is_lost(found)
+    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec, changes)
+    lost, is_nothing_felt = [response.coil for response in changes if response.is_lost], _is_lost(changes)
     is_needed = untold and design.spec.requirements.shear_force
     target = design.spec.target
     assert target is not None
@@ -148,22 +148,22 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     )
 
 
-def _is_lost(found: Sequence[SignalChange]) -> bool:
+def _is_lost(changes: Sequence[SignalChange]) -> bool:
     """Whether all coils' changes are too small to distinguish from noise."""
-    return all(response.is_lost for response in found)
+    return all(response.is_lost for response in changes)
 
 
-def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> list[str]:
+def _untold_shear(spec: SensorSpec, changes: Sequence[SignalChange]) -> list[str]:
     """Return the axes along which shear cannot be separated from normal force.
 
     The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
     """
-    lost, untold = {response.coil for response in found if response.is_lost}, set()
+    lost, untold = {response.coil for response in changes if response.is_lost}, set()
     for cell in spec.cell_placements:
         for axis in (0, 1):
-            places = [one.centre[axis] for one in cell]
-            felt = [one.centre[axis] for one in cell if one.name not in lost]
-            if max(places) - min(places) > ROUNDING and felt and max(felt) - min(felt) <= ROUNDING:
+            places = [placement.centre[axis] for placement in cell]
+            sensing = [placement.centre[axis] for placement in cell if placement.name not in lost]
+            if max(places) - min(places) > ROUNDING and sensing and max(sensing) - min(sensing) <= ROUNDING:
                 untold.add(AXES[axis])
     return sorted(untold)
 
@@ -179,16 +179,16 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         return
     full = full_normal(design.spec)
-    asked = replace(design.spec.requirements, normal_force=full)
-    loaded = design.drawn(replace(design.spec, requirements=asked))
+    requirements = replace(design.spec.requirements, normal_force=full)
+    loaded = design.drawn(replace(design.spec, requirements=requirements))
     numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)
-    found = responses(Design(loaded.spec, loaded.layout, numbers))
-    if found and _is_lost(found):
-        best = max(found, key=lambda response: response.steps)
+    changes = responses(Design(loaded.spec, loaded.layout, numbers))
+    if changes and _is_lost(changes):
+        best = max(changes, key=lambda response: response.steps)
         change = _more_change(design, best.steps)
         yield violated(
             "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
-            details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(found),
+            details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(changes),
             sigmas=TOLD_FROM_NOISE, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
         )
 
@@ -255,15 +255,15 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     """
     from sitscad.estimates.signal import signals  # its imports are already loaded by the estimates
 
-    found = signals(design.estimates)
+    coil_signals = signals(design.estimates)
     yield from failed_states(design, "signal over the required force")
-    if not found:
+    if not coil_signals:
         yield Undecided("no signal from rest to pressed was estimated")
         return
     cells, strongest = design.spec.cell_placements, dict[int, Signal]()  # by cell
     numbers = {place.name: k for k, cell in enumerate(cells, 1) for place in cell}
-    for one in sorted(found, key=lambda one: -abs(one.share)):
-        strongest.setdefault(numbers[one.coil], one)
+    for signal in sorted(coil_signals, key=lambda signal: -abs(signal.share)):
+        strongest.setdefault(numbers[signal.coil], signal)
     number, best = min(strongest.items(), key=lambda pair: abs(pair[1].share))
     least = own_limits()["least_signal"]
     if abs(best.share) >= least.value:
@@ -285,17 +285,17 @@ def _more_signal(spec: SensorSpec) -> list[str]:
     target, coils = spec.target, [p.centre for p in spec.array.placements]
     narrower = cut_to_target(spec)
     is_offset = target is not None and any(target.offset)
-    ways = ["target.offset: [0, 0] over the middle of the coils"] * is_offset
-    ways += ["a softer elastomer", "one of another thickness"]
+    changes = ["target.offset: [0, 0] over the middle of the coils"] * is_offset
+    changes += ["a softer elastomer", "one of another thickness"]
     if narrower is not None:
-        ways.append(f"a pad no wider than the target ({narrower.words})")
+        changes.append(f"a pad no wider than the target ({narrower.words})")
     if target is not None:
         whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
         if min(target.size) < min(whole) or max(target.size) < max(whole):
-            ways.append("a larger target")
+            changes.append("a larger target")
     if spec.shield is not None or spec.metal is not None:
-        ways.append("more distance from the metal behind the coils")
-    return ways
+        changes.append("more distance from the metal behind the coils")
+    return changes
 
 
 AXES = ("x", "y")
@@ -357,12 +357,12 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
     if design.estimates.is_solved:
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
-        found = design.response.own_changes(poses, frequency).real
+        inductances = design.response.own_changes(poses, frequency).real
     else:
         from sitscad.estimates.circuits.moved_target import target_effects
 
-        found = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
-    return [[float(value) for value in row] for row in found[1:] - found[0]]
+        inductances = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
+    return [[float(value) for value in row] for row in inductances[1:] - inductances[0]]
 
 
 def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:
@@ -372,12 +372,12 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     """
     spec, force = design.spec, design.spec.requirements.shear_force or 0.0
     pressed = max((abs(response.change) for response in responses(design)), default=0.0)
-    asked = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
-    if apart / step >= asked:
+    minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
+    if apart / step >= minimum:
         return
     edges = _edges(spec, axis)
     yield violated(
-        "shear-weak", "target.size", apart / step, asked, "steps", hint=edges.case, fixes=_nearer_edges(spec),
+        "shear-weak", "target.size", apart / step, minimum, "steps", hint=edges.case, fixes=_nearer_edges(spec),
         details=(*["shear-normal"] * bool(pressed), *edges.details), force=force, axis=AXES[axis], travel=travel,
         difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed, apart=edges.apart,
         beyond=edges.beyond,
@@ -391,11 +391,11 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     are assumed to follow this height as they do while the normal force compresses the pad by `pressed` (m). The result
     agrees within a fifth with the data sheet's error by tilt.
     """
-    force, found = design.spec.requirements.shear_force or 0.0, responses(design)
-    if not found or pressed <= 0.0 or apart <= 0.0:
+    force, changes = design.spec.requirements.shear_force or 0.0, responses(design)
+    if not changes or pressed <= 0.0 or apart <= 0.0:
         return
     places = [(middle.x, middle.y)[axis] for middle in shared_middles(design.spec)]
-    per_metre = max(abs(response.change) for response in found) / pressed
+    per_metre = max(abs(response.change) for response in changes) / pressed
     read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
     if read <= force:
         return
@@ -410,8 +410,8 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
     # Targets that end nearer to the coils' middles, and coils farther apart. Over two coils in a line only changes
     # that SIT306 requires, too: first a target as long as the distance of the coils.
     def fitting(fixes: Iterable[Fix]) -> list[Fix]:
-        found = [fix for fix in fixes if is_as_long_as_line(fix.spec.array, fix.spec.target)]
-        return found[::-1] if len(spec.array.placements) == 2 else found
+        fitting_fixes = [fix for fix in fixes if is_as_long_as_line(fix.spec.array, fix.spec.target)]
+        return fitting_fixes[::-1] if len(spec.array.placements) == 2 else fitting_fixes
 
     return lambda: fitting(smaller_targets(spec)), lambda: fitting(wider_arrays(spec))
 

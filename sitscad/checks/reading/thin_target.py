@@ -176,9 +176,9 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
     # the change of the inductance at rest (H), against the sensor without a target.
     force = other.spec.requirements.normal_force
     if force:
-        return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
-    bare = memo(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
-    without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
+        return {coil.name: slope[0] for coil in other.estimates.coils if (slope := coil.sensitivity(force))}
+    targetless = memo(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
+    without = {r.coil: r.value for r in readings_of(targetless, "inductance", True)}
     rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
@@ -191,9 +191,9 @@ def _compared(design: Design, changed: SensorSpec) -> Design:
 
     tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance
-    drawn = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
-    numbers = estimated(drawn.layout, tolerance=tolerance, is_solved=design.estimates.is_solved)
-    return replace(drawn, given_estimates=numbers)
+    laid_out = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
+    numbers = estimated(laid_out.layout, tolerance=tolerance, is_solved=design.estimates.is_solved)
+    return replace(laid_out, given_estimates=numbers)
 
 
 def _target(target: Target | None) -> Target:

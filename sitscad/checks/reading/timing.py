@@ -48,24 +48,24 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
 
 def scan_rate(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the timing does not reach the required scan rate."""
-    readout, wanted = design.estimates.readout, design.spec.readout.scan_rate
+    readout, required = design.estimates.readout, design.spec.readout.scan_rate
     if not math.isfinite(readout.scan_rate):
         yield Undecided("no scan rate was estimated")
         return
-    if readout.scan_rate < wanted * (1.0 - 1e-6):
-        yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, wanted, "Hz",
+    if readout.scan_rate < required * (1.0 - 1e-6):
+        yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, required, "Hz",
                        coils=len(design.spec.array.placements), time=1.0 / readout.scan_rate)
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends."""
-    channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
+    channels, required = len(design.spec.array.placements), design.spec.readout.scan_rate
     converter = design.spec.readout.device
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
-    if wanted > sure:
-        impossible = wanted > hopeful
+    if required > sure:
+        impossible = required > hopeful
         yield violated(
-            "read-back", "readout.scan_rate", wanted, sure, "Hz", hint="" if impossible else "read-back-pause",
+            "read-back", "readout.scan_rate", required, sure, "Hz", hint="" if impossible else "read-back-pause",
             severity=Severity.ERROR if impossible else Severity.WARNING, coils=channels,
             clock=converter.serial_clock_in_words, time=1.0 / sure,
             fixes=(lambda: [scans(design.spec, math.floor(sure))],),
@@ -74,12 +74,12 @@ def read_back(design: Design) -> Iterator[Verdict]:
 
 def bandwidth(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the scan rate is below twice the bandwidth (sampling theorem)."""
-    wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
-    assert wanted is not None
-    if rate < 2.0 * wanted:
+    required, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
+    assert required is not None
+    if rate < 2.0 * required:
         # no faster than required: shorter conversions have more noise
-        yield violated("scan-bandwidth", "readout.scan_rate", rate, 2.0 * wanted, "Hz", bandwidth=wanted,
-                       fixes=(lambda: [scans(design.spec, 2.0 * wanted)],))
+        yield violated("scan-bandwidth", "readout.scan_rate", rate, 2.0 * required, "Hz", bandwidth=required,
+                       fixes=(lambda: [scans(design.spec, 2.0 * required)],))
 
 
 def channels(design: Design) -> Iterator[Verdict]:
@@ -93,15 +93,15 @@ def channels(design: Design) -> Iterator[Verdict]:
     each, most = device.channels, device.most_coils * buses
     if len(names) > most:
         parts = (presets.converter(name) for name in presets.names("converter"))
-        others = [part.part.lower() for part in parts if part.most_coils * buses >= len(names)]
+        converters = [part.part.lower() for part in parts if part.most_coils * buses >= len(names)]
         is_two_enough = buses == 1 and len(names) <= 2 * most
         yield violated(
             "channels-one-bus" if buses == 1 else "channels-two-buses", key, float(len(names)), float(most),
             hint="channels-second-bus" if is_two_enough else "channels-fewer",
-            details=("channels-others",) if others else (), source=_channel_sources(device.family),
-            parts=buses * len(device.addresses), part=device.part, channels=each, others=others,
+            details=("channels-others",) if converters else (), source=_channel_sources(device.family),
+            parts=buses * len(device.addresses), part=device.part, channels=each, others=converters,
             excess=len(names) - most,
-            fixes=(partial(each_read, design.spec, "readout.device", others),
+            fixes=(partial(each_read, design.spec, "readout.device", converters),
                    partial(each_read, design.spec, "readout.buses", [2] * is_two_enough)),
         )
     elif len(names) > each:
@@ -121,7 +121,8 @@ def channels(design: Design) -> Iterator[Verdict]:
         yield violated(
             "converters-coupled", key, coupling, MOST_COUPLING, coils=len(names), converters=len(by_converter),
             part=device.part, pair=pair, source=_channel_sources(device.family),
-            places="; ".join(f"{', '.join(own)} on converter {name}" for name, own in by_converter.items()),
+            places="; ".join(f"{', '.join(on_converter)} on converter {name}"
+                             for name, on_converter in by_converter.items()),
             severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
         )
 
@@ -161,21 +162,21 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     """
     if design.spec.cells is None:
         return
-    found, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
-    if found is None:
+    change, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
+    if change is None:
         yield Undecided("no cell has a signal of its own to hold its neighbours' against")
         return
     if design.spec.encapsulation is not None:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
-    groups = [f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
-              for one in design.cells.skin.groups]
+    groups = [f"{group.words} by {show(100.0 * group.stiffer, '%', 2)}, pressed by {show(100.0 * group.strain, '%', 3)}"
+              for group in design.cells.skin.groups]
     yield violated(
-        "cell-crosstalk", design.spec.array.distance_key, found.total, limit.value,
-        hint="cell-crosstalk-webs" if found.webs else "",
-        details=("cell-crosstalk-webs" if found.webs else "cell-crosstalk-apart",),
-        severity=Severity.WARNING if found.total > limit.value else Severity.NOTE, source=limit.source,
-        keeps_limit=found.total <= limit.value, targets=found.targets, target=found.target, waiting=found.coils,
-        webs=found.webs, groups=groups,
+        "cell-crosstalk", design.spec.array.distance_key, change.total, limit.value,
+        hint="cell-crosstalk-webs" if change.webs else "",
+        details=("cell-crosstalk-webs" if change.webs else "cell-crosstalk-apart",),
+        severity=Severity.WARNING if change.total > limit.value else Severity.NOTE, source=limit.source,
+        keeps_limit=change.total <= limit.value, targets=change.targets, target=change.target, waiting=change.coils,
+        webs=change.webs, groups=groups,
     )
 
 
