@@ -31,7 +31,7 @@ def moments_told(design: Design) -> Iterator[Verdict]:
         return
     from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by the estimates
 
-    axes, count = axes_felt(spec), len(spec.array.placements)
+    axes, count = axes_felt(spec.cell_placements[0], requirements), len(spec.array.placements)
     for name, value in zip(MOMENTS, requirements.moments, strict=True):
         across = "y" if name == "moment_x" else "x"
         if value and name not in axes:
@@ -47,14 +47,15 @@ def moments_told(design: Design) -> Iterator[Verdict]:
 
 def moment_range(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's law."""
-    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by the estimates
+    from sitscad.estimates.loads.pad import soft_pad  # loaded by the estimates
+    from sitscad.estimates.loads.working_range import FARTHER, full_normal, moment_at
 
     if not any(design.spec.requirements.moments):
         return
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
         return
-    most = moment_at(design.spec, HELD_TILT)
+    most = moment_at(soft_pad(design.spec), full_normal(design.spec), HELD_TILT)
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
         if value > most[name]:
             yield violated(

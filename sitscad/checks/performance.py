@@ -23,10 +23,10 @@ from sitscad.estimates.design import Design
 from sitscad.kernels.converters.figures import source_in_all
 
 if TYPE_CHECKING:
-    from sitscad.estimates.performance.points import Felt
+    from sitscad.estimates.performance.points import SensingAnalysis
     from sitscad.spec.sensor import Requirements
 
-    FeltRule = Callable[[Felt, Design], Iterator[Verdict]]
+    AnalysisRule = Callable[[SensingAnalysis, Design], Iterator[Verdict]]
 
 
 NOT_SOLVED = Undecided(
@@ -108,7 +108,7 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
-    sensing = design.sensing.felt if any(each.limit is not None for each in results) else None
+    sensing = design.sensing.analysis if any(each.limit is not None for each in results) else None
     if sensing is None or not sensing.held[0]:
         return tuple(results)
     from sitscad.estimates.performance.causes import farthest  # already loaded by the estimates of performance
@@ -162,7 +162,7 @@ def _unfelt(design: Design) -> Undecided:
     return NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
 
 
-def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
+def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
     """Turn a rule about estimated performance into a rule about a design.
 
     The new rule is undecided if there is no performance, and at working points where the pad does not hold the target.
@@ -170,7 +170,7 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
 
     @wraps(rule)
     def apply(design: Design) -> Iterator[Verdict]:
-        sensing = design.sensing.felt
+        sensing = design.sensing.analysis
         if sensing is None:
             yield _unfelt(design)
         else:
@@ -182,14 +182,14 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     return apply
 
 
-def where_held(rule: FeltRule) -> FeltRule:
+def where_held(rule: AnalysisRule) -> AnalysisRule:
     """Limit a rule to designs whose pad holds in the whole working range. Otherwise it is undecided."""
 
     @wraps(rule)
-    def apply(found: Felt, design: Design) -> Iterator[Verdict]:
-        if found.is_range_held:
-            yield from rule(found, design)
-        elif all(found.held):
+    def apply(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
+        if sensing.is_range_held:
+            yield from rule(sensing, design)
+        elif all(sensing.held):
             yield Undecided(GIVES_WAY.format(where="under full shear"))
 
     return apply
@@ -208,16 +208,16 @@ class Worst:
     at: str
 
 
-def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
+def worst(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
     """Return the largest of `of(point, axis)` over the working points at which the pad holds the target.
 
     The arguments of `of` are numbers. `axes` must share one unit. None if the array has no such axis.
     """
-    names = found.bench.range.axes
+    names = sensing.bench.range.axes
     each = [
         Worst(of(point, names.index(axis)), axis_text(axis), where)
         for point, where in enumerate(POINTS)
-        if found.held[point]
+        if sensing.held[point]
         for axis in axes
         if axis in names
     ]
@@ -228,35 +228,35 @@ FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y
 
 
 @where_felt
-def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
+def normal_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the normal force at every working point."""
-    yield from _resolution(found, design, "SIT401", "normal_resolution", ("normal",))
+    yield from _resolution(sensing, design, "SIT401", "normal_resolution", ("normal",))
 
 
 @where_felt
-def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
+def shear_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the shear axes that the array can measure. A single coil measures no shear."""
-    if not set(SHEARS) & set(found.bench.range.axes):
-        lone = len(found.bench.range.axes) == 1
+    if not set(SHEARS) & set(sensing.bench.range.axes):
+        lone = len(sensing.bench.range.axes) == 1
         yield violated(
             "no-shear-coil" if lone else "no-shear-moments", "requirements.shear_resolution", None,
             design.spec.requirements.shear_resolution, "N", hint="more-coils" if lone else "moment-or-shear",
         )
         return
-    yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
+    yield from _resolution(sensing, design, "SIT402", "shear_resolution", SHEARS)
 
 
 @where_felt
-def moment_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
+def moment_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the required moments."""
-    yield from _resolution(found, design, "SIT412", "moment_resolution", MOMENTS, "N m")
+    yield from _resolution(sensing, design, "SIT412", "moment_resolution", MOMENTS, "N m")
 
 
 def _resolution(
-    found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
+    sensing: SensingAnalysis, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
     """Yield findings on the largest noise on some axes, against the required resolution `key`."""
-    most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
+    most = worst(sensing, axes, lambda point, axis: float(sensing.points[point].noise[axis]))
     if most is not None:
         yield from check_requirement("noise", design, rule, key, most, unit, slows=True,
                                      rate=design.spec.readout.scan_rate)
@@ -267,34 +267,35 @@ ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as 
 
 @where_felt
 @where_held
-def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
+def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error of each axis while another axis covers its full scale.
 
     Forces are computed by the best polynomial in the readings.
     """
     from sitscad.estimates.performance.inversion import crosstalk as crossed
 
-    if len(found.bench.range.axes) == 1:
+    if len(sensing.bench.range.axes) == 1:
         yield ONE_AXIS
         return
-    tables = [crossed(found.working, point.load, point.inverse)[0] for point in found.points]
+    tables = [crossed(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
 
-    axes = found.bench.range.axes
-    most = worst(found, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
+    axes = sensing.bench.range.axes
+    most = worst(sensing, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
     if most is not None:
         yield from check_requirement("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
 
 
 @where_felt
-def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
+def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error by the required tilt of the contact, on every axis with a limit."""
     from sitscad.estimates.performance_values import unit_of
 
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
-    measured_axes = [name for name in limits if name in found.bench.range.axes]
+    measured_axes = [name for name in limits if name in sensing.bench.range.axes]
 
-    each = ((name, worst(found, (name,), lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max())))
+    each = ((name, worst(
+        sensing, (name,), lambda point, axis: float(sensing.points[point].tilt_errors(tilt)[axis].max())))
             for name in measured_axes)
     ratios = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
     if ratios:  # the axis with the largest ratio of value to limit
@@ -312,17 +313,17 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 @where_held
-def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
+def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error of the ratio of shear to normal force at full load."""
     limit = design.spec.requirements.friction_error
     assert limit is not None
-    shear = next((name for name in found.bench.range.axes if name in SHEARS), None)
+    shear = next((name for name in sensing.bench.range.axes if name in SHEARS), None)
     if shear is None:
-        lone = len(found.bench.range.axes) == 1
+        lone = len(sensing.bench.range.axes) == 1
         yield violated("no-friction-coil" if lone else "no-friction-moments", "requirements.friction_error", None,
                        limit, hint="more-coils" if lone else "moment-or-shear")
         return
-    causes = found.friction(shear)
+    causes = sensing.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
     cause = max(causes, key=lambda one: causes[one])
     most = Worst(error, "shear over normal", "at full load")
@@ -331,7 +332,7 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
 
 @where_felt
-def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
+def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the drift of the forces at full load over the temperature range.
 
     The drift is from the temperature of the tare to the farther end of the range.
@@ -340,13 +341,13 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
     needs = design.spec.requirements
     apart = warming(needs)
-    if not found.held[-1]:
+    if not sensing.held[-1]:
         return
-    is_force = np.array([name in FORCES for name in found.bench.range.axes])
-    drift = np.where(is_force, found.warmed[-1].drift, 0.0)
+    is_force = np.array([name in FORCES for name in sensing.bench.range.axes])
+    drift = np.where(is_force, sensing.warmed[-1].drift, 0.0)
     k = int(np.argmax(drift))
-    axis = axis_text(found.bench.range.axes[k])
-    causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
+    axis = axis_text(sensing.bench.range.axes[k])
+    causes = {name: abs(float(value[k])) for name, value in sensing.warmed[-1].by_kelvin.items()}
     at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
     yield from check_requirement("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at),
                                  kelvin=apart, tare=needs.temperature, cause=max(causes, key=lambda n: causes[n]))
@@ -358,32 +359,32 @@ BESIDE_NOISE = 10.0
 
 @where_felt
 @where_held
-def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
+def two_loads_one_reading(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a finding if two different loads within the requirements give the same reading."""
-    ambiguous = design.sensing.twins
+    ambiguous = design.sensing.ambiguous_loads
     if ambiguous is not None:
         from sitscad.estimates.performance_values import AXES, unit_of  # already loaded by the estimates of performance
 
         loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
-                              for k, name in enumerate(AXES) if name in found.bench.range.axes)
+                              for k, name in enumerate(AXES) if name in sensing.bench.range.axes)
                  for load in ambiguous]
         yield violated("loads-alike", "target.size", loads=loads, fixes=(
             partial(other_silicones, design.spec, is_softer=False), partial(other_thicknesses, design.spec)))
 
 
 @where_felt
-def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
+def tilt_beside_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a note if one degree of tilt reads as much more than the noise."""
     from sitscad.estimates.performance.causes import DEGREE
     from sitscad.estimates.performance_values import unit_of
 
-    most = worst(found, found.bench.range.axes, lambda point, axis: float(
-        found.points[point].tilt_errors(DEGREE)[axis].max() / found.points[point].noise[axis]))
+    most = worst(sensing, sensing.bench.range.axes, lambda point, axis: float(
+        sensing.points[point].tilt_errors(DEGREE)[axis].max() / sensing.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:
-        point = found.points[POINTS.index(most.at)]
-        k = list(map(axis_text, found.bench.range.axes)).index(most.axis)
-        unit = unit_of(found.bench.range.axes[k])
-        needs, axis = design.spec.requirements, found.bench.range.axes[k]
+        point = sensing.points[POINTS.index(most.at)]
+        k = list(map(axis_text, sensing.bench.range.axes)).index(most.axis)
+        unit = unit_of(sensing.bench.range.axes[k])
+        needs, axis = design.spec.requirements, sensing.bench.range.axes[k]
         # requirements with which the tilt is judged, if the spec leaves them out
         absent = ["requirements.tilt"] * (needs.tilt is None)
         if axis not in needs.tilt_limits():
@@ -401,12 +402,12 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 @where_held
-def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
+def errors_together(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the total error of every axis at full load.
 
     The limit is the allowed error, or else the required resolution.
     """
-    needs, names, causes = design.spec.requirements, found.bench.range.axes, found.lasting_errors
+    needs, names, causes = design.spec.requirements, sensing.bench.range.axes, sensing.lasting_errors
     where = TOGETHER + ", with the shear that is not told" * any(_unseen_axis(cause) for cause in causes)
     for kind, axes, unit in (("normal", ("normal",), "N"), ("shear", SHEARS, "N"), ("moment", MOMENTS, "N m")):
         allowed, resolution = (getattr(needs, f"{kind}_{what}") for what in ("error", "resolution"))
@@ -463,7 +464,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         if is_note:
             yield note
         return
-    readings, sensing = [], design.sensing.felt
+    readings, sensing = [], design.sensing.analysis
     if sensing is not None and sensing.held[-1]:
         readings = shear_readings(sensing, requirements)
     if not readings:
@@ -515,7 +516,7 @@ class ShearReading:
     force: float
 
 
-def shear_readings(found: Felt, requirements: Requirements) -> list[ShearReading]:
+def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list[ShearReading]:
     """Return the readings of unmeasured shear at full load on all axes with a requirement."""
     is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
                    "moment_y": requirements.moments[1],
@@ -524,9 +525,9 @@ def shear_readings(found: Felt, requirements: Requirements) -> list[ShearReading
                **dict.fromkeys(MOMENTS, requirements.moment_error)}
     return [
         ShearReading(float(error), axis, scale, allowed[axis] or MAX_SHEAR_READING * scale, shear,
-                     found.bench.full[shear])
-        for shear, errors in found.points[-1].unmeasured().items()
-        for axis, error, scale in zip(found.bench.range.axes, errors, map(float, found.bench.range.full_scales),
+                     sensing.bench.full[shear])
+        for shear, errors in sensing.points[-1].unmeasured().items()
+        for axis, error, scale in zip(sensing.bench.range.axes, errors, map(float, sensing.bench.range.full_scales),
                                       strict=True)
         if is_required[axis] and np.isfinite(error)
     ]

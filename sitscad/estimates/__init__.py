@@ -68,9 +68,9 @@ def estimate(
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
     refuse_unusable(layout.spec)
-    found = estimated(layout, method, tolerance, temperature)
-    missed = () if tolerance is None else missed_tolerance(found.coils, tolerance, method)
-    return replace(found, notes=(*missed, *found.notes))
+    estimates = estimated(layout, method, tolerance, temperature)
+    missed = () if tolerance is None else missed_tolerance(estimates.coils, tolerance, method)
+    return replace(estimates, notes=(*missed, *estimates.notes))
 
 
 def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: str | None) -> tuple[str, ...]:
@@ -78,8 +78,8 @@ def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: 
     worst = max(coils, key=lambda coil: coil.inductance_error)
     if worst.inductance_error <= tolerance:
         return ()
-    asked = f"the method {method} does not meet" if method else "no method meets"
-    return (f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}",)
+    start = f"the method {method} does not meet" if method else "no method meets"
+    return (f"{start} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}",)
 
 
 @one_thread

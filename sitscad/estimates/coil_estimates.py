@@ -97,7 +97,7 @@ PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crow
 """Parts of the terminal inductance, in this order.
 
 "winding" is for evenly spread direct current. "bends" is the reduction by direct current that cuts corners. The next
-five are those of `lead_parts`. "crowding" is the reduction by current crowding at the sensor frequency.
+five are in `lead_parts`. "crowding" is the reduction by current crowding at the sensor frequency.
 """
 
 CROWDING_ERROR = 3e-3
@@ -144,8 +144,8 @@ class CoilEstimate:
     states and terminal values include it. `inductance_parts` (see PARTS) add up to `terminal_inductance` at
     `sensor_frequency`. `lead_parts` divides `lead_inductance` by name. `apparent_inductance` belongs to the free state.
 
-    `capacitance` is the whole tank's, `self_capacitance` that of winding, leads and tail together, and
-    `winding_capacitance` the winding's. `inner_diameter` is measured across the inner copper edges, for a long coil
+    `capacitance` is for the whole tank, `self_capacitance` for winding, leads and tail together, and
+    `winding_capacitance` for the winding. `inner_diameter` is measured across the inner copper edges, for a long coil
     along its shorter side.
 
     `failed_states` gives the reason for each state in which the model fails or the tank is overdamped. Such a state is
@@ -383,13 +383,13 @@ class Estimates:
 
     def part(self, first: int, last: int) -> Estimates:
         """Return the estimates of coils `first` to `last` - 1 (from 0), with the readout settings of all coils."""
-        own, readout = slice(first, last), self.readout
-        conversion = None if readout.conversion is None else readout.conversion.part(own)
+        selection, readout = slice(first, last), self.readout
+        conversion = None if readout.conversion is None else readout.conversion.part(selection)
         matrices = self.inductance_matrix, self.inductance_matrix_error
-        matrix, errors = (tuple(row[own] for row in each[own]) for each in matrices)
-        readout = replace(readout, drive_codes=readout.drive_codes[own], conversion=conversion)
-        return replace(self, coils=self.coils[own], inductance_matrix=matrix, inductance_matrix_error=errors,
-                       readout=readout, metered=self.metered[own])
+        matrix, errors = (tuple(row[selection] for row in each[selection]) for each in matrices)
+        readout = replace(readout, drive_codes=readout.drive_codes[selection], conversion=conversion)
+        return replace(self, coils=self.coils[selection], inductance_matrix=matrix, inductance_matrix_error=errors,
+                       readout=readout, metered=self.metered[selection])
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """Return the document of ``estimate --format json``, with SI units in its keys.

@@ -303,7 +303,7 @@ def respond(
     from sitscad.assembly.places.motions import USUAL_ROTATION, is_held
     from sitscad.estimates.states.placed import require_possible
 
-    if sum(given is not None for given in (poses, loads, case)) != 1:
+    if sum(argument is not None for argument in (poses, loads, case)) != 1:
         raise ValueError("give either poses or loads or a case")
     if rotation is not None and loads is None:
         raise ValueError("rotation says how loads are put on: poses and cases have their own")
@@ -313,9 +313,9 @@ def respond(
 
         return in_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
     rows = np.asarray(loads if poses is None else poses, dtype=float)
-    wanted = (3, 5) if poses is None else (6,)
-    if rows.ndim == 0 or rows.shape[-1] not in wanted:
-        counts = " or ".join(map(str, wanted))
+    widths = (3, 5) if poses is None else (6,)
+    if rows.ndim == 0 or rows.shape[-1] not in widths:
+        counts = " or ".join(map(str, widths))
         raise ValueError(f"rows of {counts} numbers are wanted, not an array of shape {rows.shape}")
     flat: Array = rows.reshape(-1, rows.shape[-1])
     if poses is None:
@@ -337,7 +337,7 @@ def respond_to(
 ) -> Response:
     """Return the response at poses, loads and load cases, in this order.
 
-    `derivatives` adds those of the frequencies.
+    `derivatives` adds the derivatives of the frequencies.
     """
     from sitscad.estimates.response.cases import in_cases, with_cases
     from sitscad.estimates.states.placed import require_possible
@@ -357,9 +357,9 @@ def respond_to(
     return with_cases([with_derivatives(model, part) for part in parts])
 
 
-def has_same_board(one: SensorSpec, other: SensorSpec) -> bool:
+def has_same_board(first: SensorSpec, second: SensorSpec) -> bool:
     """Whether two specs have the same board."""
-    return _board(one) == _board(other)
+    return _board(first) == _board(second)
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:

@@ -25,9 +25,9 @@ AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear 
 
 def load_words(axes: Iterable[str]) -> str:
     """Return the names of forces and moments: ``normal force, shear force along x and moment about y``."""
-    words = (AXIS_WORDS[name] for name in axes)
-    *others, last = (each.replace("normal", "normal force").replace("shear", "shear force") for each in words)
-    return f"{', '.join(others)} and {last}" if others else last
+    names = (AXIS_WORDS[name] for name in axes)
+    *first, last = (each.replace("normal", "normal force").replace("shear", "shear force") for each in names)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 INSTABILITY = "instability"
@@ -63,9 +63,9 @@ def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict
 
 def along(load: Array | Loads, axis: str, forces: Array) -> Array:
     """Return a load (3 or 5; N, N m), repeated with (n,) values on one axis: (n, 3 or 5)."""
-    found = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
-    found[:, AXES.index(axis)] = forces
-    return found
+    loads = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
+    loads[:, AXES.index(axis)] = forces
+    return loads
 
 
 PASSING = ("before", "without")  # Words in the causes of errors that calibration or tare removes
@@ -160,8 +160,8 @@ class Performance:
 
     def __repr__(self) -> str:
         """Return a line with the resolution and the full scale of each axis."""
-        axes = (f"{name} {show(one.resolution, 'N', 2)} of {show(one.full_scale, 'N', 3)}"
-                for name, one in self.axes.items())
+        axes = (f"{name} {show(axis.resolution, 'N', 2)} of {show(axis.full_scale, 'N', 3)}"
+                for name, axis in self.axes.items())
         return f"<Performance at {self.at}: {', '.join(axes)}>"
 
     def document(self) -> dict[str, object]:
@@ -173,7 +173,7 @@ class Performance:
         def moments(load: Loads) -> dict[str, float]:
             return dict(zip(MOMENTS, load[len(FORCES) :], strict=True))
 
-        alike = {} if self.ambiguous is None or len(self.ambiguous[0]) == len(FORCES) else {
+        moments_of_ambiguous = {} if self.ambiguous is None or len(self.ambiguous[0]) == len(FORCES) else {
             "ambiguous_Nm": [moments(load) for load in self.ambiguous]}
         return {
             "at": self.at,
@@ -197,7 +197,7 @@ class Performance:
             "condition_number": self.condition_number,
             "invertible": self.invertible,
             "ambiguous_N": None if self.ambiguous is None else [by_axis(load) for load in self.ambiguous],
-            **alike,
+            **moments_of_ambiguous,
             "overload_N": self.overload,
             "free_overload_N": self.free_overload,
             "map_degree": self.map_degree,
@@ -208,11 +208,11 @@ class Performance:
 
     def _causes(self) -> dict[str, object]:
         """Return the temperature errors by cause, for forces and, if there are any, for moments."""
-        found: dict[str, dict[str, object]] = {}
+        tables: dict[str, dict[str, object]] = {}
         for cause, row in self.temperature_causes.items():
             for name, part in by_unit("temperature_causes_", "_per_K", row).items():
-                found.setdefault(name, {})[cause] = part
-        return dict(found)
+                tables.setdefault(name, {})[cause] = part
+        return dict(tables)
 
 
 def _finite(value: float) -> float | None:
@@ -226,15 +226,15 @@ def worst_of(each: Sequence[Performance]) -> Performance:
     Coils of different cells are matched by their place in the cell.
     """
     # the note on a range's limit is from the shortest range; notes that differ by numbers alone appear once
-    notes = [note for one in sorted(each, key=lambda one: one.axes["normal"].range) for note in one.notes]
-    said = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
-    slow = min(each, key=lambda one: one.bandwidth)
-    figures = {name: _worst([getattr(one, name) for one in each], pick)
+    notes = [note for cell in sorted(each, key=lambda cell: cell.axes["normal"].range) for note in cell.notes]
+    distinct = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
+    slow = min(each, key=lambda cell: cell.bandwidth)
+    figures = {name: _worst([getattr(cell, name) for cell in each], pick)
                for pick, names in ((min, LEAST_IS_WORST), (_farthest, LARGEST_IS_WORST)) for name in names}
     return replace(
-        slow, axes={name: _worst_axis([one.axes[name] for one in each]) for name in slow.axes},
-        ambiguous=next((one.ambiguous for one in each if one.ambiguous is not None), None),
-        notes=tuple(note for note in dict.fromkeys(notes) if note in said.values()), **figures,
+        slow, axes={name: _worst_axis([cell.axes[name] for cell in each]) for name in slow.axes},
+        ambiguous=next((cell.ambiguous for cell in each if cell.ambiguous is not None), None),
+        notes=tuple(note for note in dict.fromkeys(notes) if note in distinct.values()), **figures,
     )
 
 
@@ -247,21 +247,22 @@ LARGEST_IS_WORST = (
 
 
 def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
-    least, told = min(each, key=lambda one: one.range), zip(*(one.sensitivity for one in each), strict=True)
+    least = min(each, key=lambda cell: cell.range)
+    sensitivities = zip(*(cell.sensitivity for cell in each), strict=True)
     return AxisPerformance(
-        least.range, least.limited_by, min(one.full_scale for one in each),
-        tuple(min(coil, key=abs) for coil in told), max(one.resolution for one in each),
-        max(one.nonlinearity for one in each), _worst([one.errors for one in each], _farthest), least.unit,
+        least.range, least.limited_by, min(cell.full_scale for cell in each),
+        tuple(min(coil, key=abs) for coil in sensitivities), max(cell.resolution for cell in each),
+        max(cell.nonlinearity for cell in each), _worst([cell.errors for cell in each], _farthest), least.unit,
     )
 
 
 def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
     """Return the worst of some figures, for tables row by row. None if all are None."""
-    known = [one for one in each if one is not None]
-    if not known or not isinstance(known[0], Mapping):
-        return pick(known) if known else None
-    names = dict.fromkeys(name for one in known for name in one)
-    return {name: _worst([one[name] for one in known if name in one], pick) for name in names}
+    values = [value for value in each if value is not None]
+    if not values or not isinstance(values[0], Mapping):
+        return pick(values) if values else None
+    names = dict.fromkeys(name for value in values for name in value)
+    return {name: _worst([value[name] for value in values if name in value], pick) for name in names}
 
 
 def _farthest(numbers: Sequence[float]) -> float:
@@ -307,7 +308,7 @@ def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
         for cause, error in errors.items()
         if not any(word in cause for word in PASSING)
     }
-    cause = max(lasting, key=lambda one: lasting[one])
+    cause = max(lasting, key=lambda name: lasting[name])
     return lasting[cause], cause
 
 
@@ -319,8 +320,8 @@ def of_full_scale(error: float, full: float, axis: str = "normal") -> str:
     """Return an error (N, N m) of an axis as text, with its percentage of full scale."""
     if error > SENSELESS * full:
         return f"more than {SENSELESS:.0f} times full scale"
-    share, said = error / full, amount_text(error, axis, 2)
-    return f"{said} ({100.0 * share:.0f} %)" if share >= 0.1 else f"{said} ({100.0 * share:.2g} %)"
+    share, text = error / full, amount_text(error, axis, 2)
+    return f"{text} ({100.0 * share:.0f} %)" if share >= 0.1 else f"{text} ({100.0 * share:.2g} %)"
 
 
 def amount_text(value: float, axis: str, digits: int = 3) -> str:

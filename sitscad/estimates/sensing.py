@@ -9,7 +9,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves, curves
-from sitscad.estimates.performance.points import Felt, feel, performance
+from sitscad.estimates.performance.points import SensingAnalysis, analyse_sensing, performance
 from sitscad.estimates.performance_values import Loads, Performance
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.layout.board import Layout
@@ -38,12 +38,12 @@ class Sensing:
     sensor: SensorModel
 
     @cached_property
-    def solved(self) -> Felt:
+    def solved(self) -> SensingAnalysis:
         """Sensing performance by the full response model. Raises `NoResponse` if the sensor cannot respond."""
-        return feel(self.sensor.layout, self.sensor.estimates, self.sensor.response)
+        return analyse_sensing(self.sensor.layout, self.sensor.estimates, self.sensor.response)
 
     @cached_property
-    def felt(self) -> Felt | None:
+    def analysis(self) -> SensingAnalysis | None:
         """Sensing performance for checks: `solved`, or at screen level by correction ratios of an infinite plate.
 
         None if the sensor cannot respond, or if its target is too large to be solved in a check.
@@ -51,20 +51,20 @@ class Sensing:
         estimates = self.sensor.estimates
         try:
             if estimates.is_rough:
-                return feel(self.sensor.layout, estimates)
+                return analyse_sensing(self.sensor.layout, estimates)
             return self.solved if estimates.is_solved else None
         except NoResponse:
             return None
 
     @cached_property
-    def twins(self) -> tuple[Loads, Loads] | None:
+    def ambiguous_loads(self) -> tuple[Loads, Loads] | None:
         """Two loads (N) within the requirements that give equal readings. None if no such pair is found.
 
         Checks and documents share this result.
         """
-        if self.felt is None or not self.felt.is_range_held:
+        if self.analysis is None or not self.analysis.is_range_held:
             return None
-        return self.felt.working.twins(lambda: self.solved.bench)
+        return self.analysis.working.ambiguous_loads(lambda: self.solved.bench)
 
     @cached_property
     def curves(self) -> Curves | None:
@@ -85,6 +85,6 @@ class Sensing:
     def _performance(self) -> tuple[tuple[Performance, ...], str]:
         # The performance, and the reason if it is empty.
         try:
-            return performance(self.solved, self.sensor.response, lambda: self.twins), ""
+            return performance(self.solved, self.sensor.response, lambda: self.ambiguous_loads), ""
         except NoResponse as error:
             return (), str(error)

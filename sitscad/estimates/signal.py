@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
     """Return the signals of all coils with both states. Empty without a required force, target or elastomer."""
-    found = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
-    return tuple(signal for signal in found if signal is not None)
+    by_coil = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
+    return tuple(signal for signal in by_coil if signal is not None)
 
 
 def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
@@ -25,13 +25,13 @@ def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -
         return None
     rest, pressed = coil.states[REST], coil.states[PRESSED]
     sigma = coil.sensitivity_sigma(force) or (None, None)
-    own, conversion = coil.press_share, readout.conversion
+    ratio, conversion = coil.press_share, readout.conversion
     before, after = rest.converter_inductance, pressed.converter_inductance
     if before is None or after is None:
         before, after = rest.inductance, pressed.inductance
     return Signal(
         coil.name, force, rest.inductance, change[0], sigma[0], change[1], sigma[1],
-        share=own * (after / before - 1.0),
-        frequency_share=own * (pressed.frequency / rest.frequency - 1.0),
-        steps=own * conversion.steps(rest.frequency, pressed.frequency) if conversion else None,
+        share=ratio * (after / before - 1.0),
+        frequency_share=ratio * (pressed.frequency / rest.frequency - 1.0),
+        steps=ratio * conversion.steps(rest.frequency, pressed.frequency) if conversion else None,
     )

@@ -69,7 +69,7 @@ class Skin:
             extremes = [self.cells[number - 1].performance for number in group.extremes]
             if not all(extremes):
                 return NO_CELLS
-            groups.append(replace(group, felt=tuple(map(worst_of, zip(*extremes, strict=True)))))
+            groups.append(replace(group, performance=tuple(map(worst_of, zip(*extremes, strict=True)))))
         count = len(self.layout.coils) // len(self.cells)
         weakest = self.layout.coils[(self.weakest - 1) * count : self.weakest * count]
         return CellTable(tuple(groups), self.weakest, tuple(coil.name for coil in weakest))
@@ -77,5 +77,5 @@ class Skin:
     @property
     def performance(self) -> tuple[Performance, ...]:
         """Worst figure of all cells for each value. Production limits are for all coils."""
-        points = map(worst_of, zip(*(group.felt for group in self.table.groups), strict=True))
+        points = map(worst_of, zip(*(group.performance for group in self.table.groups), strict=True))
         return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)

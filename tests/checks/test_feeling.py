@@ -156,7 +156,7 @@ def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_fe
     pad = asked.elastomer.material
     assert found["creep"].measured == approx(pad.creep * full.axes["normal"].full_scale, rel=1e-9)
     # the tare takes away what moves the reading at rest: capacitors and most of the metal
-    warmed = design.sensing.felt.warmed[-1]
+    warmed = design.sensing.analysis.warmed[-1]
     assert warmed.tared_drift[k] < warmed.drift[k]
     left = replace(warmed, by_metal_loaded=warmed.by_metal, by_pose_at_rest=warmed.by_pose)
     assert left.tared_drift[k] == approx(10.0 * pad.modulus_temperature_coefficient * warmed.carried[k], rel=1e-9)
@@ -169,7 +169,7 @@ def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, 
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
     checked = as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
-    drift = abs(end - 20.0) * design.sensing.felt.warmed[0].temperature[0]
+    drift = abs(end - 20.0) * design.sensing.analysis.warmed[0].temperature[0]
     line = f"zero drift {show(float(drift), 'N', 3)} (normal, at rest, after one tare, 20 to {end:.3g} degC)"
     assert line in as_text([checked]) and drift > 0.1
     assert json.loads(as_json([checked]))["specs"][0]["felt"][-1]["limit"] is None
@@ -201,7 +201,7 @@ def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
     assert "drift at full load, 10 K" not in wide
     assert wide["drift at full load, 30 K"] == approx(3.0 * usual["drift at full load, 10 K"], rel=1e-9)
     shear = next(axis for axis in bench.performance[-1].axes if axis != "normal")
-    wide, usual = (design.sensing.felt.friction(shear) for design in (ranged, bench))
+    wide, usual = (design.sensing.analysis.friction(shear) for design in (ranged, bench))
     assert wide["drift at full load, 30 K"] == approx(3.0 * usual["drift at full load, 10 K"], rel=1e-9)
 
 
@@ -316,7 +316,7 @@ def test_largest_errors_are_chosen_by_newtons_and_moments_stand_apart():
 def test_figures_beside_a_requirement_are_the_largest_newtons_of_all_axes(bench):
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    full, results = design.sensing.felt.warmed[-1], {one.requirement: one for one in noted(design)}
+    full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in noted(design)}
     for name, errors in {"hysteresis": full.hysteresis, "drift": full.drift, "tared_drift": full.tared_drift,
                          "tilt": full.tilt_errors(0.005).max(axis=1)}.items():
         assert len(errors) > 1 and results[name].measured == approx(errors.max(), rel=1e-12), name
@@ -328,7 +328,7 @@ def test_errors_together_have_the_required_tilt_or_one_degree(bench, tilt):
     """One degree was taken whatever tilt was required."""
     needs = replace(bench.spec.requirements, normal_resolution=1.0, tilt=tilt)
     asked = replace(bench.spec, requirements=needs)
-    felt = Design(asked, replace(bench.layout, spec=asked), bench.estimates).sensing.felt
+    felt = Design(asked, replace(bench.layout, spec=asked), bench.estimates).sensing.analysis
     name = {None: "tilt of 1 degree"}.get(tilt, f"tilt of {math.degrees(tilt or 0.0):.1g} degrees")
     both = felt.warmed[-1].tilt_errors(tilt or math.radians(1.0))
     assert felt.lasting_errors[name] == approx(np.hypot(*both.T), rel=1e-9)
@@ -439,7 +439,7 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
 
 def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
     """Least squares leave such an axis out, and its noise was none."""
-    felt = bench.sensing.felt
+    felt = bench.sensing.analysis
     point = felt.points[0]
     blind = replace(point, by_pose=0.0 * point.by_pose, inverse=0.0 * point.inverse)
     assert np.isfinite(point.noise).all() and np.isinf(blind.noise).all()

@@ -313,7 +313,7 @@ def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
 
     long, usual = sized(6.0), sized(4.5)
     gain = gain_at_length(long, 4.5e-3, 1.0)
-    noise = [[float(one.sensing.felt.points[0].noise[axis]) for axis in (0, 1)] for one in (long, usual)]
+    noise = [[float(one.sensing.analysis.points[0].noise[axis]) for axis in (0, 1)] for one in (long, usual)]
     assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
 
 

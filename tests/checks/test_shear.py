@@ -16,7 +16,7 @@ from sitscad.checks.reading.response import FEWEST_STEPS, _moved_changes
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.circuits.moved_target import target_effects
 from sitscad.estimates.design import Design
-from sitscad.estimates.performance.points import feel
+from sitscad.estimates.performance.points import analyse_sensing
 from sitscad.spec.places import shared_middles
 from sitscad.spec.yaml.rewriting import rewritten
 
@@ -60,7 +60,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     wide = pad.replace({"target.size": 14e-3, "elastomer.size": 14e-3})
     found = [one for one in sitscad.check(wide).findings if one.rule == "SIT218"]
     assert [one.key for one in found] == ["target.size"] * 2
-    felt = feel(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
+    felt = analyse_sensing(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
     for finding, axis in zip(found, (2, 1), strict=True):
         assert finding.fixes
         assert finding.measured == approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)

@@ -61,7 +61,8 @@ def cell():
     ],
 )
 def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(array, axes):
-    assert axes_felt(spec_of(array)) == axes
+    spec = spec_of(array)
+    assert axes_felt(spec.cell_placements[0], spec.requirements) == axes
     untold = {"moment_x", "moment_y"} - set(axes)
     keys = {found.key for found in check(spec_of(array), hints="none").findings if found.rule == "SIT411"}
     assert keys == {f"requirements.{name}" for name in untold}
@@ -69,7 +70,7 @@ def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(arra
 
 def test_moment_that_is_asked_for_alone_leaves_the_other_shear():
     spec = spec_of("grid", ", moment_x: 3 N mm")
-    assert axes_felt(spec) == ("normal", "shear_x", "moment_x")
+    assert axes_felt(spec.cell_placements[0], spec.requirements) == ("normal", "shear_x", "moment_x")
     assert required_range(spec).moments == (3e-3, 0.0)
 
 
@@ -163,7 +164,7 @@ def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
 
 @pytest.mark.slow
 def test_moments_are_felt_in_newton_metres(cell):
-    felt = cell.sensing.felt
+    felt = cell.sensing.analysis
     assert felt.bench.range.axes == ("normal", "moment_x", "moment_y")
     full = felt.points[-1]
     # the map reads the loads of its own range back, and each axis alone
@@ -177,7 +178,7 @@ def test_moments_are_felt_in_newton_metres(cell):
 
 def test_moments_say_where_a_finger_presses(cell):
     """6 N, 0.4 mm along x and -0.3 mm along y beside the middle: read by the map, after nothing but a tare."""
-    felt, force, (x, y) = cell.sensing.felt, 6.0, (4e-4, -3e-4)
+    felt, force, (x, y) = cell.sensing.analysis, 6.0, (4e-4, -3e-4)
     pose = felt.bench.pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
     normal, about_x, about_y = felt.working.map(felt.bench.readings(pose))[0]
     assert normal == approx(force, rel=0.01)
@@ -207,7 +208,7 @@ def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell)
     stiffness, error = (document[f"tilt_stiffness_{name}"]["rx"] for name in ("Nm_per_rad", "error"))
     assert 0.05 < stiffness < 0.2
     assert 0.02 < error < 0.2
-    for felt, point in zip(cell.sensing.felt.points, points, strict=True):
+    for felt, point in zip(cell.sensing.analysis.points, points, strict=True):
         for k, name in enumerate(("moment_x", "moment_y"), start=1):
             assert felt.noise[k] == approx(point.axes[name].resolution, rel=1e-12, abs=0.0)
 

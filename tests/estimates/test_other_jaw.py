@@ -16,7 +16,7 @@ from sitscad.checks.reading.other_jaw import other_jaw_metal
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import OTHER_JAW_CAUSES, combined_error
 from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, estimated_change, front_plate
-from sitscad.estimates.states.placed import Placed, at_rest
+from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec import templates
@@ -48,12 +48,12 @@ def by_front(size, room):
     """Heights of the layers, change by the front and by the disc alone (H)."""
     design, wound = discs(size)
     spec, coils = wound.spec, design.layout.coils
-    placed = Placed.of(spec, at_rest(spec), np.array([[0.0, 0.0, GAP - at_rest(spec)[2], 0.0, 0.0, 0.0]]))
-    cover = replace(placed.cover(spec, coils), lowest=GAP)
+    placed = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, GAP - at_rest(spec)[2], 0.0, 0.0, 0.0]]))
+    cover = replace(placed.cover(spec.target, spec.coil, coils, spec.array.middle), lowest=GAP)
     behind = Reflector(BEHIND, (MetalLayer(5.8e7, 1.0, 0.1e-3),))
     found = []
     for front in (None, Reflector(GAP + 0.15e-3 + room, (MetalLayer(STEEL, 1.0, 1.3e-3),))):
-        target = solved_plate(spec, coils, (FREQUENCY,), behind, cover, front=front)
+        target = solved_plate(spec.target, spec.coil, coils, (FREQUENCY,), behind, cover, front=front)
         change = target.changes(placed.turns, placed.places, True)[0][0, 0, 0, 0]
         bare = reflected_inductances(wound.winding.spectrum, np.array([FREQUENCY]), front, behind, (0.0,))[0, 0]
         found.append((float(change.real), float((change + bare).real)))
@@ -106,5 +106,5 @@ def test_a_pad_on_the_other_jaw_makes_a_note_of_the_warning(grasper):
 
 
 def test_without_a_jaw_no_metal_is_in_front():
-    assert front_plate(load_text(templates.read("fingertip_cell"))) is None
+    assert front_plate(load_text(templates.read("fingertip_cell")).jaw) is None
     assert "SIT221" not in {f.rule for f in sitscad.check(load_text(templates.read("single_coil"))).findings}

@@ -185,9 +185,9 @@ def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
     """
     spec = sitscad.load(Path(__file__).parents[1] / "report/broken/SIT407.yaml")
     design = Design(spec.replace("requirements.shear_force", f"{shear} N"))
-    one, other = design.sensing.twins
+    one, other = design.sensing.ambiguous_loads
     bench = design.sensing.solved.bench
-    span = np.ptp(design.sensing.felt.working.readings, axis=0)
+    span = np.ptp(design.sensing.analysis.working.readings, axis=0)
     read = bench.readings(bench.poses(np.array([one, other])))
     assert np.linalg.norm((read[1] - read[0]) / span) < 3e-3
     assert np.linalg.norm((np.array(other) - one)[bench.range.columns] / bench.range.full_scales) > 0.1
@@ -200,12 +200,12 @@ def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
     """All loads beyond it read like the chart's end, and so alike: a finding where the response tells them apart."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "robotic_jaw_12mm.yaml")
     far = Design(spec.replace("target.size", [0.7 * side for side in spec.target.size]))
-    bench = far.sensing.felt.bench
+    bench = far.sensing.analysis.bench
     poses = bench.poses(np.array([[5.0, 1.75, 0.0], [5.0, 2.0, 0.0]]))
     assert np.abs(poses[:, 0]).min() > spec.elastomer.thickness
     read = bench.readings(poses)
     assert np.abs(read[1] - read[0]).max() > 0.02 * np.abs(read).max()
-    assert far.sensing.twins is None
+    assert far.sensing.ambiguous_loads is None
 
 
 @pytest.mark.more

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.estimates.states.placed import Cover, Placed, at_rest
+from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.spec import templates
 
@@ -19,7 +19,7 @@ FREQUENCY = 5e6
 
 
 def _changes(spec, coils, cover, placed):
-    plate = solved_plate(spec, coils, (FREQUENCY,), None, cover)
+    plate = solved_plate(spec.target, spec.coil, coils, (FREQUENCY,), None, cover)
     return np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0])[:, 0]
 
 
@@ -40,8 +40,8 @@ def test_what_is_left_out_of_a_wide_target_is_within_what_is_stated_for_it(mater
     coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
     poses = np.zeros((1, 6))
     poses[0, 2] = height * size - rest[2]
-    placed = Placed.of(spec, rest, poses)
-    cover = placed.cover(spec, coils)
+    placed = TargetPoses.of(spec.target, rest, poses)
+    cover = placed.cover(spec.target, spec.coil, coils, spec.array.middle)
     assert 0.0 < cover.error < 0.01 and max(cover.half) < 0.8 * max(placed.half)
     part = _changes(spec, coils, cover, placed)
     whole = _changes(spec, coils, replace(cover, half=placed.half), placed)
@@ -51,19 +51,20 @@ def test_what_is_left_out_of_a_wide_target_is_within_what_is_stated_for_it(mater
 
 def test_a_target_of_twice_its_coils_is_solved_whole():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
-    placed = Placed.of(spec, at_rest(spec), np.zeros((1, 6)))
-    cover = placed.cover(spec, sitscad.lay_out(spec).coils)
-    assert cover.half == placed.half and cover.error == 0.0 and cover.part(spec) is spec
+    placed = TargetPoses.of(spec.target, at_rest(spec), np.zeros((1, 6)))
+    cover = placed.cover(spec.target, spec.coil, sitscad.lay_out(spec).coils, spec.array.middle)
+    assert cover.half == placed.half and cover.error == 0.0 and cover.part(spec.target) is spec.target
 
 
 def test_poses_alike_are_served_by_one_solution():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
     spec = replace(spec, target=replace(spec.target, size=(0.08, 0.08)))
     coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
-    covers: set[Cover] = set()
+    covers: set[PoseRange] = set()
     for down in np.linspace(0.0, 0.4e-3, 40):
         covers.add(
-            Placed.of(spec, rest, np.array([[1e-4 * math.sin(down), 0.0, -down, 0.0, 0.0, 0.0]])).cover(spec, coils)
+            TargetPoses.of(spec.target, rest, np.array([[1e-4 * math.sin(down), 0.0, -down, 0.0, 0.0, 0.0]])).cover(
+                spec.target, spec.coil, coils, spec.array.middle)
         )
     assert len(covers) <= 4
 

@@ -15,7 +15,7 @@ from tolerance import approx
 from sitscad.estimates.loads import pressing
 from sitscad.estimates.loads.pressing import loaded_face, pressed
 from sitscad.estimates.targets.assembly import assemble
-from sitscad.estimates.targets.finite_target import target_shares
+from sitscad.estimates.targets.finite_target import target_ratios
 from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
@@ -36,7 +36,7 @@ def sensor(array="", target="size: 5", pad="size: 9, shape: square"):
 
 
 def shares(spec):
-    found = target_shares(spec, HEIGHTS, assemble(spec).states)
+    found = target_ratios(spec, HEIGHTS, assemble(spec).states)
     return {name: found.of(name, "rest") for name in (place.name for place in spec.array.placements)}
 
 

@@ -18,7 +18,7 @@ from sitscad import Design, NoResponse, respond
 from sitscad.estimates import estimated
 from sitscad.estimates.response.model import MAX_WORK, SECONDS_PER_WORK
 from sitscad.estimates.states.near import curves
-from sitscad.estimates.states.placed import Cover, Placed
+from sitscad.estimates.states.placed import PoseRange, TargetPoses
 from sitscad.estimates.states.plate import endless_like, solved_plate, solving_work
 from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
 from sitscad.kernels.electromagnetics.eddy.target import changes_at
@@ -133,9 +133,11 @@ def test_a_target_that_takes_minutes_to_solve_is_refused_with_the_reason():
 
 
 def work_of(design, pose):
-    placed = Placed.of(design.spec, design.response.rest, np.array([pose]))
+    placed = TargetPoses.of(design.spec.target, design.response.rest, np.array([pose]))
     coils, middle = design.layout.coils, math.sqrt(math.prod(design.response.band))
-    return solving_work(design.spec, coils, middle, design.response.behind, placed.cover(design.spec, coils))
+    target, coil = design.spec.target, design.spec.coil
+    return solving_work(target, coil, coils, middle, design.response.behind, placed.cover(
+        target, coil, coils, design.spec.array.middle))
 
 
 @pytest.mark.parametrize("target", ["shape: square, size: 6", "shape: rectangle, size: [14, 5]"])
@@ -247,7 +249,8 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
     coils, band, level = sitscad.lay_out(spec).coils, (8e6, 10.2e6), np.eye(3)[None]
     place = np.array([[0.0, 0.0, 0.8e-3]])
     ends, middle = (
-        solved_plate(spec, coils, some, None, Cover(0.7e-3, 4e-3, (2e-3, 2e-3))).changes(level, place)[0]
+        solved_plate(spec.target, spec.coil, coils, some, None, PoseRange(0.7e-3, 4e-3, (2e-3, 2e-3))).changes(
+            level, place)[0]
         for some in (band, (9e6, 9.1e6))
     )
     found = Changes(band, ends, ends, like=endless_like(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
@@ -414,7 +417,7 @@ def test_what_a_lossy_jaw_returns_is_as_smooth_at_the_target_as_a_few_points_say
     assert solving.is_lossy
     first, count = solving.targets[0], len(solving.coils)
     assert 4 * len(first.smooth.points) < len(first.surface.points)
-    placed = Placed.of(model.spec, model.rest, poses)
+    placed = TargetPoses.of(model.target, model.rest, poses)
     centres = np.array([coil.placement.centre for coil in solving.coils])
     coils, returned = solving.potentials[:count], solving.potentials[count:]
     found, everywhere = (

@@ -158,7 +158,7 @@ def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     found = plan_calibration(design.response, is_held=True)
-    scope, bench = found.sensors.range, design.sensing.felt.bench
+    scope, bench = found.sensors.range, design.sensing.analysis.bench
     loads, square = scope.inside(40), 0.0
     for cause in manufacturing_scatter(design.spec, design.estimates):
         ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]

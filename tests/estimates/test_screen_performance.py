@@ -25,17 +25,17 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 def test_screen_resolution_is_within_its_error_of_the_response(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
-    for point, other in zip(screened.sensing.felt.points, design.sensing.felt.points, strict=True):
+    for point, other in zip(screened.sensing.analysis.points, design.sensing.analysis.points, strict=True):
         assert point.noise == approx(other.noise, rel=NEARLY, abs=0.0)
-    warm, exact = screened.sensing.felt.warmed[-1].temperature, design.sensing.felt.warmed[-1].temperature
+    warm, exact = screened.sensing.analysis.warmed[-1].temperature, design.sensing.analysis.warmed[-1].temperature
     assert warm == approx(exact, rel=0.15, abs=0.0)
 
 
 def test_screen_performance_covers_a_pad_pressed_by_half():
     design = Design(sitscad.load(TEMPLATES / "grasper_3p5mm.yaml"))
     screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
-    half, full = (abs(point.by_pose[:, 2]).min() for point in screened.sensing.felt.points[1:])
-    assert screened.sensing.felt.points[2].pose[2] < -0.45 * design.spec.elastomer.thickness and full > half > 0.0
+    half, full = (abs(point.by_pose[:, 2]).min() for point in screened.sensing.analysis.points[1:])
+    assert screened.sensing.analysis.points[2].pose[2] < -0.45 * design.spec.elastomer.thickness and full > half > 0.0
 
 
 FIGURES = {
@@ -66,7 +66,7 @@ def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     design = Design(replace(spec, requirements=replace(spec.requirements, normal_resolution=1e-6)))
     result = judged(design, "none")
-    assert not design.estimates.is_solved and design.sensing.felt is None
+    assert not design.estimates.is_solved and design.sensing.analysis is None
     assert any("too large" in note for note in design.estimates.notes)
     assert any(one.rule == "SIT401" and "too large" in one.reason for one in result.not_checked)
     assert not any(one.rule == "SIT401" for one in result.findings)
@@ -74,10 +74,10 @@ def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
 
 def test_without_target_there_is_nothing_to_feel():
     design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert design.sensing.felt is None and design.performance == ()
+    assert design.sensing.analysis is None and design.performance == ()
 
 
 def test_performance_has_the_tanks_of_the_states():
     design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
     rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
-    assert np.abs(design.sensing.felt.bench.rest / rest - 1.0).max() < 1e-5
+    assert np.abs(design.sensing.analysis.bench.rest / rest - 1.0).max() < 1e-5

@@ -30,7 +30,7 @@ def test_polygons_hold_about_as_much_as_their_area_says(shape):
 def test_turn_lengths_add_up_to_the_track():
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {BENCH}\n", "c.yaml"))
     turns = layout.spec.coil.turns
-    lengths = turn_lengths(layout.coils[0], layout.spec, turns * (np.arange(12) + 0.5) / 12)
+    lengths = turn_lengths(layout.coils[0], layout.spec.coil, turns * (np.arange(12) + 0.5) / 12)
     assert lengths.mean() * turns == approx(layout.coils[0].windings[0].path.length, rel=1e-6)
     assert lengths[0] == approx(2 * math.pi * (3.45e-3 - 0.1e-3), rel=1e-3)
 
@@ -68,5 +68,5 @@ def test_a_millionth_more_of_the_turns_changes_nothing(one, other):
     for turns in (one, other):
         text = f"sitscad: 1\nname: c\ncoil: {coil.replace('7.75', turns)}\n"
         layout = lay_out(load_text(text, "c.yaml"))
-        found.append(self_capacitance(layout.coils[0], layout.spec))
+        found.append(self_capacitance(layout.coils[0], layout.spec.coil, layout.spec.fpc.stackup))
     assert found[0] == approx(found[1], rel=1e-5, abs=0.0) and found[0] != found[1]

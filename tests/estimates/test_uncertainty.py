@@ -84,7 +84,8 @@ def test_slopes_of_the_inductance_are_its_differences(shape, layers):
     spec = design(shape, layers)
     coil = lay_out(spec).coils[0]
     geometry = winding_geometry(spec.coil, coil)
-    slopes = track_slopes.inductance_slopes(equivalent_spirals(geometry, coil), coil, spec)
+    slopes = track_slopes.inductance_slopes(
+        equivalent_spirals(geometry, coil), coil, spec.coil, spec.fpc.stackup)
     whole = winding_inductance(spec)
     slopes[DIAMETER] = whole - math.fsum(slopes.values())
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper"), (DISTANCE, "gap"), (DIAMETER, "scale")):
@@ -312,6 +313,10 @@ def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
         assert not is_unverified(row.source) or "memory" in row.source, name
 
 
+def _thickest(spec):
+    return thickest_copper(spec.coil_copper, spec.fpc.stackup)
+
+
 def test_the_estimate_says_which_tolerances_nobody_has_seen():
     spec = design()
     note = next(note for note in estimate(lay_out(spec)).notes if note.startswith("scatter"))
@@ -324,16 +329,16 @@ def test_copper_scatters_by_its_foil_and_by_its_plating():
     spec = load_text(panel, "panel.yaml")
     foil, plating = 0.1 * 18.0 / 35.0, 3.5 / 35.0
     assert sigmas(spec)[THICKNESS] == approx(math.hypot(foil, plating) / math.sqrt(3.0), rel=1e-9)
-    assert thickest_copper(spec) == approx(foil + plating, rel=1e-9)
+    assert _thickest(spec) == approx(foil + plating, rel=1e-9)
     buttons = load_text(panel.replace("plating: 17 um", "plated: buttons"), "buttons.yaml")
     assert sigmas(buttons)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-9)
-    assert thickest_copper(buttons) == approx(0.1, rel=1e-9)
+    assert _thickest(buttons) == approx(0.1, rel=1e-9)
 
 
 def test_what_a_fabricator_does_not_say_of_his_copper_is_in_doubt():
     """Whether OSH Park's 35 um contain the plating stands nowhere: they may come as 47 um and more."""
     text = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-osh-park")
-    assert thickest_copper(load_text(text, "osh.yaml")) > 12.0 / 35.0
+    assert _thickest(load_text(text, "osh.yaml")) > 12.0 / 35.0
 
 
 def changed_pad(spec, factor):

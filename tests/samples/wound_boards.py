@@ -12,6 +12,6 @@ from sitscad.spec.load import load_text
 def of(coil, stackup):
     """Capacitance of a winding, its inductance and both together as a resonance."""
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {coil}\nfpc: {{stackup: {stackup}}}\n", "c.yaml"))
-    own = self_capacitance(layout.coils[0], layout.spec)
+    own = self_capacitance(layout.coils[0], layout.spec.coil, layout.spec.fpc.stackup)
     inductance = estimate(layout).coils[0].winding_inductance
     return own, inductance, resonance_frequency(inductance, own)

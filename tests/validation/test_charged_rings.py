@@ -38,7 +38,7 @@ readout: {capacitance: 330 pF}
 
 def turns(coil, spec):
     """Radii, heights and voltages of a round coil's turns."""
-    voltages = _voltages(*_turns(coil, spec, PLACES), coil, spec)
+    voltages = _voltages(*_turns(coil, spec.coil, PLACES), coil, spec.coil)
     radii, heights, values = [], [], []
     for k, (winding, count) in enumerate(zip(coil.windings, spec.coil.layer_turns, strict=True)):
         whole = math.floor(count)
@@ -67,7 +67,8 @@ def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, 
     layout = lay_out(spec)
     found = estimate(layout)
     gap, behind = found.gaps["pressed"], found.gaps.get("behind_the_board")
-    by_rings, most = added(spec, gap, behind), added_by_metal(layout.coils[0], spec, gap, behind)
+    by_rings, most = added(spec, gap, behind), added_by_metal(
+        layout.coils[0], spec.coil, spec.fpc.stackup.thickness, gap, behind)
     assert 0.0 < by_rings < most < 0.1 * found.coils[0].self_capacitance
     assert by_rings < 2e-4 * found.coils[0].capacitance
     # and pressing changes it by less than a hundred-thousandth of the tank's
@@ -81,7 +82,8 @@ def test_a_large_coil_close_to_its_target_is_told(layers, is_told):
     spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
     layout = lay_out(spec)
     found = estimate(layout)
-    by_rings, most = added(spec, 0.2e-3, None), added_by_metal(layout.coils[0], spec, 0.2e-3, None)
+    by_rings, most = added(spec, 0.2e-3, None), added_by_metal(
+        layout.coils[0], spec.coil, spec.fpc.stackup.thickness, 0.2e-3, None)
     assert 0.1 * most < by_rings < most
     assert (by_rings > 0.1 * found.coils[0].self_capacitance) == is_told
     assert any("capacitance from the winding" in note for note in found.notes) == is_told

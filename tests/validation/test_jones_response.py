@@ -24,7 +24,7 @@ from tolerance import approx  # noqa: E402
 from wound_boards import of  # noqa: E402
 
 from sitscad import estimate, lay_out, load_text  # noqa: E402
-from sitscad.estimates.states.placed import Cover  # noqa: E402
+from sitscad.estimates.states.placed import PoseRange  # noqa: E402
 from sitscad.estimates.states.plate import solved_plate  # noqa: E402
 from sitscad.kernels.electromagnetics.constants import skin_depth  # noqa: E402
 from sitscad.kernels.electromagnetics.eddy.target import turned  # noqa: E402
@@ -85,7 +85,8 @@ def changes(spec, gaps, moves, turns=None):
     )
     lowest = float((places[:, 2] - tilt).min())
     half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
-    plate = solved_plate(spec, coils, (FREQUENCY, 1.05 * FREQUENCY), None, Cover(lowest, 9.0 * MM, half))
+    cover = PoseRange(lowest, 9.0 * MM, half)
+    plate = solved_plate(spec.target, spec.coil, coils, (FREQUENCY, 1.05 * FREQUENCY), None, cover)
     return 1e6 * np.einsum("pcc->pc", plate.changes(turned(angles), places)[0][0].real)
 
 

@@ -16,7 +16,7 @@ from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.circuits.uncertainty import sigmas
 from sitscad.estimates.states.steps import wind
-from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.tolerances.scatter import DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
 from sitscad.estimates.windings.leads import NO_LEADS
 from sitscad.estimates.windings.own_capacitance import CAPACITANCE_ERROR
@@ -65,7 +65,7 @@ class CoilVariants:
         nominal = winding
         if has_leads:
             wound = wind(layout)
-            circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
+            circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_RATIOS)
             nominal = _impedance(circuits[number], FREE, frequencies, circuits[number].self_capacitance)
         errors = [solved.bound.relative(circuit.loss.resistance_ratio(f), f) for f in frequencies.tolist()]
         return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors))
@@ -190,7 +190,7 @@ def _alone(spec: SensorSpec) -> SensorSpec:
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
     """Return the solved winding of a spec with one coil, and its circuit."""
     wound = wind(lay_out(spec))
-    return wound.winding, coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)[0]
+    return wound.winding, coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_RATIOS)[0]
 
 
 def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance: float | None = None) -> Impedance:

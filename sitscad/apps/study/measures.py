@@ -29,7 +29,7 @@ from sitscad.kernels.geometry.path import enclosed_area
 
 if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
-    from sitscad.estimates.performance.points import Felt
+    from sitscad.estimates.performance.points import SensingAnalysis
     from sitscad.spec.sensor import SensorSpec
 
 Figure = tuple[float, float]
@@ -143,8 +143,8 @@ def _signal(design: Design) -> Figure:
     return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
 
 
-def _sensing(design: Design) -> Felt:
-    sensing = design.sensing.felt
+def _sensing(design: Design) -> SensingAnalysis:
+    sensing = design.sensing.analysis
     if sensing is None:
         raise AbsentError("it needs a target on a pad, and tanks that oscillate at rest")
     if not all(sensing.held):
@@ -157,7 +157,7 @@ def _error_of(design: Design) -> float:
     return NEARLY if design.estimates.is_rough else 0.0
 
 
-def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
+def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Reader]:
     """Return a function that makes a reader for an axis, with the error at the screen level."""
 
     def along(axis: str) -> Reader:
@@ -175,17 +175,17 @@ def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
     return along
 
 
-def _resolution(sensing: Felt, axis: str) -> float:
+def _resolution(sensing: SensingAnalysis, axis: str) -> float:
     k = sensing.bench.range.axes.index(axis)
     return max(float(point.noise[k]) for point in sensing.points)
 
 
-def _by_tilt(sensing: Felt, axis: str) -> float:
+def _by_tilt(sensing: SensingAnalysis, axis: str) -> float:
     k = sensing.bench.range.axes.index(axis)
     return max(float(point.tilt_errors(point.tilt)[k].max()) for point in sensing.points)
 
 
-def _by_warmth(place: int) -> Callable[[Felt, str], float]:
+def _by_warmth(place: int) -> Callable[[SensingAnalysis, str], float]:
     """Return a reader of the drift at one of the loads, from rest (0) to full load (-1)."""
     return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
@@ -274,7 +274,7 @@ TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("a
 
 def _measurable(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
-        return axis in axes_felt(spec)
+        return axis in axes_felt(spec.cell_placements[0], spec.requirements)
 
     if axis in MOMENTS:
         return Need(f"requirements.{axis}, and coils that tell it apart", is_had,

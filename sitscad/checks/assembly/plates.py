@@ -430,8 +430,8 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     The pad becomes as large as it must be to carry the other target. A signal is the change of inductance
     under half of the normal force, or under the shear force. The pad's force law gives the travel, and the model of a
     finite plate gives the change. The coils' noise is the same under both targets, so the ratio of signals is also the
-    ratio of resolutions. On two templates the ratios differed by 1 to 15 % from the ratios of `Felt`, for targets of
-    0.7 to 1.9 times the distance.
+    ratio of resolutions. On two templates the ratios differed by 1 to 15 % from the ratios of `SensingAnalysis`,
+    for targets of 0.7 to 1.9 times the distance.
     """
     target, pad = design.spec.target, design.spec.elastomer
     assert target is not None and pad is not None

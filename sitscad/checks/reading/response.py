@@ -322,7 +322,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     if any(spec.requirements.moments):
         from sitscad.estimates.loads.working_range import axes_felt
 
-        axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec)]
+        axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec.cell_placements[0], spec.requirements)]
         if not axes:
             yield Undecided("moments are told in place of shear, so the force is taken as one to be borne")
             return

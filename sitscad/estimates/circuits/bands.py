@@ -54,23 +54,23 @@ def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilB
     `own_inductance` is the relative standard deviation between the inductances of coils on one board. Raises ValueError
     if a coil lacks a state, or if its scatter is unknown.
     """
-    found = []
+    coil_bands = []
     for coil in coils:
         states = coil.states
         if not states:
             raise ValueError(f"no state of {coil.name} is known: there is no frequency to test it by")
         each = {name: _band(coil.name, state) for name, state in states.items()}
         first, last = next(iter(states)), list(states)[-1]
-        bare, assembled = each.get(FREE, each[first]), each.get(REST, each[last])
+        free_band, assembled = each.get(FREE, each[first]), each.get(REST, each[last])
         rest, pressed = states.get(REST), states.get(PRESSED)
         beyond = 0.5 * (pressed.frequency - rest.frequency) if rest is not None and pressed is not None else 0.0
-        low, high = min(one.low for one in each.values()), max(one.high for one in each.values())
+        low, high = min(band.low for band in each.values()), max(band.high for band in each.values())
         working = Band(assembled.design, low + min(beyond, 0.0), high + max(beyond, 0.0))
-        spread = states.get(REST, states[last]).spread
-        capacitor = spread.shifts.get(CAPACITOR, (0.0, 0.0))[1] if spread is not None else 0.0
-        own = math.hypot(capacitor, 0.5 * own_inductance * assembled.design)
-        found.append(CoilBands(coil.name, bare, assembled, working, own))
-    return tuple(found)
+        state_sigma = states.get(REST, states[last]).spread
+        capacitor = state_sigma.shifts.get(CAPACITOR, (0.0, 0.0))[1] if state_sigma is not None else 0.0
+        frequency_sigma = math.hypot(capacitor, 0.5 * own_inductance * assembled.design)
+        coil_bands.append(CoilBands(coil.name, free_band, assembled, working, frequency_sigma))
+    return tuple(coil_bands)
 
 
 def _band(coil: str, state: StateEstimate) -> Band:

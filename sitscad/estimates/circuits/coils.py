@@ -21,7 +21,7 @@ from sitscad.basics.units import show
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank, terminals
 from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
-from sitscad.estimates.targets.finite_target import FREQUENCY, TargetShares
+from sitscad.estimates.targets.finite_target import FREQUENCY, TargetRatios
 from sitscad.estimates.targets.window import WindowedReflection, WindowEffect, missing_parts
 from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.windings.losses import winding_resistance
@@ -80,13 +80,13 @@ def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, s
     """Return the circuits without the states in which the model fails, and the reason for each such state."""
     failed: dict[str, str] = {}
     states = list(circuits[0].reflections)
-    both = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
-    each = zip(*(part.ravel().tolist() for part in both), strict=True)
-    found = dict(zip(product([circuit.name for circuit in circuits], states), each, strict=True))
+    impedances = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
+    each = zip(*(part.ravel().tolist() for part in impedances), strict=True)
+    values = dict(zip(product([circuit.name for circuit in circuits], states), each, strict=True))
     for circuit in circuits:
-        free = found[circuit.name, FREE][0]
+        free = values[circuit.name, FREE][0]
         for state in circuit.reflections:
-            inductance, resistance = found[circuit.name, state]
+            inductance, resistance = values[circuit.name, state]
             if not circuit.loss.is_resolved(PROBE):
                 failed[state] = UNRESOLVED
             elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
@@ -110,23 +110,23 @@ def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
     )
 
 
-def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedEffect) -> dict[str, float]:
+def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetRatios | SolvedEffect) -> dict[str, float]:
     """Return the states in which the tank of some coil does not oscillate, with its quality factor."""
-    found: dict[str, float] = {}
+    quality_factors: dict[str, float] = {}
     tank.oscillate(circuits)
-    if not isinstance(target, TargetShares):
+    if not isinstance(target, TargetRatios):
         target.put_oscillations(circuits, tank)
     for circuit in circuits:
         for state in circuit.reflections:
             at = tank.oscillation(circuit, state)
             if not at.exists:
-                found[state] = min(found.get(state, math.inf), at.quality_factor)
-    return found
+                quality_factors[state] = min(quality_factors.get(state, math.inf), at.quality_factor)
+    return quality_factors
 
 
 def coil_circuits(
     layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
-    target: TargetShares | SolvedEffect,
+    target: TargetRatios | SolvedEffect,
 ) -> list[CoilCircuit]:
     """Return circuits of all coils in their order.
 
@@ -140,7 +140,7 @@ def coil_circuits(
                                for w in first.windings)
     else:
         resistance = winding_resistance(spec.coil, first, conductivity)
-    own = self_capacitance(first, spec, winding.is_rough)
+    self_capacity = self_capacitance(first, spec.coil, spec.fpc.stackup, winding.is_rough)
     distances = _distances(layout.coils)
     beside = [] if winding.is_rough else sorted({d for row in distances for d in row if d > 0.0})
     reflections = _reflections(winding, assembly, beside, layout, target)
@@ -155,7 +155,7 @@ def coil_circuits(
             width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
             leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
-                                    own + leads.capacitance, reflections[coil.name], own))
+                                    self_capacity + leads.capacitance, reflections[coil.name], self_capacity))
     if len(circuits) == 1 or winding.is_rough:  # the effect of idle neighbours is below the errors of screening
         return circuits
     return [
@@ -168,7 +168,7 @@ def _neighbours(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
 ) -> dict[str, Circuit]:
     """Return the effect of idle neighbours on a coil in every state but "free", in which the coil is alone."""
-    found = {}
+    idle_changes = {}
     for state, reflection in circuits[active].reflections.items():
         if state == FREE:
             continue
@@ -176,9 +176,9 @@ def _neighbours(
         def mutual(i: int, j: int, frequencies: Array, metal: Reflection = reflection) -> ComplexArray:
             return np.asarray(matrix[i, j] + metal.mutual((i, j), distances[i][j], frequencies))
 
-        own = [partial(circuit.own, state) for circuit in circuits]
-        found[state] = idle_neighbours(active, own, mutual, readout)
-    return found
+        self_impedances = [partial(circuit.own, state) for circuit in circuits]
+        idle_changes[state] = idle_neighbours(active, self_impedances, mutual, readout)
+    return idle_changes
 
 
 def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
@@ -188,44 +188,44 @@ def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
 
 def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
-    target: TargetShares | SolvedEffect,
+    target: TargetRatios | SolvedEffect,
 ) -> dict[str, dict[str, Reflection]]:
     """Return the reflections by metal, by coil and state, corrected for a window in the jaw.
 
     Coils under equal parts of the target share one.
     """
     missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
-    known: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
-    found: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
+    solved_reflections: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
+    by_coil: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
     for around in assembly.states:
-        for k, name in enumerate(found):
+        for k, name in enumerate(by_coil):
             window = missing.get(name)
             key = around.name, target.key(k, name, around.name), window
-            if key not in known:
-                known[key] = _reflection(around, distances, winding, target, k, name, window)
+            if key not in solved_reflections:
+                solved_reflections[key] = _reflection(around, distances, winding, target, k, name, window)
                 if around.below is not None and window is not None:
                     whole, none = (
                         Reflection(winding.spectrum, replace(around, above=None, below=below), distances,
                                    crowding=winding.crowding)
                         for below in (around.below, without)
                     )
-                    known[key] = WindowedReflection(known[key], whole, none, window)
-            found[name][around.name] = known[key]
-    return found
+                    solved_reflections[key] = WindowedReflection(solved_reflections[key], whole, none, window)
+            by_coil[name][around.name] = solved_reflections[key]
+    return by_coil
 
 
 def _reflection(
-    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | SolvedEffect,
+    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetRatios | SolvedEffect,
     number: int, name: str, missing: WindowEffect | None,
 ) -> Reflection:
     spectrum = winding.spectrum
-    if not isinstance(target, TargetShares) and around.name in target.totals:
+    if not isinstance(target, TargetRatios) and around.name in target.totals:
         more, lost = target.errors[around.name][number]
         solved = np.array(target.band), target.totals[around.name], target.like
         return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number,
                                 (float(more), float(lost)), target.crowded(around.name, number))
     share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
-    if isinstance(target, TargetShares) and around.above is not None:
+    if isinstance(target, TargetRatios) and around.above is not None:
         share = target.of(name, around.name)
         unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
         if missing is not None:

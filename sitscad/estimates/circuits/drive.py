@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sitscad.assembly.places.state import FREE, working_states
 from sitscad.basics.record import record, replace
-from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import ReadoutSpec
 
@@ -76,22 +76,22 @@ def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...
         return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
                    for code, swing in zip(codes, swings, strict=True))
 
-    alike = (converter.drive_code(max(swing.careful for swing in swings)),) * len(swings)
-    own = tuple(converter.drive_code(swing.careful) for swing in swings)
-    return own if reached(own) and not reached(alike) else alike
+    shared_codes = (converter.drive_code(max(swing.careful for swing in swings)),) * len(swings)
+    channel_codes = tuple(converter.drive_code(swing.careful) for swing in swings)
+    return channel_codes if reached(channel_codes) and not reached(shared_codes) else shared_codes
 
 
 def _careful(state: StateEstimate) -> float:
-    spread = state.spread
-    more = max(SIGMAS_BELOW * spread.parallel_resistance, spread.thickest_copper) if spread is not None else 0.0
+    sigma = state.spread
+    more = max(SIGMAS_BELOW * sigma.parallel_resistance, sigma.thickest_copper) if sigma is not None else 0.0
     return state.parallel_resistance + more
 
 
-def bare_board_code(bench: Estimates) -> int | None:
+def bare_board_code(coils: Sequence[CoilEstimate], converter: Converter) -> int | None:
     """Return the strongest drive code for every coil without target and jaw.
 
     It keeps each coil one sigma below the largest amplitude. None if no coil's free state has a parallel resistance.
     """
-    bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
-    known = [value for value in bare if math.isfinite(value)]
-    return bench.readout.device.drive_code(max(known)) if known else None
+    resistances = [_careful(coil.states[FREE]) for coil in coils if FREE in coil.states]
+    finite = [value for value in resistances if math.isfinite(value)]
+    return converter.drive_code(max(finite)) if finite else None

@@ -32,7 +32,7 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     assert over is not None
     layers = [winding.z for winding in layout.coils[0].windings]
     gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
-    shares = shares_of_change(spec, layers, gaps, floor, moves)
+    ratios = shares_of_change(spec, layers, gaps, floor, moves)
     nearest = over.distance + min(heights) - max(layers)
     if rest.below is not None:
         nearest = min(nearest, rest.below.distance + min(layers))
@@ -40,9 +40,9 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
         winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE), True
     )
     at = np.array([frequency])
-    bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
-    whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - bare
-    found = np.asarray(whole[:, None, None] * shares)
+    metal_change = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
+    whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - metal_change
+    effects = np.asarray(whole[:, None, None] * ratios)
     for place, p in enumerate(spec.array.placements):
-        found[:, :, place] = through_window(layout, p.name, found[:, :, place])
-    return found
+        effects[:, :, place] = through_window(layout, p.name, effects[:, :, place])
+    return effects

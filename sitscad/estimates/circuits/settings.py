@@ -29,22 +29,22 @@ class Device:
     registers: tuple[Register, ...]
 
 
-def devices(asked: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> tuple[Device, ...]:
+def devices(spec: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> tuple[Device, ...]:
     """Return the converters, on each bus in the order of their addresses. They share the coils evenly.
 
-    Raises ValueError if a setting is unknown or does not fit its field, if sitscad has no registers of the family, or
-    if the buses have too few addresses.
+    Raises ValueError if a setting is unknown or does not fit its field, or if the buses have too few addresses. Raises
+    it also if sitscad has no registers of the family.
     """
-    converter = asked.device
-    needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
+    converter = spec.device
+    needed, most = converter.needed(len(coils)), spec.buses * len(converter.addresses)
     if needed > most:
-        buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
+        buses = "one I2C bus has" if spec.buses == 1 else f"{spec.buses} I2C buses have"
         raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
     conversion, code = readout.conversion, readout.drive_code
     if conversion is None or code is None:
         unknown = "conversion" if conversion is None else "drive_code"
         raise ValueError(f"{unknown} is unknown: the converter cannot be set up for this sensor")
-    places, found = converter.places(len(coils)), []
+    places, programmed = converter.places(len(coils)), []
     firsts = [k for k, at in enumerate(places) if at.number == 0]
     for first, end in pairwise([*firsts, len(coils)]):
         group = coils[first:end]
@@ -53,8 +53,9 @@ def devices(asked: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: Readou
             raise ValueError("no sensor frequency is known: the converter cannot be set up")
         codes = readout.drive_codes[first:end] or (code,) * len(group)
         registers = conversion.registers(slice(first, end), codes, max(frequencies), readout.high_current)
-        found.append(Device(places[first].bus, places[first].address, tuple(coil.name for coil in group), registers))
-    return tuple(found)
+        names = tuple(coil.name for coil in group)
+        programmed.append(Device(places[first].bus, places[first].address, names, registers))
+    return tuple(programmed)
 
 
 BAUD_RATES = (115200, 500000, 1000000, 2000000)
@@ -76,9 +77,9 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | No
     """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
 
     If no rate does, return the highest rate and the number of scans between two lines. A line of
-    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each force: three of a
-    sensor without cells, of each cell no more than it has coils. Every hundredth line has a header of the same length.
-    A character takes 10 bits.
+    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each force. A sensor
+    without cells has three forces. A cell has at most as many forces as coils. Every hundredth line has a header of the
+    same length. A character takes 10 bits.
     """
     coils = len(placements)
     forces = 3 if cells is None else coils // cells.coils * min(3, cells.coils)
@@ -88,10 +89,10 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | No
     return SerialSettings(baud, max(math.ceil(needed / baud), 1))
 
 
-def identity(sensor: str, found: Sequence[Device]) -> int:
+def identity(sensor: str, programmed: Sequence[Device]) -> int:
     """Return a 32-bit number that identifies a board's serial lines.
 
     It is equal for equal names, coils and settings.
     """
-    rows = [(one.coils, [(int(row.address), int(row.value)) for row in one.registers]) for one in found]
+    rows = [(device.coils, [(int(row.address), int(row.value)) for row in device.registers]) for device in programmed]
     return zlib.crc32(repr((sensor, rows)).encode())

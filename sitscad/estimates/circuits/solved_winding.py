@@ -69,8 +69,8 @@ WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this e
 ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
 """Errors relative to the added loss, by shape.
 
-In this order: polygons of one layer; polygons with rounded corners; racetracks; racetracks of which one half stands for
-both (ALIKE_ROUNDED turns and more).
+In this order: polygons of one layer; polygons with rounded corners; racetracks; racetracks with ALIKE_ROUNDED turns and
+more, whose halves are computed as equal.
 """
 
 CROSSING = {
@@ -137,10 +137,10 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
     """Return the relative error bound of a resistance by metal at least `nearest` (m) from the copper's middle."""
-    found = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
+    error = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
     if not spec.outline.is_round:
-        found += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
-    return found
+        error += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
+    return error
 
 
 def _faded(reach: float) -> float:
@@ -153,9 +153,9 @@ class SolvedWinding:
     """Values that all identical coils share: geometry, round layers that stand for it, inductance (H) and its method.
 
     `conductivity` (S/m) is the copper's, and `loss` the effect of alternating current. `nearest` (m) is the least
-    distance of metal in any state, None without metal. `crowding` is the change of `loss` by metal, and `spectrum` the
-    current spectrum for reflections. `bound` is the error bound of the resistance. `is_rough` marks screening
-    solutions.
+    distance of metal in any state, None if there is no metal. `crowding` is the change of `loss` by metal, and
+    `spectrum` the current spectrum for reflections. `bound` is the error bound of the resistance. `is_rough` marks
+    screening solutions.
     """
 
     geometry: WindingGeometry
@@ -177,10 +177,10 @@ class SolvedWinding:
         """
         winding = circuit.winding_resistance(state.frequency)
         leads = circuit.leads.resistance_at(state.frequency, circuit.conductivity)
-        own = self.bound.relative(winding / circuit.resistance, state.frequency)
+        winding_error = self.bound.relative(winding / circuit.resistance, state.frequency)
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
         lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
-        return (own * winding + circuit.leads.resistance_error * leads + lost) / state.resistance + metal
+        return (winding_error * winding + circuit.leads.resistance_error * leads + lost) / state.resistance + metal
 
     @property
     def inductance_error(self) -> float:
@@ -199,21 +199,21 @@ def solve_winding(
 
     See `sitscad.estimates.estimate`.
     """
-    bare, rough = replace(first, series=()), is_rough(tolerance)
-    geometry, chosen, inductance = _solved(spec, bare, method, tolerance)
+    winding, rough = replace(first, series=()), is_rough(tolerance)
+    geometry, chosen, inductance = _solved(spec, winding, method, tolerance)
     nearest = nearest_metal(geometry, assembly)
     spirals, crowding, spectrum = equivalent_spirals(geometry, first), None, None
     if nearest is not None:
-        known = _distance_step(nearest, assembly, rough)
-        crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
-        spectrum = _spectrum(geometry, known, rough)
+        distance = _distance_step(nearest, assembly, rough)
+        crowding = losses_near_metal(spirals, conductivity, distance, tolerance, bool(geometry.spirals))
+        spectrum = _spectrum(geometry, distance, rough)
     bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
     return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
-                         _loss(spec, bare, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
+                         _loss(spec, winding, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
 
 
 def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float | None:
-    """Return the least distance (m) of metal to a layer's mid-plane in any state. None without metal."""
+    """Return the least distance (m) of metal to a layer's mid-plane in any state. None if there is no metal."""
     heights = [layer.z for layer in geometry.spirals or geometry.drawn]
     # one sigma of pad or glue brings metal little nearer, and only a difference is taken
     small = (PAD, PAD_SIZE, GLUE)
@@ -240,7 +240,7 @@ def _rounded_down(length: float, ratio: float) -> float:
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
-    """Return the spectrum of `solve_winding` (m2) alone. None without metal.
+    """Return the spectrum of `solve_winding` (m2) alone. None if there is no metal.
 
     It is cached after `solve_winding`.
     """
@@ -277,13 +277,13 @@ def beside_each_other(
     if is_rough and winding.geometry.spirals:
         return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
                                        winding.inductance, winding.inductance_error)
-    bare = tuple(replace(coil, series=()) for coil in coils)
-    return _matrix(spec, bare, winding.inductance, winding.inductance_error)
+    windings = tuple(replace(coil, series=()) for coil in coils)
+    return _matrix(spec, windings, winding.inductance, winding.inductance_error)
 
 
 @lru_cache(maxsize=2)
-def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -> tuple[Array, Array]:
-    return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
+def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], self_inductance: float, error: float) -> tuple[Array, Array]:
+    return inductance_matrix(self_inductance, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
 
 
 LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane that is computed

@@ -143,15 +143,15 @@ def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencie
 
     Each coil and state has its own frequencies (coils, states, n; Hz).
     """
-    bands, found = bands_of(frequencies), np.empty((2, *frequencies.shape))
+    bands, impedance = bands_of(frequencies), np.empty((2, *frequencies.shape))
     for band in set(bands.ravel().tolist()):
         inside = bands == band
         values = np.zeros((*frequencies.shape[:2], POINTS, 2))
         for coil, state in np.argwhere(inside.any(axis=2)).tolist():
             values[coil, state] = circuits[coil].curve("exactly", states[state], band)
         weights = shares(points_of(band), np.log(frequencies[inside]))
-        found[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
-    return found[0], found[1]
+        impedance[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
+    return impedance[0], impedance[1]
 
 
 POINTS = 6
@@ -218,9 +218,9 @@ class Tank:
 
     def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
         """Find the tanks' oscillations of coils with equal states, for all states at once."""
-        found = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
+        solved = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
         for circuit in circuits:
-            circuit.oscillations.update(((state, self.capacitor), next(found)) for state in circuit.reflections)
+            circuit.oscillations.update(((state, self.capacitor), next(solved)) for state in circuit.reflections)
 
 
 ROUGHLY = 1e-3
@@ -234,9 +234,10 @@ def oscillations(
 
     The coils have equal states. If `is_rough`, the frequency is within `ROUGHLY`.
     """
-    own, inductance = np.array([(c.self_capacitance, c.inductance + c.leads.inductance) for c in circuits]).T
+    self_capacitances, inductance = np.array([
+        (circuit.self_capacitance, circuit.inductance + circuit.leads.inductance) for circuit in circuits]).T
     states = list(circuits[0].reflections)
-    network = replace(tank.network(own[:, None, None]), capacitor=capacitors)
+    network = replace(tank.network(self_capacitances[:, None, None]), capacitor=capacitors)
     plain = network.resonance(inductance[:, None, None]) / (2.0 * math.pi)
     # in rough solutions a converter within the first band needs no curve above it
     is_enough = is_rough and tank.converter.limit("sensor_frequency_max") < HIGHEST
@@ -250,18 +251,18 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     """Return every state of a coil with its tank and the converter's settings."""
     if readout.drive_code is None:
         return {}
-    found, converter = {}, tank.converter
+    states, converter = {}, tank.converter
     for state in circuit.reflections:
         at = tank.oscillation(circuit, state)
         inductance, resistance = at.inductance, at.resistance
         volts = converter.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
-        found[state] = StateEstimate(
+        states[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
             converter_inductance=converter.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
         )
-    return found
+    return states
 
 
 def choose_capacitor(
@@ -284,7 +285,7 @@ def choose_capacitor(
     each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
     every = [(list(islice(each, len(values))), state in working_states(circuit.reflections))
              for circuit in some for state in circuit.reflections]
-    scored = [(_trespass([(found[k], works) for found, works in every], tanks[k], self_resonance), value)
+    scored = [(_trespass([(by_value[k], works) for by_value, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
     return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
@@ -314,25 +315,25 @@ VALUE_TOLERANCE = 0.005
 
 def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
     # Coils under equal parts of the target differ by their leads alone: the two extremes stand for all.
-    alike: dict[tuple[int, ...], list[CoilCircuit]] = {}
+    groups: dict[tuple[int, ...], list[CoilCircuit]] = {}
     for circuit in sorted(circuits, key=lambda c: c.leads.inductance):
-        alike.setdefault(tuple(id(change) for change in circuit.reflections.values()), []).append(circuit)
-    return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
+        groups.setdefault(tuple(id(change) for change in circuit.reflections.values()), []).append(circuit)
+    return [circuit for group in groups.values() for circuit in (group if len(group) == 1 else (group[0], group[-1]))]
 
 
 OVERDAMPED = 1e3  # Violation by a state in which the tank does not oscillate: larger than any other
 
 
 def _trespass(
-    found: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
+    oscillations: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
     """Return a capacitor's violation of the converter's windows (smallest is best), and its results.
 
-    They are whether it violates any, the highest frequency (Hz) and the least parallel resistance (ohm). `found` are
-    its oscillations, each with whether the sensor works in this state.
+    They are whether it violates any, the highest frequency (Hz) and the least parallel resistance (ohm). `oscillations`
+    are its oscillations, each with whether the sensor works in this state.
     """
-    running = [(each, works) for each, works in found if each.exists]
-    damped = len(found) - len(running)
+    running = [(each, works) for each, works in oscillations if each.exists]
+    damped = len(oscillations) - len(running)
     frequencies = [each.frequency for each, _ in running]
     resistances = [each.parallel_resistance for each, _ in running]
     working = [each.parallel_resistance for each, works in running if works]
@@ -366,11 +367,11 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
     """Return the reason for the choice of a capacitor, as text."""
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
-    found = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
-    found += f"; +-{50.0 * tolerance:.2g} % of frequency by its tolerance"
+    windows_text = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
+    windows_text += f"; +-{50.0 * tolerance:.2g} % of frequency by its tolerance"
     if trespass[1]:
-        return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
-    return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"
+        return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({windows_text})"
+    return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({windows_text})"
 
 
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
@@ -386,12 +387,13 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         dwell_time=math.nan, scan_rate=math.nan, high_current=False,
         capacitor_tolerance=device.limit("capacitor_tolerance"), read_back_time=device.read_back_time(count),
     )
-    found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
-    if not found:
+    oscillations = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
+    if not oscillations:
         return unset
-    working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c.reflections)]
+    working = [oscillations[circuit.name, state].parallel_resistance
+               for circuit in circuits for state in working_states(circuit.reflections)]
     code = device.drive_code(max(working))
-    highest = max(at.parallel_resistance for at in found.values())
+    highest = max(at.parallel_resistance for at in oscillations.values())
     strong = (
         device.has_high_current and count == 1 and readout.drive_code is None
         and device.limit("parallel_resistance_high_current") <= min(working)
@@ -400,9 +402,9 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
     )
     # several converters scan at once, each its own coils; the first has the most coils
-    shares = device.shares(count)
-    tanks = tuple((at.frequency, at.quality_factor) for at in found.values())
-    conversion = device.set_up(Demand(readout.clock, readout.scan_rate, shares[0], shares[-1], tanks))
+    counts = device.shares(count)
+    tanks = tuple((at.frequency, at.quality_factor) for at in oscillations.values())
+    conversion = device.set_up(Demand(readout.clock, readout.scan_rate, counts[0], counts[-1], tanks))
     current = device.drive_current(code, strong)
     return replace(
         unset,
@@ -437,7 +439,8 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
         for coil in coils
     ]
     everywhere = [each for coil in ends for each in coil]
-    bands = [(min(low for low, _ in own or everywhere), max(high for _, high in own or everywhere)) for own in ends]
+    bands = [(min(low for low, _ in limits or everywhere), max(high for _, high in limits or everywhere))
+             for limits in ends]
     return replace(readout, conversion=readout.conversion.covering(bands))
 
 
@@ -448,8 +451,8 @@ def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> Coil
     """
     if (conversion := readout.conversion) is None:
         return coil
-    found = {}
+    states = {}
     for name, state in coil.states.items():
         step = conversion.inductance_step(state.inductance + tank.in_series()[0], state.frequency)
-        found[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
-    return replace(coil, states=found)
+        states[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
+    return replace(coil, states=states)

@@ -21,7 +21,7 @@ from sitscad.kernels.electromagnetics.metal.half_spaces import distance_derivati
 from sitscad.kernels.geometry.path import Arc, Path
 from sitscad.layout.board import Coil
 from sitscad.spec.circuit import Stackup
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.coil import CoilSpec
 
 SHORT_WAVES = 0.04
 """Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance.
@@ -31,7 +31,7 @@ The error is 0.14 % for 200 turns and 0.05 % for 80 turns.
 
 
 def inductance_slopes(
-    layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec, is_rough: bool = False
+    layers: Sequence[SpiralLayer], coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_rough: bool = False
 ) -> dict[str, float]:
     """Return the change of the winding's inductance (H) with the logarithm of each tolerance.
 
@@ -41,17 +41,17 @@ def inductance_slopes(
     homogeneous of degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the
     other slopes.
     """
-    width, pitch = spec.coil.trace_width, spec.coil.pitch
+    width, pitch = dimensions.trace_width, dimensions.pitch
     by_width = by_thickness = 0.0
-    for winding, turns in zip(coil.windings, spec.coil.layer_turns, strict=True):
-        along, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
-        by_width -= MU0 / (2.0 * math.pi) * winding.path.length * along
+    for winding, turns in zip(coil.windings, dimensions.layer_turns, strict=True):
+        with_width, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
+        by_width -= MU0 / (2.0 * math.pi) * winding.path.length * with_width
         by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
     by_distance = 0.0
     if len(layers) > 1:
         by_width += 0.0 if is_rough else facing_slope(replace(coil, series=()), width)
         slope = distance_slopes(layers, is_rough)
-        whole, copper = _distances(coil, spec.fpc.stackup)
+        whole, copper = _distances(coil, stackup)
         by_distance = float(np.sum(slope * (whole - copper)))
         by_thickness += float(np.sum(slope * copper))
     return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
@@ -62,9 +62,9 @@ def facing_slope(coil: Coil, width: float) -> float:
     """Return the change of inductance (H) with the logarithm of the width (m) of tracks in layers face to face."""
     pieces = [_pieces(winding.path) for winding in coil.windings]
     total = 0.0
-    for one, other in combinations(range(len(pieces)), 2):
-        first, second = coil.windings[one], coil.windings[other]
-        across, shared = _face_to_face(pieces[one], pieces[other])
+    for number, other in combinations(range(len(pieces)), 2):
+        first, second = coil.windings[number], coil.windings[other]
+        across, shared = _face_to_face(pieces[number], pieces[other])
         height, thicknesses = first.z - second.z, (first.thickness, second.thickness)
         more, less = (log_mean_distance(across, height, (way * width, way * width), thicknesses)
                       for way in (1.0 + SLOPE_STEP, 1.0 - SLOPE_STEP))
@@ -94,15 +94,15 @@ def _pieces(path: Path) -> tuple[Array, Array]:
     return 0.5 * (start + end), end - start
 
 
-def _face_to_face(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[Array, Array]:
+def _face_to_face(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return offsets (n; m) and overlaps (n; m) of pieces of two paths with parallel currents."""
-    (middle, way), (middle_other, way_other) = one, other
+    (middle, way), (middle_other, way_other) = first, second
     length, length_other = np.hypot(*way.T), np.hypot(*way_other.T)
-    along, along_other = way / length[:, None], way_other / length_other[:, None]
-    i, j = np.nonzero(along @ along_other.T > PARALLEL)
+    directions, directions_other = way / length[:, None], way_other / length_other[:, None]
+    i, j = np.nonzero(directions @ directions_other.T > PARALLEL)
     apart = middle_other[j] - middle[i]
-    onwards = np.sum(apart * along[i], axis=1)
-    across = np.abs(apart[:, 1] * along[i, 0] - apart[:, 0] * along[i, 1])
+    onwards = np.sum(apart * directions[i], axis=1)
+    across = np.abs(apart[:, 1] * directions[i, 0] - apart[:, 0] * directions[i, 1])
     end = np.minimum(0.5 * length[i], onwards + 0.5 * length_other[j])
     shared = end - np.maximum(-0.5 * length[i], onwards - 0.5 * length_other[j])
     return across[shared > 0.0], shared[shared > 0.0]
@@ -113,13 +113,13 @@ def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
 
     Each stretch contributes by its own mean distance and by its mean distance to the return track beside it.
     """
-    found = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
+    by_cause = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
     for strip in circuit.leads.strips:
         length = strip.resistance * circuit.conductivity * strip.width * strip.thickness
         slopes = _pair_slopes(strip.width, strip.thickness, strip.beside)
-        for name, slope in zip(found, slopes, strict=True):
-            found[name] += MU0 / (2.0 * math.pi) * length * slope
-    return found
+        for name, slope in zip(by_cause, slopes, strict=True):
+            by_cause[name] += MU0 / (2.0 * math.pi) * length * slope
+    return by_cause
 
 
 @lru_cache(maxsize=256)
@@ -130,17 +130,17 @@ def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | N
     """
 
     def ratio(w: float, t: float, height: float) -> float:
-        own = float(log_mean_distance(0.0, 0.0, (w, w), (t, t)))
-        return (0.0 if beside is None else float(log_mean_distance(beside[0], height, (w, w), (t, t)))) - own
+        to_itself = float(log_mean_distance(0.0, 0.0, (w, w), (t, t)))
+        return (0.0 if beside is None else float(log_mean_distance(beside[0], height, (w, w), (t, t)))) - to_itself
 
-    away, step = 0.0 if beside is None else beside[1], 1e-3
-    films = max(away - thickness, 0.0)
-    along, up, apart = (
-        (ratio(width * (1 + w), thickness * (1 + t), away + f * films)
-         - ratio(width * (1 - w), thickness * (1 - t), away - f * films)) / (2.0 * step)
+    separation, step = 0.0 if beside is None else beside[1], 1e-3
+    films = max(separation - thickness, 0.0)
+    with_width, up, apart = (
+        (ratio(width * (1 + w), thickness * (1 + t), separation + f * films)
+         - ratio(width * (1 - w), thickness * (1 - t), separation - f * films)) / (2.0 * step)
         for w, t, f in ((step, 0.0, 0.0), (0.0, step, 0.0), (0.0, 0.0, step))
     )
-    return along, up, apart
+    return with_width, up, apart
 
 
 @lru_cache(maxsize=1024)
@@ -153,9 +153,9 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
     def mean(w: float, t: float) -> float:
         return float(weights @ log_mean_distance(across, 0.0, (w, w), (t, t)))
 
-    along = mean(width * (1 + step), thickness) - mean(width * (1 - step), thickness)
+    with_width = mean(width * (1 + step), thickness) - mean(width * (1 - step), thickness)
     up = mean(width, thickness * (1 + step)) - mean(width, thickness * (1 - step))
-    return along / (2.0 * step), up / (2.0 * step)
+    return with_width / (2.0 * step), up / (2.0 * step)
 
 
 def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
@@ -164,8 +164,8 @@ def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Ar
     # Waves much shorter than the winding's width contribute little: many turns need none for the nearest layer.
     wide = first.radius - first.inner_radius + first.pitch
     nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
-    alike = len({layer.turns for layer in layers}) == 1
-    different = layers[:1] if alike else layers
+    has_equal_layers = len({layer.turns for layer in layers}) == 1
+    different = layers[:1] if has_equal_layers else layers
     spectrum = ring_spectrum(different, nearest) if is_rough else spiral_spectrum(different, nearest, 0)
     return distance_derivative(spectrum, [layer.z for layer in layers])
 
@@ -175,11 +175,11 @@ def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
     copper = stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))
-    for i, one in enumerate(coil.windings):
+    for i, winding in enumerate(coil.windings):
         for j, other in enumerate(coil.windings):
             if i != j:
-                low, high = sorted((one.layer, other.layer))
+                low, high = sorted((winding.layer, other.layer))
                 between = math.fsum(layer.thickness for layer in copper[low : high - 1])
-                whole[i, j] = abs(one.z - other.z)
-                part[i, j] = 0.5 * (one.thickness + other.thickness) + between
+                whole[i, j] = abs(winding.z - other.z)
+                part[i, j] = 0.5 * (winding.thickness + other.thickness) + between
     return whole, part

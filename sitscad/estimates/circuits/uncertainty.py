@@ -103,17 +103,17 @@ def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[fl
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
     steps = math.fsum((layer.plated > 0.0) * stackup.platings(layer.number) / layer.thickness**2 for layer in copper)
-    known = usual_tolerances()
-    unsure = known[PLATING].band if stackup.is_plating_stated else stackup.plating_thickness
-    return known[FOIL].band * foil, unsure * steps / whole
+    usual = usual_tolerances()
+    unsure = usual[PLATING].band if stackup.is_plating_stated else stackup.plating_thickness
+    return usual[FOIL].band * foil, unsure * steps / whole
 
 
-def thickest_copper(spec: SensorSpec) -> float:
+def thickest_copper(copper: tuple[CopperLayer, ...], stackup: Stackup) -> float:
     """Return the relative excess of the coil's copper thickness, as weighted in its resistance.
 
     Foil and plating are both at the upper limit of delivery.
     """
-    return sum(_copper_bands(spec.coil_copper, spec.fpc.stackup))
+    return sum(_copper_bands(copper, stackup))
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:
@@ -121,14 +121,14 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
 
     The resistance is proportional to the tracks' length over width and thickness.
     """
-    found = sigmas(spec)
-    return math.hypot(found[WIDTH], found[THICKNESS], found[DIAMETER])
+    by_cause = sigmas(spec)
+    return math.hypot(by_cause[WIDTH], by_cause[THICKNESS], by_cause[DIAMETER])
 
 
 def scatter_note(spec: SensorSpec) -> str:
     """Return a note with the tolerances that lack a verified source."""
-    known = scatter(spec)
-    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in known and not known[name].verified]
+    causes = scatter(spec)
+    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in causes and not causes[name].verified]
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 
@@ -147,11 +147,12 @@ def slopes_of(
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
 ) -> Slopes:
     """Return slopes of a coil by its solved winding, with the effects of its surroundings in its states."""
-    inductance = inductance_slopes(winding.spirals, coil, spec, winding.is_rough)
+    inductance = inductance_slopes(winding.spirals, coil, spec.coil, spec.fpc.stackup, winding.is_rough)
     is_round = spec.coil.outline.is_round
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
     extra = EXTRA if is_round else EXTRA_BENT
-    return Slopes(sigmas(spec), inductance, surroundings or {}, thickest_copper(spec), extra, power)
+    thickest = thickest_copper(spec.coil_copper, spec.fpc.stackup)
+    return Slopes(sigmas(spec), inductance, surroundings or {}, thickest, extra, power)
 
 
 @lru_cache(maxsize=4)
@@ -170,7 +171,7 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
         return narrow, wide
 
     def by(tolerance: float, frequency: float) -> float:
-        less, more = (one.direct * (one.resistance_ratio(frequency) - 1.0) for one in solved(tolerance))
+        less, more = (winding.direct * (winding.resistance_ratio(frequency) - 1.0) for winding in solved(tolerance))
         return (more - less) / (0.5 * (more + less) * 2.0 * WIDER)
 
     def power(frequency: float) -> float:
@@ -200,7 +201,7 @@ class Slopes:
 
 
 def resistance_slopes(
-    circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], shares: ExtraShares
+    circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], extra_factors: ExtraShares
 ) -> dict[str, float]:
     """Return the change of a circuit's resistance (ohm) with the logarithm of each tolerance.
 
@@ -210,16 +211,16 @@ def resistance_slopes(
     Direct resistance goes with 1/(w t). Every mode of the extra loss is s omega^2 / (1 + omega^2 tau^2), with tau like
     w t. s is like w^3 t in the field of neighbours and of their images, and like w t in the track's own field. Let E be
     the extra loss with metal around, and E' its growth per ln omega. In the former field the low-frequency limit is E +
-    E' (width) or -E + E' (thickness). In the latter field it is -E + E'. `shares` (EXTRA) extend this to frequencies at
-    which E' is only E. Turns moved apart lose E. Leads have an extra loss of their own.
+    E' (width) or -E + E' (thickness). In the latter field it is -E + E'. `extra_factors` (EXTRA) extend this to
+    frequencies at which E' is only E. Turns moved apart lose E. Leads have an extra loss of their own.
     """
     direct, (extra, growth) = circuit.resistance, crowded
     lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
-    found = {DIAMETER: direct - extra}
-    for name, (share, more) in shares.items():
-        own, grown = EXTRA_OF_LEADS[name]
-        found[name] = share * extra + more * growth - direct + own * more_lead + grown * of_lead - lead
-    return found
+    slopes = {DIAMETER: direct - extra}
+    for name, (share, more) in extra_factors.items():
+        lead_part, grown = EXTRA_OF_LEADS[name]
+        slopes[name] = share * extra + more * growth - direct + lead_part * more_lead + grown * of_lead - lead
+    return slopes
 
 
 def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
@@ -241,8 +242,8 @@ def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple
 
     They are for a state at a frequency (Hz).
     """
-    found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
-    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)
+    parts = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
+    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in parts)
 
 
 EVEN_SQUARE = math.sqrt(0.8)
@@ -306,15 +307,15 @@ def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
     """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause."""
-    own = circuit.self_capacitance
-    by_c = {name: power * own for name, power in OWN_CAPACITANCE.items()}
-    by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: own}
+    self_capacity = circuit.self_capacitance
+    by_c = {name: power * self_capacity for name, power in OWN_CAPACITANCE.items()}
+    by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: self_capacity}
     tracks = track_moves(circuit, state.state, state.frequency, slopes)
-    around, nothing, found = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
+    around, nothing, moves = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
     for name in dict.fromkeys((WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY, *around)):
         by_l, by_r = (a + b for a, b in zip(tracks.get(name, nothing), around.get(name, nothing), strict=True))
-        found[name] = by_l, by_r, slopes.sigmas[name] * by_c[name] if name in by_c else 0.0
-    return found
+        moves[name] = by_l, by_r, slopes.sigmas[name] * by_c[name] if name in by_c else 0.0
+    return moves
 
 
 def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
@@ -328,11 +329,11 @@ def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slop
         share, more = slopes.extra[WIDTH]
         by_growth = share + more * (after - before) / (2.0 * math.log(STEP)) / alone if alone > 0.0 else 0.0
         by_r[WIDTH] += (slopes.power(frequency) - by_growth) * alone
-    found = {name: (by_l[name] + by_leads[name] + (share * lost + growth), by_r[name])
+    moves = {name: (by_l[name] + by_leads[name] + (share * lost + growth), by_r[name])
              for name, share in EXTRA_INDUCTANCE.items()}
-    found[DISTANCE] = by_l[DISTANCE] + by_leads[DISTANCE], 0.0
-    found[DIAMETER] = circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]
-    return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in found.items()}
+    moves[DISTANCE] = by_l[DISTANCE] + by_leads[DISTANCE], 0.0
+    moves[DIAMETER] = circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]
+    return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in moves.items()}
 
 
 def moved_by_surroundings(
@@ -343,11 +344,11 @@ def moved_by_surroundings(
 
     For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the half
     width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
-    target's effect to that of an infinite plate grows as the target comes nearer (`share_slopes`).
+    target's effect to an infinite plate's effect grows as the target comes nearer (`share_slopes`).
     """
-    found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
+    moves: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
-        return found
+        return moves
     between = _straight(spectrum, assembly, states) if is_rough else _between
     crowds = {around.name: _CrowdingSlopes(circuit.reflections[around.name], around, states[around.name].frequency)
               for around in assembly.states if around.name in states}
@@ -358,7 +359,7 @@ def moved_by_surroundings(
             by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
             more, lost = np.add(crowds[state].between(*pair), _grown(grown.get(state), *pair)).tolist()
             of_l, of_r = circuit.reflections[state].jaw_left if cause in BEHIND else (1.0, 1.0)
-            found[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
+            moves[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
     for around in assembly.states:
         if around.name not in states:
             continue
@@ -368,11 +369,11 @@ def moved_by_surroundings(
             by_l, by_r = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
             more, lost = np.add(
                 crowds[around.name].between(moved, around), _grown(grown.get(around.name), moved, around)).tolist()
-            found[around.name][cause] = by_l + more, by_r + lost
+            moves[around.name][cause] = by_l + more, by_r + lost
         for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
             if more or lost:
-                found[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
-    return found
+                moves[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
+    return moves
 
 
 def share_slopes(
@@ -386,21 +387,22 @@ def share_slopes(
             if around.above is not None and around.name in states}
     if not {REST, PRESSED} <= gaps.keys() or gaps[REST] == gaps[PRESSED]:
         return {}
-    found = {}
+    slopes = {}
     for name in gaps:
         frequency = states[name].frequency
-        near, far = (circuit.reflections[one].factors(frequency) for one in (PRESSED, REST))
-        share, own = ((b - a) / (gaps[REST] - gaps[PRESSED]) for a, b in zip(near, far, strict=True))
-        change = circuit.reflections[name].with_factors(frequency, (share, own))
-        found[name] = change.real, -2.0 * math.pi * frequency * change.imag
-    return found
+        under_load, at_rest = (circuit.reflections[state].factors(frequency) for state in (PRESSED, REST))
+        change_slope, loss_slope = (
+            (b - a) / (gaps[REST] - gaps[PRESSED]) for a, b in zip(under_load, at_rest, strict=True))
+        change = circuit.reflections[name].with_factors(frequency, (change_slope, loss_slope))
+        slopes[name] = change.real, -2.0 * math.pi * frequency * change.imag
+    return slopes
 
 
-def _grown(slopes: tuple[float, float] | None, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+def _grown(slopes: tuple[float, float] | None, first: Surroundings, second: Surroundings) -> tuple[float, float]:
     """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `share_slopes`."""
-    if slopes is None or one.above is None or other.above is None:
+    if slopes is None or first.above is None or second.above is None:
         return 0.0, 0.0
-    up = one.above.distance - other.above.distance
+    up = first.above.distance - second.above.distance
     return up * slopes[0], up * slopes[1]
 
 
@@ -409,7 +411,7 @@ def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> di
 
     They count from the mean of the layers' middles: the material over and under the layers is thicker.
     """
-    found, numbers = {}, {winding.layer for winding in coil.windings}
+    moves, numbers = {}, {winding.layer for winding in coil.windings}
     for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
         depths, whole, number = [], 0.0, 0
         for layer in stackup.layers:
@@ -420,8 +422,8 @@ def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> di
                     depths.append(whole + 0.5 * thickness)
             whole += thickness
         over = math.fsum(depths) / len(depths)
-        found[name] = sigma[name] * over, sigma[name] * (whole - over)
-    return found
+        moves[name] = sigma[name] * over, sigma[name] * (whole - over)
+    return moves
 
 
 def _further(reflector: Reflector | None, by: float) -> Reflector | None:
@@ -432,9 +434,9 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
              factors: tuple[complex, complex]) -> tuple[float, float]:
     """Return the change of inductance (H) and resistance (ohm) from one surrounding to another.
 
-    `factors` are those of `Reflection`. They weight the target's effect, without the effect of metal behind the board.
+    `factors` are as in `Reflection`. They weight the target's effect, without the effect of metal behind the board.
     """
-    omega, (share, own) = 2.0 * math.pi * frequency, factors
+    omega, (ratio, loss_ratio) = 2.0 * math.pi * frequency, factors
 
     def returned(above: Reflector | None, below: Reflector | None) -> complex:
         """Return the change (H) by metal."""
@@ -444,11 +446,13 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
         return complex(more, -lost / omega)
 
     def changed(around: Surroundings) -> complex:
-        bare = returned(None, around.below)
+        without_target = returned(None, around.below)
         if around.above is None:
-            return bare
-        found = bare + share * (returned(around.above, around.below) - bare)
-        return found + (own - share) * 1j * returned(around.above, mirror(around.below)).imag if own != share else found
+            return without_target
+        change = without_target + ratio * (returned(around.above, around.below) - without_target)
+        if loss_ratio == ratio:
+            return change
+        return change + (loss_ratio - ratio) * 1j * returned(around.above, mirror(around.below)).imag
 
     difference = changed(pair[0]) - changed(pair[1])
     return difference.real, -omega * difference.imag
@@ -463,14 +467,14 @@ class _CrowdingSlopes:
     def __init__(self, reflection: Reflection, around: Surroundings, frequency: float) -> None:
         self._reflection, self._around, self._frequency = reflection, around, frequency
 
-    def between(self, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+    def between(self, first: Surroundings, second: Surroundings) -> tuple[float, float]:
         """Return the change of inductance (H) and resistance (ohm) from one surrounding to a near one."""
         up, down = (0.0 if a is None or b is None else a.distance - b.distance
-                    for a, b in ((one.above, other.above), (one.below, other.below)))
+                    for a, b in ((first.above, second.above), (first.below, second.below)))
         if self._reflection.is_rough or not (up or down):
             return 0.0, 0.0
-        found = up * self._slopes[0] + down * self._slopes[1]
-        return found.real, -2.0 * math.pi * self._frequency * found.imag
+        change = up * self._slopes[0] + down * self._slopes[1]
+        return change.real, -2.0 * math.pi * self._frequency * change.imag
 
     @cached_property
     def _slopes(self) -> tuple[complex, complex]:
@@ -481,13 +485,13 @@ class _CrowdingSlopes:
             return complex(self._reflection.crowding_near(at, above, below)[0])
 
         here = crowding(around.above, around.below)
-        found = []
+        slopes = []
         for is_above, side in ((True, around.above), (False, around.below)):
             by = 0.0 if side is None else APART * side.distance
             moved = _further(side, by)
             there = crowding(moved, around.below) if is_above else crowding(around.above, moved)
-            found.append((there - here) / by if by else 0j)
-        return found[0], found[1]
+            slopes.append((there - here) / by if by else 0j)
+        return slopes[0], slopes[1]
 
 
 APART = 1e-2  # Relative change of a distance of metal for numerical slopes
@@ -495,14 +499,14 @@ APART = 1e-2  # Relative change of a distance of metal for numerical slopes
 
 def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
     """Return a linearised `_between`: by distance differences above and below, with slopes at each state."""
-    known: dict[str, tuple[complex, complex, complex]] = {}
+    solved_slopes: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
         """Return slopes (H/m) of the change by metal.
 
         They are with the distance above, and with the distance below, with and without metal above.
         """
-        if around.name not in known:
+        if around.name not in solved_slopes:
             above, below = around.above, around.below
 
             def returned(over: Reflector | None, under: Reflector | None) -> complex:
@@ -510,24 +514,27 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
                 return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
 
             here = returned(above, below)
-            up, down = (0.0 if one is None else APART * one.distance for one in (above, below))
+            up, down = (0.0 if reflector is None else APART * reflector.distance for reflector in (above, below))
             lower = _further(below, down)
             by_below = (returned(above, lower) - here) / down if down else 0j
-            bare = by_below if above is None or not down else (returned(None, lower) - returned(None, below)) / down
-            known[around.name] = (returned(_further(above, up), below) - here) / up if up else 0j, by_below, bare
-        return known[around.name]
+            by_above = (returned(_further(above, up), below) - here) / up if up else 0j
+            without_target = by_below
+            if above is not None and down:
+                without_target = (returned(None, lower) - returned(None, below)) / down
+            solved_slopes[around.name] = by_above, by_below, without_target
+        return solved_slopes[around.name]
 
     def between(
         _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
     ) -> tuple[float, float]:
         """Return differences (H, ohm) as `_between` does, by the slopes of the pair's state."""
-        stated = next(around for around in assembly.states if around.name == pair[0].name)
+        nominal = next(around for around in assembly.states if around.name == pair[0].name)
         up, down = (
-            0.0 if one is None or other is None else one.distance - other.distance
-            for one, other in ((pair[0].above, pair[1].above), (pair[0].below, pair[1].below))
+            0.0 if first is None or second is None else first.distance - second.distance
+            for first, second in ((pair[0].above, pair[1].above), (pair[0].below, pair[1].below))
         )
-        by_above, by_below, bare = slopes(stated, frequency)
-        found = factors[0] * up * by_above + down * (bare + factors[0] * (by_below - bare))
-        return found.real, -2.0 * math.pi * frequency * found.imag
+        by_above, by_below, without_target = slopes(nominal, frequency)
+        change = factors[0] * up * by_above + down * (without_target + factors[0] * (by_below - without_target))
+        return change.real, -2.0 * math.pi * frequency * change.imag
 
     return between

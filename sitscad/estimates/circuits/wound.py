@@ -11,7 +11,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 @record(eq=False)
-class Wound:
+class SolvedWindings:
     """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
 
     `matrix` and `matrix_errors` (H) belong to the bare windings. The winding was solved with `method` and `tolerance`.
@@ -37,7 +37,7 @@ class Wound:
         return any(around.above is not None for around in self.assembly.states)
 
     @property
-    def first_cell(self) -> Wound:
+    def first_cell(self) -> SolvedWindings:
         """First cell by itself. Without cells it is the whole sensor."""
         layout = self.layout.cell(1)
         count = len(layout.coils)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
 from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.kernels.mechanics.pad import BondedPad
 
 STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
 
@@ -60,9 +64,9 @@ class Press:
 
 def piece_press(spec: SensorSpec, part: str) -> Press:
     """Return the weight on a piece of elastomer, or on a target, while the glue sets."""
-    alone = spec if part == "target" else replace(spec, target=None)
-    one = _press(alone, plates_of(spec).of(part)[0].footprint.area, PIECE_STRAIN)
-    return Press(_rounded(one.mass * _plates_in_one(spec, part)), one.travel)
+    pad = unsealed_pad(spec if part == "target" else replace(spec, target=None))
+    press = _press(pad, plates_of(spec).of(part)[0].footprint.area, PIECE_STRAIN)
+    return Press(_rounded(press.mass * _plates_in_one(spec, part)), press.travel)
 
 
 def _plates_in_one(spec: SensorSpec, part: str) -> int:
@@ -70,32 +74,34 @@ def _plates_in_one(spec: SensorSpec, part: str) -> int:
     return len(plates_of(spec).of(part)) // len(plates_of(spec).glued(part))
 
 
-def _press(spec: SensorSpec, area: float, strain: float) -> Press:
+def unsealed_pad(spec: SensorSpec) -> BondedPad | None:
+    """Return the pad under one whole target or pad, without the film, which is applied later.
+
+    None if no pad carries the target.
+    """
     try:
-        pad = soft_pad(replace(spec, encapsulation=None))  # the film is applied later
+        return soft_pad(replace(spec, encapsulation=None))
     except NoResponse:
+        return None
+
+
+def _press(pad: BondedPad | None, area: float, strain: float) -> Press:
+    """Return the weight that compresses a pad by a strain. Without a pad it is by the pressure on an area (m2)."""
+    if pad is None:
         return Press(max(LEAST_MASS, _rounded(HARD_PRESSURE * area / STANDARD_GRAVITY)), 0.0)
     force = float(pad.pressure(np.array([strain]))[0])
     mass = max(LEAST_MASS, _rounded(force / STANDARD_GRAVITY))
     return Press(mass, pad.thickness * float(pad.strain(np.array([mass * STANDARD_GRAVITY]))[0]))
 
 
-def pressed_by(spec: SensorSpec, force: float) -> float | None:
-    """Return the pad's compression (m) by a force (N) on one whole target or pad. None if no pad carries it."""
-    try:
-        pad = soft_pad(replace(spec, encapsulation=None))
-        return pad.thickness * float(pad.strain(np.array([force]))[0])
-    except NoResponse:
-        return None
+def pressed_by(pad: BondedPad | None, force: float) -> float | None:
+    """Return the compression (m) of a pad (`unsealed_pad`) by a force (N). None if there is no pad."""
+    return None if pad is None else pad.thickness * float(pad.strain(np.array([force]))[0])
 
 
-def force_for(spec: SensorSpec, travel: float) -> float | None:
-    """Return the force (N) on one whole target or pad for a compression (m). None if no pad carries it."""
-    try:
-        pad = soft_pad(replace(spec, encapsulation=None))
-    except NoResponse:
-        return None
-    return float(pad.pressure(np.array([travel / pad.thickness]))[0])
+def force_for(pad: BondedPad | None, travel: float) -> float | None:
+    """Return the force (N) on a pad (`unsealed_pad`) for a compression (m). None if there is no pad."""
+    return None if pad is None else float(pad.pressure(np.array([travel / pad.thickness]))[0])
 
 
 def _rounded(mass: float) -> float:
@@ -122,11 +128,11 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 def glued_area(spec: SensorSpec, part: str) -> float:
     """Return the area (m2) of the glue under a piece of elastomer, or under a target."""
-    own, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
+    plan, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
     if part == "elastomer" or pad is None:
-        return own.area * _plates_in_one(spec, part)
-    shared = own.common(pad.footprint)
-    return min(own.area, pad.footprint.area) if shared is None else enclosed_area(shared)
+        return plan.area * _plates_in_one(spec, part)
+    shared = plan.common(pad.footprint)
+    return min(plan.area, pad.footprint.area) if shared is None else enclosed_area(shared)
 
 
 def board_plan(layout: Layout) -> tuple[Footprint, float]:
@@ -171,9 +177,9 @@ def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Ad
 
     If `on_silicone`, they also hold on silicone.
     """
-    found = (presets.adhesive(name) for name in presets.names("adhesive"))
+    adhesives = (presets.adhesive(name) for name in presets.names("adhesive"))
     return tuple(
-        each for each in found if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
+        each for each in adhesives if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
         and lying_time(each, plan, force, each.line, PIECE_HANDLING) <= (each.open_time or math.inf)
     )
 
@@ -187,8 +193,8 @@ def board_force(layout: Layout, glue: Adhesive | None) -> float:
     least = HARD_PRESSURE * area
     if glue is None or glue.viscosity is None or glue.open_time is None or line <= 0.0:
         return least
-    left = FLAT_SHARE * glue.open_time - SPREADING * plan.area - HARD_HANDLING
-    return max(least, _impulse(glue, plan, line) / left) if left > 0.0 else math.inf
+    remaining = FLAT_SHARE * glue.open_time - SPREADING * plan.area - HARD_HANDLING
+    return max(least, _impulse(glue, plan, line) / remaining) if remaining > 0.0 else math.inf
 
 
 def board_press(layout: Layout) -> float:
@@ -207,7 +213,7 @@ def hard_adhesive(layout: Layout) -> Adhesive | None:
     glue, most = layout.spec.assembly.adhesive, MOST_PRESSURE * board_plan(layout)[1]
     if glue is None or board_force(layout, glue) <= most:
         return glue
-    others = (presets.adhesive(name) for name in presets.names("adhesive"))
-    hard = [each for each in others if each.viscosity is not None and not each.bonds_silicone]
+    adhesives = (presets.adhesive(name) for name in presets.names("adhesive"))
+    hard = [each for each in adhesives if each.viscosity is not None and not each.bonds_silicone]
     return next((each for each in hard if board_force(layout, each) <= most),
                 min((glue, *hard), key=lambda each: board_force(layout, each)))

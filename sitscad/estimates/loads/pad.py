@@ -48,12 +48,12 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
 
 
 def pushed(
-    spec: SensorSpec, loads: Array, held: Flags | None = None, modulus: float = 1.0
+    spec: SensorSpec, loads: Array, is_level: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
     """Return poses (n, 6; m, rad) of the target under loads, and a note for each (usually empty).
 
     Loads are (n, 3; N): normal, towards the board, and shear along +x and +y. Or (n, 5), with moments about x and y (N
-    m). `held` (n,) is True for targets that are kept level against any moment; all are if it is left out. `modulus`
+    m). `is_level` (n,) is True for targets that are kept level against any moment; all are if it is left out. `modulus`
     multiplies the pad's modulus. Raises NoResponse if no pad carries the target, and ValueError for a pull.
     """
     pad = soft_pad(spec, modulus)
@@ -62,7 +62,7 @@ def pushed(
     if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
         raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")
     poses, notes = np.full((len(loads), 6), np.nan), np.full(len(loads), "", dtype=object)
-    free = np.zeros(len(loads), dtype=bool) if held is None else ~held
+    free = np.zeros(len(loads), dtype=bool) if is_level is None else ~is_level
     if free.any():
         poses[free] = pad.pose(loads[free])
     lost = np.isnan(poses[:, 0])
@@ -96,10 +96,10 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
     It is infinite for strains outside the tests with finite elements. Compression reduces the stiffness, to zero at the
     load at which the pad buckles. The pad's own sigma is for the stiffness against tilts about the near face's middle.
     """
-    own = np.diag(pad.stiffness(pose[None])[0])[3:5]
+    about_face = np.diag(pad.stiffness(pose[None])[0])[3:5]
     strain = -float(pose[2]) / pad.thickness
     times = next((factor for most, factor in TILT_SIGMAS if strain <= most), math.inf)
-    return np.asarray(times * pad.sigma * own / np.abs(stiffness))
+    return np.asarray(times * pad.sigma * about_face / np.abs(stiffness))
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
@@ -116,10 +116,10 @@ It tilts a pad by some thousandths of a radian.
 
 def straight(pad: BondedPad, loads: Array) -> Array:
     """Return linear poses (n, 6) under loads (n, 3 or 5; N, N m), without tilt: compression, and travel F / (G A)."""
-    found = np.zeros((len(loads), 6))
-    found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
-    found[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
-    return found
+    poses = np.zeros((len(loads), 6))
+    poses[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
+    poses[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
+    return poses
 
 
 def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
@@ -141,8 +141,8 @@ def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
     Their shape is (poses, coils, 6).
     """
     moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
-    found = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
-    return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
+    readings = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
+    return np.asarray(np.swapaxes((readings[:, 0] - readings[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
 
 
 def compliance(pad: BondedPad, poses: Array) -> Array:
@@ -150,6 +150,6 @@ def compliance(pad: BondedPad, poses: Array) -> Array:
 
     The target keeps its rotation. It is the inverse of the pad's stiffness at the pose. NaN for a fully compressed pad.
     """
-    found = np.zeros((len(poses), 6, 3))
-    found[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]
-    return found
+    derivatives = np.zeros((len(poses), 6, 3))
+    derivatives[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]
+    return derivatives

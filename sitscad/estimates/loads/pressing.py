@@ -61,9 +61,9 @@ def rests_on_pad(spec: SensorSpec) -> bool:
 
 
 @lru_cache(maxsize=256)
-def _shares(one: Footprint, other: Footprint) -> bool:
+def _shares(first: Footprint, second: Footprint) -> bool:
     """Return whether both footprints overlap."""
-    return one.common(other) is not None
+    return first.common(second) is not None
 
 
 def pressed(
@@ -106,12 +106,12 @@ def surround(
         around = Surround(0.0, thickness, modulus, skin.material.ogden_exponent)
     if over is None:
         return around
-    own, middle = pad.footprint, over.footprint.centre
-    whole, face = Face(*own.size, own.is_round).grown(wider), loaded_face(spec, wider)[0]
-    if own.is_round != over.footprint.is_round and face.area < WHOLE * whole.area:
+    plan, middle = pad.footprint, over.footprint.centre
+    whole, face = Face(*plan.size, plan.is_round).grown(wider), loaded_face(spec, wider)[0]
+    if plan.is_round != over.footprint.is_round and face.area < WHOLE * whole.area:
         return None
-    aside = middle.x - own.centre.x, middle.y - own.centre.y
-    rim = even_rim(whole, face, aside, pad.thickness)
+    offset = middle.x - plan.centre.x, middle.y - plan.centre.y
+    rim = even_rim(whole, face, offset, pad.thickness)
     return None if rim is None else replace(around, rim=rim)
 
 
@@ -128,13 +128,13 @@ def joined(spec: SensorSpec) -> Webs:
 def formula_sigma(spec: SensorSpec) -> float:
     """Return the relative standard deviation of the loaded pad's stiffness by the law.
 
-    For several cells it is that of their mean pad, with the difference between pads that have more and fewer webs.
+    For several cells it is for their mean pad, with the difference between pads that have more and fewer webs.
     """
     pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None
     material, mean = pad.material, math.fsum(each) / len(each)
-    own = sigma(around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent))
-    return math.hypot(own, math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
+    block = around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent)
+    return math.hypot(sigma(block), math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
@@ -190,27 +190,27 @@ def pressed_cases(
     def modulus(sigma: float) -> tuple[Compression, Compression]:
         return press(modulus=1.0 - sigma), press(modulus=1.0 + sigma)
 
-    found = {MODULUS: modulus(material.shear_modulus_sigma)}
+    cases = {MODULUS: modulus(material.shear_modulus_sigma)}
     if around is not None and around.film:
         film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
-        found[FILM] = press(film=1.0 - film), press(film=1.0 + film)
+        cases[FILM] = press(film=1.0 - film), press(film=1.0 + film)
         if thicker := sigmas.get(FILM_THICKNESS):
-            found[FILM_THICKNESS] = press(thicker_film=-thicker), press(thicker_film=thicker)
-    found[BLOCK] = modulus(formula)
+            cases[FILM_THICKNESS] = press(thicker_film=-thicker), press(thicker_film=thicker)
+    cases[BLOCK] = modulus(formula)
     if pad := sigmas.get(PAD):
-        found[PAD] = press(thicker=-pad), press(thicker=pad)
+        cases[PAD] = press(thicker=-pad), press(thicker=pad)
     if size := sigmas.get(PAD_SIZE):
-        found[PAD_SIZE] = press(wider=-size), press(wider=size)
+        cases[PAD_SIZE] = press(wider=-size), press(wider=size)
     plate = spec.target
     if (size := sigmas.get(TARGET_SIZE)) and plate is not None:
         less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
                       for by in (-size, size))
-        found[TARGET_SIZE] = pressed(less, load=load), pressed(more, load=load)
-    return found | _of_part(press(), spec.elastomer.thickness)
+        cases[TARGET_SIZE] = pressed(less, load=load), pressed(more, load=load)
+    return cases | _of_part(press(), spec.elastomer.thickness)
 
 
 def straight_cases(
-    spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression, load: float = 1.0
+    spec: SensorSpec, sigmas: Mapping[str, float], nominal: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
     """Return linearised `pressed_cases`, by modulus and thickness, about the pressed pad.
 
@@ -220,19 +220,19 @@ def straight_cases(
     material, formula = spec.elastomer.material, formula_sigma(spec)
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
 
-    def straight(one: Compression, part: float) -> tuple[Compression, Compression]:
+    def straight(case: Compression, part: float) -> tuple[Compression, Compression]:
         """Return the case at a fraction of the way from the stated pad, and its mirror image."""
-        ways = {name: part * (getattr(one, name) - getattr(stated, name))
+        changes = {name: part * (getattr(case, name) - getattr(nominal, name))
                 for name in ("strain", "gap", "apparent_modulus")}
-        less, more = ({name: getattr(stated, name) + side * way for name, way in ways.items()} for side in (1, -1))
-        return replace(stated, **less), replace(stated, **more)
+        less, more = ({name: getattr(nominal, name) + side * way for name, way in changes.items()} for side in (1, -1))
+        return replace(nominal, **less), replace(nominal, **more)
 
     softer = pressed(spec, modulus=1.0 - modulus, load=load)
-    found = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
+    cases = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
              BLOCK: straight(softer, formula / modulus)}
     if sigmas.get(PAD):
-        found[PAD] = straight(pressed(spec, thicker=-sigmas[PAD], load=load), 1.0)
-    return found | _of_part(stated, spec.elastomer.thickness)
+        cases[PAD] = straight(pressed(spec, thicker=-sigmas[PAD], load=load), 1.0)
+    return cases | _of_part(nominal, spec.elastomer.thickness)
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
@@ -245,12 +245,12 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
     return PressingScatter(of_strain, of_gap, of_modulus, max(strain, key=lambda cause: strain[cause]), strain)
 
 
-def _of_part(stated: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
+def _of_part(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
     """Return the stated pad and, if it has a doubt, a pad with two sigma less strain.
 
     The modulus remains the modulus of the loaded part alone.
     """
-    if not stated.doubt > 0.0:
+    if not nominal.doubt > 0.0:
         return {}
-    strain = max(stated.strain - SIGMAS_APART * stated.doubt, LEAST * stated.strain)
-    return {PART: (stated, replace(stated, strain=strain, gap=thickness * (1.0 - strain)))}
+    strain = max(nominal.strain - SIGMAS_APART * nominal.doubt, LEAST * nominal.strain)
+    return {PART: (nominal, replace(nominal, strain=strain, gap=thickness * (1.0 - strain)))}

@@ -17,7 +17,7 @@ from sitscad.kernels.electromagnetics.polynomials import spread
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
 DIRECTIONS = 16  # Directions of the full shear at the edge of a range with both shears
@@ -73,9 +73,9 @@ class WorkingRange:
 
     def pressed(self, normal: float) -> Array:
         """Return the load (3 or 5) of a normal force (N) alone."""
-        found = np.zeros(self.width)
-        found[0] = normal
-        return found
+        load = np.zeros(self.width)
+        load[0] = normal
+        return load
 
     @property
     def columns(self) -> list[int]:
@@ -89,9 +89,9 @@ class WorkingRange:
 
     def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
         """Return loads (n, 3 or 5; N, N m) at places (n, axes) in full scales."""
-        found = np.zeros((len(places), self.width))
-        found[:, self.columns] = np.asarray(places) * self.full_scales
-        return found
+        loads = np.zeros((len(places), self.width))
+        loads[:, self.columns] = np.asarray(places) * self.full_scales
+        return loads
 
     @property
     def corners(self) -> Array:
@@ -109,26 +109,26 @@ class WorkingRange:
         """
         shears = [k for k in self.columns if k]
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-        ways = np.stack([np.cos(angles), np.sin(angles)], 1) if len(shears) > 1 else np.array([[1.0], [-1.0]])
-        found = np.zeros((2, len(ways), self.width))
-        found[1, :, 0] = self.normal
-        found[:, :, shears] = self.full_scales[1:] * ways[:, : len(shears)]
+        directions = np.stack([np.cos(angles), np.sin(angles)], 1) if len(shears) > 1 else np.array([[1.0], [-1.0]])
+        ends = np.zeros((2, len(directions), self.width))
+        ends[1, :, 0] = self.normal
+        ends[:, :, shears] = self.full_scales[1:] * directions[:, : len(shears)]
         alone = self.pressed(self.normal)[None]
-        return np.vstack([found.reshape(-1, self.width), alone]) if shears else alone
+        return np.vstack([ends.reshape(-1, self.width), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
         """Return loads (count, 3 or 5) that fill the range evenly. They are deterministic."""
         part = spread(count, 3, skip)
-        found = np.zeros((count, self.width))
-        found[:, 0] = self.normal * part[:, 0]
+        loads = np.zeros((count, self.width))
+        loads[:, 0] = self.normal * part[:, 0]
         shears = [k for k in self.columns if k]
         if len(shears) == 1:
-            found[:, shears[0]] = self.full_scales[1] * (2.0 * part[:, 1] - 1.0)
+            loads[:, shears[0]] = self.full_scales[1] * (2.0 * part[:, 1] - 1.0)
         elif shears:
             angle = 2.0 * np.pi * part[:, 2]
-            ways = np.stack([np.cos(angle), np.sin(angle)], 1)
-            found[:, shears] = (self.full_scales[1:] * np.sqrt(part[:, 1])[:, None]) * ways
-        return found
+            directions = np.stack([np.cos(angle), np.sin(angle)], 1)
+            loads[:, shears] = (self.full_scales[1:] * np.sqrt(part[:, 1])[:, None]) * directions
+        return loads
 
 
 def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
@@ -140,10 +140,12 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
-    axes, (about_x, about_y) = axes_felt(spec), spec.requirements.moments
+    axes = axes_felt(spec.cell_placements[0], spec.requirements)
+    about_x, about_y = spec.requirements.moments
     moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
     if any(moments):
-        for name, most, moment in zip(MOMENTS, moment_at(spec, HELD_TILT).values(), moments, strict=True):
+        limits = moment_at(soft_pad(spec), normal, HELD_TILT).values()
+        for name, most, moment in zip(MOMENTS, limits, moments, strict=True):
             if moment > FARTHER * most:
                 raise NoResponse(
                     f"requirements.{name} of {moment:.3g} N m is over {FARTHER:.0f} times the {most:.3g} N m that tilt "
@@ -157,24 +159,24 @@ def working_range(spec: SensorSpec) -> WorkingRange:
 
     Two shears together share one limit. Raises NoResponse without a pad.
     """
-    found, notes = required_range(spec), []
+    required, notes = required_range(spec), []
     most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
-    shear, held = found.shear, held_shear(spec)
-    if any(name in found.axes for name in FORCES[1:]) and shear > held:
-        notes.append(beyond_held_shear(held))
+    shear, limit = required.shear, held_shear(spec)
+    if any(name in required.axes for name in FORCES[1:]) and shear > limit:
+        notes.append(beyond_held_shear(limit))
         if shear > most:
             notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
         shear = min(shear, most)
-    if found.is_round:
+    if required.is_round:
         notes.append(shared_shear_limit(shear))
-    if found.has_moments:
+    if required.has_moments:
         notes.append("moments act on a target that is free to tilt, on the middle of its outermost face")
-        if len(found.axes) == len(FORCES):
+        if len(required.axes) == len(FORCES):
             notes.append("the calibration's map is made for both sideways axes together within one ellipse about the "
                          "normal force; beyond, all axes may read wrong")
     if spec.jaw is not None:
         notes.append(OTHER_JAW)
-    return WorkingRange(found.axes, found.normal, shear, tuple(notes), found.moments)
+    return WorkingRange(required.axes, required.normal, shear, tuple(notes), required.moments)
 
 
 def shared_shear_limit(shear: float) -> str:
@@ -194,22 +196,22 @@ def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0,
     buckles.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
-    starts = [(along, share * normal) for along in (0, 1) for share in presses]
-    return min(_sheared(pad, along, pressed, travel * pad.thickness) for along, pressed in starts)
+    starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
+    return min(_sheared(pad, axis, pressed, travel * pad.thickness) for axis, pressed in starts)
 
 
-def _sheared(pad: BondedPad, along: int, normal: float, travel: float) -> float:
+def _sheared(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
     # By the law itself: film, rim, exponent and compression change the stiffness from G A over the thickness.
     loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
     loads[:, 0] = normal
     for _ in range(DOUBLED):
-        loads[:, 1 + along] = np.linspace(0.0, most, LOADS)
-        reached = pad.pose(loads, is_held=True)[:, along]
+        loads[:, 1 + axis] = np.linspace(0.0, most, LOADS)
+        reached = pad.pose(loads, is_held=True)[:, axis]
         if not reached[-1] < travel:
             break
         most *= 2.0
-    held = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first one without equilibrium
-    return float(np.interp(travel, reached[:held], loads[:held, 1 + along])) if held else 0.0
+    count = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first one without equilibrium
+    return float(np.interp(travel, reached[:count], loads[:count, 1 + axis])) if count else 0.0
 
 
 LOADS, DOUBLED = 25, 8
@@ -231,54 +233,54 @@ def read_shear(spec: SensorSpec) -> float:
     poses[..., 2] = -pad.thickness * DEPTHS
     poses[0, :, 0] = poses[1, :, 1] = pad.thickness * HELD_SHEAR
     forces = pad.force(poses.reshape(-1, 6)).reshape(2, len(DEPTHS), -1)
-    return min(float(np.interp(pressed, -forces[along, :, 2], np.abs(forces[along, :, along])))
-               for along in (0, 1) for pressed in (0.0, normal))
+    return min(float(np.interp(pressed, -forces[axis, :, 2], np.abs(forces[axis, :, axis])))
+               for axis in (0, 1) for pressed in (0.0, normal))
 
 
 DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad for these forces
 
 
-def beyond_held_shear(held: float) -> str:
+def beyond_held_shear(limit: float) -> str:
     """Return the note for shear beyond the force (N) of `held_shear`, for all documents.
 
     The force is 0 if the pressed pad buckles by itself.
     """
-    if not held:
+    if not limit:
         return (
             "any shear is extrapolated by the pad's law: under the normal force the pad gives way sideways by itself"
         )
     return (
-        f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
+        f"shear beyond {limit:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
         "against finite elements up to there: put points of the calibration there"
     )
 
 
 def full_normal(spec: SensorSpec) -> float:
     """Return the required normal force (N), or the force that compresses the pad by `USUAL_STRAIN`."""
-    return spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
+    return spec.requirements.normal_force or normal_at(soft_pad(spec), USUAL_STRAIN)
 
 
-def normal_at(spec: SensorSpec, strain: float) -> float:
+def normal_at(pad: BondedPad, strain: float) -> float:
     """Return the normal force (N) that compresses the pad by a strain."""
-    pad = soft_pad(spec)
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 
-def moment_at(spec: SensorSpec, tilt: float) -> dict[str, float]:
+def moment_at(pad: BondedPad, normal: float, tilt: float) -> dict[str, float]:
     """Return moments (N m) by axis that tilt a free target by an angle (rad).
 
-    They are the smaller of those with and without the full normal force. The pad's law was tested up to `HELD_TILT`
-    with finite elements.
+    Each is the smaller of the moments with and without the full normal force (N). The pad's law was tested up to
+    `HELD_TILT` with finite elements.
     """
-    pad, found = soft_pad(spec), {}
+    moments = {}
     for k, name in enumerate(MOMENTS):
         loads = np.zeros((2 * LOADS, len(AXES)))
-        loads[LOADS:, 0] = full_normal(spec)
+        loads[LOADS:, 0] = normal
         most = tilt * pad.force(tilt * np.eye(6)[[3 + k]])[0, 3 + k] / tilt
         loads[:, 3 + k] = np.tile(np.linspace(0.0, FARTHER * most, LOADS), 2)
         reached = np.nan_to_num(pad.pose(loads)[:, 3 + k], nan=math.inf).reshape(2, LOADS)
-        found[name] = min(float(np.interp(tilt, np.minimum(row, 2.0 * tilt), loads[:LOADS, 3 + k])) for row in reached)
-    return found
+        moments[name] = min(float(np.interp(tilt, np.minimum(row, 2.0 * tilt), loads[:LOADS, 3 + k]))
+                            for row in reached)
+    return moments
 
 
 FARTHER = 3.0
@@ -288,15 +290,14 @@ INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
 """Moment with the same pattern of readings as a shear: coils on one side read more, on the other side less."""
 
 
-def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
-    """Return the measured axes of load: the axes that the coils of one target can distinguish.
+def axes_felt(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:
+    """Return the measured axes of load, which the coils of one target can distinguish.
 
     A required moment replaces the shear with the same pattern of readings.
     """
-    asked = {name for name in MOMENTS if getattr(spec.requirements, name) is not None}
-    told = axes_told_apart(spec.cell_placements[0])
-    found = {INSTEAD[name] if INSTEAD.get(name) in asked else name for name in told}
-    return tuple(name for name in AXES if name in found)
+    moments = {name for name in MOMENTS if getattr(requirements, name) is not None}
+    measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in axes_told_apart(placements)}
+    return tuple(name for name in AXES if name in measured)
 
 
 def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
@@ -305,11 +306,11 @@ def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
     One coil has the normal force alone. Coils in a line also have shear along the line. Others have all three.
     """
     places = np.array([place.centre for place in placements])
-    away = places - places.mean(axis=0)
-    spread = np.linalg.svd(away, compute_uv=False)
+    offsets = places - places.mean(axis=0)
+    singular = np.linalg.svd(offsets, compute_uv=False)
     if len(places) == 1:
         return FORCES[:1]
-    if len(places) > 2 and spread[1] > 1e-3 * spread[0]:
+    if len(places) > 2 and singular[1] > 1e-3 * singular[0]:
         return FORCES
-    along = np.abs(away[np.argmax(np.hypot(*away.T))])
-    return ("normal", "shear_x" if along[0] >= along[1] else "shear_y")
+    farthest = np.abs(offsets[np.argmax(np.hypot(*offsets.T))])
+    return ("normal", "shear_x" if farthest[0] >= farthest[1] else "shear_y")

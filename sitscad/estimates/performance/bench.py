@@ -11,7 +11,7 @@ from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
-from sitscad.estimates.loads.working_range import WorkingRange, moment_at, normal_at, shear_at
+from sitscad.estimates.loads.working_range import WorkingRange, full_normal, moment_at, normal_at, shear_at
 from sitscad.estimates.performance_values import FORCES
 from sitscad.kernels.mechanics.elastomer import HELD_TILT, VALID_SHEAR, VALID_STRAIN
 from sitscad.kernels.mechanics.pad import BondedPad
@@ -45,7 +45,7 @@ class Bench:
     @cached_property
     def overload(self) -> float:
         """Normal force (N) at which the pad reaches the largest strain at which its law is trusted."""
-        return normal_at(self.spec, VALID_STRAIN)
+        return normal_at(self.pad, VALID_STRAIN)
 
     @cached_property
     def gives_way(self) -> float | None:
@@ -68,8 +68,10 @@ class Bench:
     def farthest(self) -> Mapping[str, float]:
         """Largest load (N, N m) of every axis by the pad's strain, shear and tilt."""
         shear = shear_at(self.spec, VALID_SHEAR)
-        found = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
-        return found | moment_at(self.spec, HELD_TILT) if self.range.has_moments else found
+        forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
+        if not self.range.has_moments:
+            return forces
+        return forces | moment_at(self.pad, full_normal(self.spec), HELD_TILT)
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
         """Return poses (n, 6) under loads, on this pad or another. A linear estimate if the pad buckles.
@@ -77,10 +79,10 @@ class Bench:
         Under (n, 3) loads the target is level; under (n, 5) loads it is free to tilt.
         """
         pad = pad or self.pad
-        found = pad.pose(loads, is_held=not self.range.has_moments)
-        lost = np.isnan(found[:, 0])
-        found[lost] = straight(pad, loads[lost])
-        return found
+        poses = pad.pose(loads, is_held=not self.range.has_moments)
+        lost = np.isnan(poses[:, 0])
+        poses[lost] = straight(pad, loads[lost])
+        return poses
 
     def is_held(self, loads: Array) -> Flags:
         """Whether the pad holds the target under each of (n, 3 or 5) loads. Under the others it buckles sideways."""
@@ -93,15 +95,15 @@ class Bench:
         """
         if not self.range.has_moments:
             return compliance(self.pad, poses)[:, :, self.range.columns]
-        found = []
+        derivatives = []
         for column, size in zip(self.range.columns, self.range.full_scales, strict=True):
             step = np.zeros(self.range.width)
             step[column] = STEP * size
             # at rest a normal force is only added, because pads are not pulled
             back = step * (loads[:, column] >= step[column])[:, None] if column == 0 else step
             moved = self.pad.pose(loads + step) - self.pad.pose(loads - back)
-            found.append(moved / (step + np.broadcast_to(back, loads.shape))[:, column, None])
-        return np.stack(found, axis=2)
+            derivatives.append(moved / (step + np.broadcast_to(back, loads.shape))[:, column, None])
+        return np.stack(derivatives, axis=2)
 
     @cached_property
     def rest(self) -> Array:

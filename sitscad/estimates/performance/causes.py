@@ -22,7 +22,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.circuits.uncertainty import sigmas
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.performance.bench import Bench
@@ -63,8 +63,8 @@ class Units:
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
         """Return one sigma (N) of all causes together on every axis, at a fraction of full normal force (N)."""
-        found = self.after if is_calibrated else self.before
-        each = [self._near(error, share, normal) for error in found.values()]
+        errors = self.after if is_calibrated else self.before
+        each = [self._near(error, share, normal) for error in errors.values()]
         return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
 
     def by_modulus(self, share: float, normal: float) -> Array:
@@ -93,16 +93,16 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
     before: dict[str, Array] = {}
     after: dict[str, Array] = {}
     for cause in causes:
-        ways = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
-        if ways:
-            before[cause.name] = root_sum_of_mean_squares(ways)
-            after[cause.name] = root_sum_of_mean_squares([[calibrated(error) for error in each] for each in ways])
+        errors = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
+        if errors:
+            before[cause.name] = root_sum_of_mean_squares(errors)
+            after[cause.name] = root_sum_of_mean_squares([[calibrated(error) for error in each] for each in errors])
     return Units(loads, before, after)
 
 
-def root_sum_of_mean_squares(ways: Sequence[Sequence[Array]]) -> Array:
+def root_sum_of_mean_squares(errors: Sequence[Sequence[Array]]) -> Array:
     """Return the standard deviation of independent causes (outer), each with alternative signs (inner)."""
-    return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in ways)))
+    return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in errors)))
 
 
 def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:
@@ -115,7 +115,7 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
         return []
     if cause.per == COIL:  # a relative excess of inductance reduces the relative change by as much
         nominal = bench.readings(bench.poses(loads))
-        return [[nominal * (1.0 - cause.sigma * one)] for one in np.eye(nominal.shape[1])]
+        return [[nominal * (1.0 - cause.sigma * unit_vector)] for unit_vector in np.eye(nominal.shape[1])]
     if cause.name == MODULUS:  # a third softer moves the target much more than a third stiffer
         pads = [replace(bench.pad, shear_modulus=bench.pad.shear_modulus * math.exp(way * cause.sigma))
                 for way in (1.0, -1.0)]
@@ -132,8 +132,8 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
         pad = replace(pad, thickness=pad.thickness + cause.sigma)
     elif cause.name == PAD_SIZE:
         pad = replace(pad, face=loaded_face(bench.spec, cause.sigma)[0])
-    found = bench.frequencies(np.concatenate([moved[None], bench.poses(loads, pad) + moved]))
-    return [[np.log(found[1:] / found[0])]]
+    frequencies = bench.frequencies(np.concatenate([moved[None], bench.poses(loads, pad) + moved]))
+    return [[np.log(frequencies[1:] / frequencies[0])]]
 
 
 WARMER = 10.0  # Warming (K) for the effect of copper and other metal
@@ -212,19 +212,19 @@ class Tilts:
 
     def _at(self, angle: float) -> tuple[Array, Array]:
         if angle not in self.kept:
-            count, ways = len(self.poses), len(WAYS)
-            wrenches = np.zeros((count * ways, 6))
-            wrenches[:, 2] = -np.repeat(self.loads[:, 0], ways)
+            count, directions = len(self.poses), len(WAYS)
+            wrenches = np.zeros((count * directions, 6))
+            wrenches[:, 2] = -np.repeat(self.loads[:, 0], directions)
             turns = np.tile(angle * WAYS, (count, 1))
             tilted = self.bench.pad.pose(wrenches, turns=turns, is_stuck=True)
             lost = np.isnan(tilted[:, 0])
-            tilted[lost] = np.repeat(self.poses, ways, axis=0)[lost]
+            tilted[lost] = np.repeat(self.poses, directions, axis=0)[lost]
             tilted[lost, 3:] = turns[lost]
             turned = np.log(self.bench.turned(np.concatenate([self.poses, tilted])))
-            held, over = self.bench.pad.force(tilted), rotations(tilted[:, 3:])[:, :, 2] * self.bench.pad.height
-            moments = held[:, 3:5] - np.cross(over, held[:, :3])[:, :2]
-            changes = turned[count:].reshape(count, ways, -1) - turned[:count, None]
-            self.kept[angle] = changes, moments.reshape(count, ways, 2)
+            wrench, over = self.bench.pad.force(tilted), rotations(tilted[:, 3:])[:, :, 2] * self.bench.pad.height
+            moments = wrench[:, 3:5] - np.cross(over, wrench[:, :3])[:, :2]
+            changes = turned[count:].reshape(count, directions, -1) - turned[:count, None]
+            self.kept[angle] = changes, moments.reshape(count, directions, 2)
         return self.kept[angle]
 
 
@@ -270,19 +270,19 @@ class Disturbed:
         A single coil has almost none, but still responds to finite tilts. For moments, the tilt's own moment is
         subtracted.
         """
-        found = self.inverse @ self.by_pose[:, 3:]
+        slopes = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
-            own = (self.tilted.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
-            found[:, :2] -= self._of_moments(0.5 * (own[:, 0] - own[:, 1])).T
-        return np.asarray(found)
+            moments = (self.tilted.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
+            slopes[:, :2] -= self._of_moments(0.5 * (moments[:, 0] - moments[:, 1])).T
+        return np.asarray(slopes)
 
     def _of_moments(self, moments: Array) -> Array:
         """Return moments (..., 2; N m) about x and y as loads on the measured axes (..., axes). Others are 0."""
-        found = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
+        loads = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
         for k, name in enumerate(self.bench.range.axes):
             if name in MOMENTS:
-                found[..., k] = moments[..., MOMENTS.index(name)]
-        return found
+                loads[..., k] = moments[..., MOMENTS.index(name)]
+        return loads
 
     def by_tilt(self, angle: float) -> Array:
         """Return errors (N, N m) of every axis by a tilt (rad) about x and y, either sign: (2, 2, axes).
@@ -346,8 +346,8 @@ class Disturbed:
     @property
     def temperature(self) -> Array:
         """Standard deviation (N/K, N m/K) of every axis: the sum of errors with known signs, and capacitors."""
-        known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
-        return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
+        signed = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
+        return np.asarray(np.hypot(signed, self.by_kelvin["capacitors"]))
 
     @property
     def tared_drift(self) -> Array:
@@ -370,8 +370,8 @@ class Disturbed:
 
         It is infinite if no reading moves with the axis, or only as with another axis.
         """
-        found = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
-        return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, found, np.inf))
+        sigma = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
+        return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, sigma, np.inf))
 
     @property
     def hysteresis(self) -> Array:
@@ -385,13 +385,13 @@ class Disturbed:
 
     def unmeasured(self) -> dict[str, Array]:
         """Return errors (N, N m) of every axis by full scale on each force axis that the array cannot measure."""
-        found = {}
+        errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
             readings = self.bench.readings(self.bench.poses(np.vstack([self.load, along(self.load, name, ends)])))
-            found[name] = np.abs(
+            errors[name] = np.abs(
                 (readings[1:] - readings[0]) @ self.inverse.T).max(axis=0)
-        return found
+        return errors
 
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause that is equal for all units.
@@ -427,10 +427,10 @@ class Disturbed:
             "capacitors, without a tare": 0.5 * scattered[CAPACITOR] * np.sqrt(np.sum(self.inverse**2, axis=1)),
         })
 
-    def _if_told(self, found: Mapping[str, Array]) -> dict[str, Array]:
+    def _if_told(self, errors: Mapping[str, Array]) -> dict[str, Array]:
         """Return errors by cause, infinite on an axis without a signal."""
         untold = np.isinf(self.noise)
-        return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
+        return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in errors.items()}
 
     def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
         """Return errors of the ratio of shear to normal force by cause, at the working point's fraction of full scale.
@@ -448,29 +448,32 @@ class Disturbed:
             return float(math.hypot(vector[k], ratio * vector[n]) / force)
 
         causes = ("noise", "hysteresis", "curved map", "manufacture, after calibration")
-        found = {name: apart(errors[name]) for name in causes}
+        by_cause = {name: apart(errors[name]) for name in causes}
         warmed = {name: value for name, value in self.by_kelvin.items() if not name.startswith("modulus")}
-        found[self.warmed_by] = self.warming * math.hypot(
+        by_cause[self.warmed_by] = self.warming * math.hypot(
             of(warmed["copper and other metal"] + warmed["expansion of the pad"]), apart(warmed["capacitors"])
         )
         tilt = self.bench.spec.requirements.tilt
         if tilt is not None:
-            found["required tilt"] = math.hypot(*(max(map(of, ways)) for ways in self.by_tilt(tilt)))
-        return found
+            by_cause["required tilt"] = math.hypot(*(max(map(of, directions)) for directions in self.by_tilt(tilt)))
+        return by_cause
 
 
-def by_metal(estimates: Estimates, warmer: Estimates, rest: Array, state: str = REST) -> Array:
+def by_metal(
+    coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
+) -> Array:
     """Return derivatives of the readings in a state (coils; per K) by the temperature of copper and other metal.
 
-    They come from the estimates at two temperatures. The readings at `rest` set the number of coils.
+    They come from estimates of the coils, and of coils warmer by `warming` (K). The readings at `rest` set the number
+    of coils.
     """
-    apart, known = warmer.temperature - estimates.temperature, []
-    for coil, warm in zip(estimates.coils, warmer.coils, strict=True):
+    derivatives = []
+    for coil, warm in zip(coils, warm_coils, strict=True):
         if state in coil.states and state in warm.states:
-            known.append(math.log(warm.states[state].frequency / coil.states[state].frequency) / apart)
+            derivatives.append(math.log(warm.states[state].frequency / coil.states[state].frequency) / warming)
         else:
-            known.append(math.nan)
-    return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)
+            derivatives.append(math.nan)
+    return np.nan_to_num(np.array(derivatives)) if len(derivatives) == len(rest) else np.zeros_like(rest)
 
 
 MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its lower face is at rest (Rayleigh)
@@ -479,8 +482,8 @@ MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its
 def resonances(bench: Bench, pose: Array) -> dict[str, float]:
     """Return the undamped natural frequency (Hz) of target and pad along every measured axis: sqrt(k / m) / (2 pi).
 
-    It is at a pose (6,) of a level target with nothing on it. m is the mass of the target, of the film over it and of a
-    third of the pad under it. Empty if a density is unknown.
+    It is at a pose (6,) of a level target with nothing on it. The mass m is of the target, the film over it and a third
+    of the pad under it. Empty if a density is unknown.
     """
     target, pad, skin = bench.spec.target, bench.spec.elastomer, bench.spec.encapsulation
     assert target is not None and pad is not None

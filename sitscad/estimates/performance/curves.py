@@ -10,7 +10,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
-from sitscad.estimates.performance.points import Felt
+from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance_values import along
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -51,26 +51,26 @@ class Curves:
 
 
 @one_thread
-def curves(felt: Felt) -> Curves:
+def curves(sensing: SensingAnalysis) -> Curves:
     """Return the curves of a design by its response, with bands of one sigma of each cause."""
-    spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench
+    spec, estimates, bench = sensing.bench.spec, sensing.estimates, sensing.bench
     full = bench.full["normal"]
     shears = [name for name in bench.range.axes if name != "normal"]  # and moments
-    found = tuple(_curve(felt, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
+    shear_curves = tuple(_curve(sensing, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
-    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, "normal", 0.0), found,
-                  tuple(_range(felt, name) for name in shears), held_shear(spec))
+    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(sensing, "normal", 0.0), shear_curves,
+                  tuple(_range(sensing, name) for name in shears), held_shear(spec))
 
 
-def _curve(felt: Felt, axis: str, normal: float) -> Curve:
-    forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * felt.bench.full[axis]
-    loads = along(felt.bench.range.pressed(normal), axis, forces)
-    inductance = _inductance(felt.estimates.coils, felt.working.read(loads))
-    nominal = felt.bench.readings(felt.bench.poses(loads))
+def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
+    forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * sensing.bench.full[axis]
+    loads = along(sensing.bench.range.pressed(normal), axis, forces)
+    inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
+    nominal = sensing.bench.readings(sensing.bench.poses(loads))
     sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
-        [one - nominal for one in ways]
-        for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
-        for ways in readings_of(felt.bench, cause, loads)
+        [reading - nominal for reading in readings]
+        for cause in manufacturing_scatter(sensing.layout.spec, sensing.estimates)
+        for readings in readings_of(sensing.bench, cause, loads)
     ])
     return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)
 
@@ -84,9 +84,10 @@ def _inductance(coils: tuple[CoilEstimate, ...], readings: Array) -> Array:
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))
 
 
-def _range(felt: Felt, axis: str) -> tuple[str, Array, Array, Array]:
+def _range(sensing: SensingAnalysis, axis: str) -> tuple[str, Array, Array, Array]:
     # Normal and shear forces (N) of the grid, and the inductances over it.
-    normal = np.linspace(0.0, felt.bench.full["normal"], LINES)
-    shear = np.linspace(-1.0, 1.0, LINES) * felt.bench.full[axis]
-    loads = np.concatenate([along(felt.bench.range.pressed(float(force)), axis, shear) for force in normal])
-    return axis, normal, shear, _inductance(felt.estimates.coils, felt.working.read(loads)).reshape(LINES, LINES, -1)
+    normal = np.linspace(0.0, sensing.bench.full["normal"], LINES)
+    shear = np.linspace(-1.0, 1.0, LINES) * sensing.bench.full[axis]
+    loads = np.concatenate([along(sensing.bench.range.pressed(float(force)), axis, shear) for force in normal])
+    inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
+    return axis, normal, shear, inductance.reshape(LINES, LINES, -1)

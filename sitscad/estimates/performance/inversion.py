@@ -80,17 +80,17 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
 
 def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
     """Return the polynomial up to a degree with the least rms error, over the values' spread, at held-out points."""
-    found, apart = None, np.inf
-    spread = np.maximum(np.ptp(values, axis=0), 1e-300)
+    best, apart = None, np.inf
+    span = np.maximum(np.ptp(values, axis=0), 1e-300)
     for degree in range(1, most + 1):
         if POINTS_A_TERM * len(exponents([1.0] * points.shape[1], degree, 1)) > len(points):
             break
-        one = fitted(points, values, degree)
-        error = float(np.sqrt(np.mean(((one(held_out[0]) - held_out[1]) / spread) ** 2)))
+        polynomial = fitted(points, values, degree)
+        error = float(np.sqrt(np.mean(((polynomial(held_out[0]) - held_out[1]) / span) ** 2)))
         if error < 0.9 * apart:
-            found, apart = one, error
-    assert found is not None
-    return found
+            best, apart = polynomial, error
+    assert best is not None
+    return best
 
 
 @record(eq=False)
@@ -142,7 +142,7 @@ class SolvedRange:
             return self.forward(loads[:, self.bench.range.columns])
         return self.bench.readings(self.bench.poses(loads))
 
-    def twins(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
+    def ambiguous_loads(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
         """Return two loads in the range with equal readings by another bench. None if no such pair is found.
 
         The other bench computes only loads whose readings are nearly equal by this bench.
@@ -151,9 +151,9 @@ class SolvedRange:
         pairs = islice(chain(self._unseen(), _alike(self.forward, ranged)), POLISHED)
         nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
-        found = (judge._polished(*pair, ALIKE) for pair in nearly)
-        loads = (ranged.loads(np.array(pair)) for pair in found if pair is not None)
-        return next(((_load(one), _load(other)) for one, other in loads), None)
+        polished = (judge._polished(*pair, ALIKE) for pair in nearly)
+        loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
+        return next(((_load(first), _load(second)) for first, second in loads), None)
 
     def _unseen(self) -> Iterator[tuple[Array, Array]]:
         """Return two places (in full scales) on either side of the least sensitivity, along the insensitive direction.
@@ -165,15 +165,15 @@ class SolvedRange:
         span = np.maximum(np.ptp(self.readings, axis=0), 1e-300)
         table = (self.readings / span).reshape((count,) * len(names) + (coils,))
         slopes = [np.gradient(table, (1.0 - low) / (count - 1), axis=k) for k, low in enumerate(lowest)]
-        _, told, along = np.linalg.svd(np.stack(slopes, axis=-1).reshape(-1, coils, len(names)))
+        _, singular, directions = np.linalg.svd(np.stack(slopes, axis=-1).reshape(-1, coils, len(names)))
         places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
-        for flat in np.argsort(told[:, -1], kind="stable")[:LEAST_TOLD]:
-            way = APART * along[flat, -1]
+        for flat in np.argsort(singular[:, -1], kind="stable")[:LEAST_TOLD]:
+            way = APART * directions[flat, -1]
             middle = np.clip(places[flat], lowest + np.abs(way), 1.0 - np.abs(way))
             yield middle + way, middle - way
 
-    def _polished(self, one: Array, other: Array, alike: float) -> tuple[Array, Array] | None:
-        """Return two places (in full scales) whose readings differ by less than `alike` of their span.
+    def _polished(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
+        """Return two places (in full scales) whose readings differ by less than `tolerance` of their span.
 
         None if not found.
 
@@ -181,15 +181,15 @@ class SolvedRange:
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(POLISHING):
-            aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from any place
-            loads = self.bench.range.loads(np.vstack([one, other, other + np.diag(aside)]))
+            steps = NEARBY * np.where(second > 0.5, -1.0, 1.0)  # into the range from any place
+            loads = self.bench.range.loads(np.vstack([first, second, second + np.diag(steps)]))
             read = self.bench.readings(self.bench.poses(loads)) / span
             lacking = read[0] - read[1]
-            if np.linalg.norm(lacking) < alike:
-                return (one, other) if np.linalg.norm(other - one) > APART else None
-            slope = (read[2:] - read[1]).T / aside
+            if np.linalg.norm(lacking) < tolerance:
+                return (first, second) if np.linalg.norm(second - first) > APART else None
+            slope = (read[2:] - read[1]).T / steps
             step = np.linalg.lstsq(slope, lacking, rcond=TOLD)[0]
-            other = np.clip(other + np.clip(step, -0.2, 0.2), lowest, 1.0)
+            second = np.clip(second + np.clip(step, -0.2, 0.2), lowest, 1.0)
         return None
 
 
@@ -221,20 +221,20 @@ def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Ar
     places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
     values = forward(places * full)
     span = np.maximum(np.ptp(values, axis=0), 1e-300)
-    away = np.linalg.norm(places[:, None] - places[None], axis=2)
+    distances = np.linalg.norm(places[:, None] - places[None], axis=2)
     between = np.linalg.norm((values[:, None] - values[None]) / span, axis=2)
-    ratio = np.where(away > APART, between / np.maximum(away, 1e-9), np.inf)
+    ratio = np.where(distances > APART, between / np.maximum(distances, 1e-9), np.inf)
     for flat in np.argsort(ratio, axis=None)[:TRIED]:
-        one, other = np.unravel_index(flat, ratio.shape)
-        wanted, here = forward(places[one][None] * full)[0], places[other].copy()
+        first, second = np.unravel_index(flat, ratio.shape)
+        goal, here = forward(places[first][None] * full)[0], places[second].copy()
         for _ in range(20):
-            lacking = (wanted - forward(here[None] * full)[0]) / span
+            lacking = (goal - forward(here[None] * full)[0]) / span
             slope = forward.slope(here[None] * full)[0] * full / span[:, None]
             step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
             here = np.clip(here + np.clip(step, -0.2, 0.2), lowest, 1.0)
-        left = float(np.linalg.norm((wanted - forward(here[None] * full)[0]) / span))
-        if left < SAME and float(np.linalg.norm(here - places[one])) > APART:
-            yield places[one], here
+        misfit = float(np.linalg.norm((goal - forward(here[None] * full)[0]) / span))
+        if misfit < SAME and float(np.linalg.norm(here - places[first])) > APART:
+            yield places[first], here
 
 
 def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
@@ -263,7 +263,7 @@ def crosstalk_of(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
 
     `read` are the loads (axes * n, measured axes; N) that a map returns for `axis_sweeps` (axes, n, 3; N).
     """
-    found = read.reshape(*loads.shape[:2], -1)
+    forces = read.reshape(*loads.shape[:2], -1)
     true = loads[:, :, scope.columns]
-    error = np.abs((found - found[:, :1]) - (true - true[:, :1])).max(axis=1) / scope.full_scales
+    error = np.abs((forces - forces[:, :1]) - (true - true[:, :1])).max(axis=1) / scope.full_scales
     return {a: {b: float(error[j, k]) for j, b in enumerate(scope.axes) if b != a} for k, a in enumerate(scope.axes)}

@@ -59,24 +59,24 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
-    poses, said = pushed(bench.spec, along(load, name, forces), np.full(COURSE, not bench.range.has_moments))
-    found = model.on_pad(poses)
+    poses, reasons = pushed(bench.spec, along(load, name, forces), np.full(COURSE, not bench.range.has_moments))
+    response = model.on_pad(poses)
     least, loudest = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")
     wrong = {
-        "converter": np.any(~(found.frequency < converter.limit("sensor_frequency_max")), axis=1),
-        "amplitude": np.any(~(found.amplitude > least) | (found.amplitude > loudest), axis=1),
-        "contact": np.array([any("contact" in note for note in notes) for notes in found.notes]),
-        INSTABILITY: np.array([note == TOO_SOFT or (bench.range.has_moments and bool(note)) for note in said]),
+        "converter": np.any(~(response.frequency < converter.limit("sensor_frequency_max")), axis=1),
+        "amplitude": np.any(~(response.amplitude > least) | (response.amplitude > loudest), axis=1),
+        "contact": np.array([any("contact" in note for note in notes) for notes in response.notes]),
+        INSTABILITY: np.array([note == TOO_SOFT or (bench.range.has_moments and bool(note)) for note in reasons]),
     }
     firsts = {cause: int(np.argmax(bad)) for cause, bad in wrong.items() if bad.any()}
     if not firsts:
         return most, "tilt" if name in MOMENTS else "strain"
-    cause = min(firsts, key=lambda one: firsts[one])
+    cause = min(firsts, key=firsts.__getitem__)
     return float(forces[max(firsts[cause] - 1, 0)]), cause
 
 
 @record(eq=False)
-class Felt:
+class SensingAnalysis:
     """Sensing performance by a bench. Each figure is computed at its first use."""
 
     layout: Layout
@@ -91,7 +91,7 @@ class Felt:
     @cached_property
     def points(self) -> tuple[Disturbed, ...]:
         """Working points, without the temperature effect of metal."""
-        bench, loads, found = self.bench, working_loads(self.bench), []
+        bench, loads, points = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
         gives = bench.compliance(loads, poses)
@@ -99,9 +99,9 @@ class Felt:
             # newtons per reading, (axes, coils), by least squares weighted with the noise
             by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-            found.append(Disturbed(
+            points.append(Disturbed(
                 bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
-        return tuple(found)
+        return tuple(points)
 
     @cached_property
     def warmed(self) -> tuple[Disturbed, ...]:
@@ -109,11 +109,12 @@ class Felt:
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
         warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
-        at_rest = by_metal(self.estimates, warmer, self.bench.rest)
+        warming = warmer.temperature - self.estimates.temperature
+        at_rest = by_metal(self.estimates.coils, warmer.coils, warming, self.bench.rest)
         # without a pressed state, the effect of metal is taken as at rest
-        loaded = by_metal(self.estimates, warmer, self.bench.rest, PRESSED)
+        loaded = by_metal(self.estimates.coils, warmer.coils, warming, self.bench.rest, PRESSED)
         loaded = np.where(loaded == 0.0, at_rest, loaded)
-        return tuple(replace(one, by_metal=at_rest, by_metal_loaded=loaded) for one in self.points)
+        return tuple(replace(point, by_metal=at_rest, by_metal_loaded=loaded) for point in self.points)
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
@@ -155,7 +156,7 @@ class Felt:
 
 
 @one_thread
-def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> Felt:
+def analyse_sensing(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> SensingAnalysis:
     """Return the sensing performance by the response, or by a surrogate (`screen`) without a `model`.
 
     Raises NoResponse if target, pad or a tank that the converter can count are missing, and for screening if a coil has
@@ -167,29 +168,30 @@ def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = Non
     if estimates.readout.conversion is None:
         raise NoResponse("nothing is felt by tanks that the converter cannot count")
     if model is None:
-        return Felt(layout, estimates, screen_bench(layout, estimates))
+        return SensingAnalysis(layout, estimates, screen_bench(layout, estimates))
 
     def frequencies(poses: Array) -> Array:
         return model.on_pad(poses).frequency
 
-    return Felt(layout, estimates, Bench(model.spec, estimates, required_range(model.spec), frequencies, frequencies))
+    bench = Bench(model.spec, estimates, required_range(model.spec), frequencies, frequencies)
+    return SensingAnalysis(layout, estimates, bench)
 
 
 def performance(
-    felt: Felt, model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]
+    sensing: SensingAnalysis, model: ResponseModel, find_ambiguous: Callable[[], tuple[Loads, Loads] | None]
 ) -> tuple[Performance, ...]:
     """Return the performance at rest, half and full load. Empty if the pad buckles under full load.
 
-    `twins` returns two loads of equal readings (`Sensing.twins`).
+    `find_ambiguous` returns two loads of equal readings (`Sensing.ambiguous_loads`).
     """
-    if not all(felt.held):
+    if not all(sensing.held):
         return ()
-    alike, metal = twins(), other_jaw_errors(felt, model)
-    return tuple(_at(at.name, point, felt, model, alike, more)
-                 for at, point, more in zip(WORKING_POINTS, felt.warmed, metal, strict=True))
+    ambiguous, metal = find_ambiguous(), other_jaw_errors(sensing, model)
+    return tuple(_at(at.name, point, sensing, model, ambiguous, more)
+                 for at, point, more in zip(WORKING_POINTS, sensing.warmed, metal, strict=True))
 
 
-def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array], ...]:
+def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[dict[str, Array], ...]:
     """Return errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`.
 
     They are for a tare with open jaws. Readings between rest and full load are interpolated linearly. Empty without
@@ -197,15 +199,15 @@ def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array]
     """
     from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
 
-    if front_plate(model.spec) is None:
-        return ({},) * len(felt.points)
-    ends = np.array([felt.points[0].pose, felt.points[-1].pose])
+    if front_plate(model.spec.jaw) is None:
+        return ({},) * len(sensing.points)
+    ends = np.array([sensing.points[0].pose, sensing.points[-1].pose])
     change = changes_in_front(model.wound, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
     # f = 1 / (2 pi sqrt(L C)), so a reading changes by half of the inductance's relative change
     read = -0.5 * change / model.on_pad(ends).inductance[:, None, :]
-    each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in felt.points]
+    each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in sensing.points]
     return tuple({cause: np.abs(point.inverse @ reading) for cause, reading in zip(OTHER_JAW_CAUSES, at, strict=True)}
-                 for point, at in zip(felt.points, each, strict=True))
+                 for point, at in zip(sensing.points, each, strict=True))
 
 
 def working_loads(bench: Bench) -> Array:
@@ -214,16 +216,16 @@ def working_loads(bench: Bench) -> Array:
 
 
 def _at(
-    at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None,
+    at: str, point: Disturbed, sensing: SensingAnalysis, model: ResponseModel, ambiguous: tuple[Loads, Loads] | None,
     more: Mapping[str, Array],
 ) -> Performance:
     """Return the performance at one working point.
 
     `more` are errors (N) by causes that are computed for all points together.
     """
-    bench, names, working = point.bench, point.bench.range.axes, felt.working
+    bench, names, working = point.bench, point.bench.range.axes, sensing.working
     courses = {name: course(bench, model, point.load, name) for name in names}
-    errors = {**point.errors(felt.units, working.map_errors), **more}
+    errors = {**point.errors(sensing.units, working.map_errors), **more}
     curved, straight = crosstalk(working, point.load, point.inverse)
     singular = np.linalg.svd(point.by_load * bench.range.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
@@ -245,9 +247,9 @@ def _at(
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
-        condition_number=condition, invertible=felt.is_range_held and twins is None, ambiguous=twins,
+        condition_number=condition, invertible=sensing.is_range_held and ambiguous is None, ambiguous=ambiguous,
         overload=overload, free_overload=free, map_degree=working.map.degree,
-        production=production_limits(bench.estimates.coils), notes=_notes(felt, courses, free),
+        production=production_limits(bench.estimates.coils), notes=_notes(sensing, courses, free),
     )
 
 
@@ -258,19 +260,19 @@ def _axes(
 
     Nonlinearity is the largest distance of the linear map's result from the best straight line, over full scale.
     """
-    bench, found = point.bench, {}
+    bench, by_axis = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
     for k, name in enumerate(bench.range.axes):
         forces = np.linspace(0.0, bench.full[name], 9)
         read = working.forward(along(point.load, name, forces)[:, bench.range.columns]) @ point.inverse[k]
         apart = np.abs(read - np.polynomial.polynomial.Polynomial.fit(forces, read, 1)(forces)).max()
-        found[name] = AxisPerformance(
+        by_axis[name] = AxisPerformance(
             *courses[name], bench.full[name],
             tuple(map(float, point.by_load[:, k] * frequencies)), float(errors["noise"][k]),
             float(apart / max(np.ptp(read), 1e-300)), {cause: float(error[k]) for cause, error in errors.items()},
             unit_of(name),
         )
-    return found
+    return by_axis
 
 
 def _row(names: Sequence[str], values: Array) -> dict[str, float]:
@@ -289,17 +291,17 @@ FREE_TARGET = (
 TURNED_ROUND = "; a round target turned about z reads nothing"
 
 
-def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
+def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
     """Return notes about the performance. `free` is its free overload (N)."""
-    bench, names, pad = felt.bench, felt.bench.range.axes, felt.bench.spec.elastomer
+    bench, names, pad = sensing.bench, sensing.bench.range.axes, sensing.bench.spec.elastomer
     assert pad is not None and bench.spec.target is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
-    found = [
+    notes = [
         f"{AXIS_WORDS[name]} ends at {amount_text(most, name)} by {cause}, before its full scale of "
         f"{amount_text(bench.full[name], name)}: the sensor does not reach it"
         for name, (most, cause) in courses.items() if most < bench.full[name]
     ]
-    found += [
+    notes += [
         f"noise by {bench.spec.readout.device.source_of('noise_law')}; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.loss_source}",
@@ -310,21 +312,21 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); errors that grow with the load count every axis loaded by the same share of its "
         "full scale",
-        f"crosstalk is what a polynomial of degree {felt.working.map.degree} in the readings leaves of this "
+        f"crosstalk is what a polynomial of degree {sensing.working.map.degree} in the readings leaves of this "
         "design; what one unit differs by from the next is apart from it: the data sheet's table of errors from unit "
         "to unit",
         "how fast the silicone follows is in no data: its hysteresis, measured slowly, stands for its lag; the "
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
-    found += [f"{name}: {reason}" for name, reason in bench.estimates.failed_states.items()]
-    pressed, held = bench.estimates.compression, held_shear(bench.spec)
+    notes += [f"{name}: {reason}" for name, reason in bench.estimates.failed_states.items()]
+    pressed, limit = bench.estimates.compression, held_shear(bench.spec)
     if pressed is not None and not pressed.valid:
-        found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
-    if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > held:
-        found.append(beyond_held_shear(held))
-    if not felt.is_range_held:
-        found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
+        notes.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
+    if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > limit:
+        notes.append(beyond_held_shear(limit))
+    if not sensing.is_range_held:
+        notes.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):
-        found.append(f"measured: {load_words(names)} alone; each other force, at its full scale, has a row of its own "
+        notes.append(f"measured: {load_words(names)} alone; each other force, at its full scale, has a row of its own "
                      "among the errors and does not count in errors together")
-    return tuple(found)
+    return tuple(notes)

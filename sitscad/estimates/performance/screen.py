@@ -26,7 +26,6 @@ from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.layout.board import Layout
 from sitscad.spec.places import shared_middles
-from sitscad.spec.sensor import SensorSpec
 
 NEARLY = 0.08
 """Relative error of noise and drift at the screen level."""
@@ -60,8 +59,8 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     assert pad is not None
     depth = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness)
     count = HEIGHTS + math.ceil(DEEPER * (depth - DEPTH))
-    low, high, aside = -depth * pad.thickness, LIFTED * pad.thickness, REACH * pad.thickness
-    heights, sides = chebyshev_points(low, high, count), chebyshev_points(-aside, aside, PLACES)
+    low, high, side = -depth * pad.thickness, LIFTED * pad.thickness, REACH * pad.thickness
+    heights, sides = chebyshev_points(low, high, count), chebyshev_points(-side, side, PLACES)
     middle = PLACES // 2
     on_axes = [middle in point for point in product(range(PLACES), repeat=2)]
     moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), on_axes)]
@@ -73,28 +72,23 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     change = since_rest.reshape(count, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
     change = change[:, middle, None] + change[None, middle] - change[middle, middle]
     values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _pull(estimates.coils)
-    ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
+    ends = np.array([-side, -side, low]), np.array([side, side, high])
     through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
-    middles = _middles(spec)
+    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])  # (coils, 2; m), at rest
 
     def frequencies(poses: Array) -> Array:
-        found = np.empty((len(poses), len(middles)))
+        changes = np.empty((len(poses), len(middles)))
         for k, at in enumerate(middles):  # middle of the area that coil and target share at rest
-            found[:, k] = through[k](np.column_stack([poses[:, :2], _height_over(poses, at)]))
-        return np.asarray(frequency * np.exp(found))
+            changes[:, k] = through[k](np.column_stack([poses[:, :2], _height_over(poses, at)]))
+        return np.asarray(frequency * np.exp(changes))
 
     return frequencies
 
 
-def _middles(spec: SensorSpec) -> Array:
-    """Return the middles (coils, 2; m) of the areas that coils share with the target at rest."""
-    return np.array([(at.x, at.y) for at in shared_middles(spec)])
-
-
 def _height_over(poses: Array, middle: Array) -> Array:
     """Return the heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
-    away = middle - poses[:, :2]
-    return np.asarray(poses[:, 2] + away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4]))
+    offset = middle - poses[:, :2]
+    return np.asarray(poses[:, 2] + offset[:, 1] * np.tan(poses[:, 3]) - offset[:, 0] * np.tan(poses[:, 4]))
 
 
 def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
@@ -102,13 +96,13 @@ def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
 
     It comes from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
     """
-    found = np.ones(len(coils))
+    ratios = np.ones(len(coils))
     for k, coil in enumerate(coils):
         rest, pressed = coil.states[REST], coil.states.get(PRESSED)
         if pressed is not None and pressed.frequency > 0.0 and abs(pressed.inductance / rest.inductance - 1.0) > 1e-6:
             ratio = np.log(pressed.frequency / rest.frequency) / (-0.5 * np.log(pressed.inductance / rest.inductance))
-            found[k] = np.clip(ratio, 0.5, 2.0)
-    return found
+            ratios[k] = np.clip(ratio, 0.5, 2.0)
+    return ratios
 
 
 @one_thread

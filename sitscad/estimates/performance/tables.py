@@ -58,17 +58,17 @@ class PerformanceReport:
         return [axis_table(self), whole, error_table(self.points), drift_table(self.points)]
 
 
-def axis_table(found: PerformanceReport) -> Table:
+def axis_table(report: PerformanceReport) -> Table:
     """Return the performance of every axis, with the ends of the map to newtons if they are known."""
-    felt, spec, newtons = found.points, found.spec, found.map
-    rest, full, half = felt[0], felt[-1], next(point for point in felt if point.at == "half")
+    points, spec, newtons = report.points, report.spec, report.map
+    rest, full, half = points[0], points[-1], next(point for point in points if point.at == "half")
     has_cells, names = spec.cells is not None, list(full.axes)
     rows: list[tuple[str, ...]] = []
 
     def row(what: str, *texts: str) -> None:
         rows.append((what, *texts))
 
-    axes, held = [full.axes[name] for name in names], held_shear(spec)
+    axes, valid_shear = [full.axes[name] for name in names], held_shear(spec)
     shears = [name for name in names if name in FORCES[1:]]
     row("full scale", *(amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
     together = working_range(spec)
@@ -81,9 +81,10 @@ def axis_table(found: PerformanceReport) -> Table:
     if newtons is not None:
         row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
             *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else NONE for name in names))
-    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
-        row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
-    for point in felt:
+    if any(max(full.axes[name].full_scale, full.axes[name].range) > valid_shear for name in shears):
+        row("extrapolated by the pad's law beyond",
+            *(_newtons(valid_shear) if name in shears else NONE for name in names))
+    for point in points:
         row(f"resolution {point.at}: the noise alone",
             *(amount(point.axes[name].resolution, name) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
@@ -106,7 +107,7 @@ def axis_table(found: PerformanceReport) -> Table:
     row("nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
     row("crosstalk, best polynomial, design as drawn, worst load",
-        *(_crosstalk([point.crosstalk for point in felt], name) for name in names))
+        *(_crosstalk([point.crosstalk for point in points], name) for name in names))
     if newtons is not None:
         row(f"crosstalk, map to newtons, design as drawn, half load{', least signal' if has_cells else ''}",
             *(_crosstalk([newtons.crosstalk], name) for name in names))
@@ -146,9 +147,9 @@ FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibra
 BESIDE = "contact 0.1 mm beside the middle"
 
 
-def error_table(felt: Sequence[Performance]) -> Table:
+def error_table(points: Sequence[Performance]) -> Table:
     """Return one sigma by cause at full load, for causes that are equal for all units."""
-    full = felt[-1]
+    full = points[-1]
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
@@ -157,9 +158,9 @@ def error_table(felt: Sequence[Performance]) -> Table:
     return Table(head, rows)
 
 
-def drift_table(felt: Sequence[Performance]) -> Table:
+def drift_table(points: Sequence[Performance]) -> Table:
     """Return errors per kelvin by the part that warms, with signs if they are known."""
-    full = felt[-1]
+    full = points[-1]
     names = list(full.axes)
     rows = []
     for cause, row in full.temperature_causes.items():
@@ -201,8 +202,9 @@ def _stiffness_text(point: Mapping[str, Any]) -> str:
     texts = []
     for turn, value in point["tilt_stiffness_Nm_per_rad"].items():
         error = point["tilt_stiffness_error"][turn]
-        known = value is not None and error is not None and error < 1.0
-        texts.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %" if known else f"{turn}: not known")
+        is_known = value is not None and error is not None and error < 1.0
+        texts.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %" if is_known
+                     else f"{turn}: not known")
     return ", ".join(dict.fromkeys(texts))
 
 
@@ -228,8 +230,8 @@ def share_text(part: float) -> str:
 
 def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
     """Return the largest crosstalk of an axis in some tables."""
-    shares = [share for table in tables for share in table[name].values()]
-    if not shares:
+    fractions = [fraction for table in tables for fraction in table[name].values()]
+    if not fractions:
         return NONE
-    worst = max(shares)
+    worst = max(fractions)
     return share_text(worst) if worst >= LEAST_TOLD else f"below {share_text(LEAST_TOLD)}"

@@ -28,9 +28,9 @@ ALL = "all"  # Name that selects every load case of a spec
 class Push:
     """Values of a load case.
 
-    They are the force (N; x, y, z in board axes) on the outermost face, its place on the face (m; x, y from the
-    middle), and the tilt (rad) of a face that holds the target, None if it is free to tilt. `is_stuck` is whether this
-    face keeps the target from moving along x and y. `note` is its description.
+    `force` (N; x, y, z in board axes) acts on the outermost face, at a place on the face (m; x, y from the middle).
+    `turn` (rad) is the tilt of a face that holds the target. None if the target is free to tilt. `is_stuck` is whether
+    this face keeps the target from moving along x and y. `note` is its description.
     """
 
     force: Array
@@ -42,17 +42,17 @@ class Push:
 
 def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadCase, ...]:
     """Return the spec's load cases by name, all for `all`. Raises NoResponse for an unknown name."""
-    known = {case.name: case for case in loads}
-    wanted = [one for name in names for one in (known if name == ALL else [name])]
-    for name in wanted:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            meant = f", did you mean {near[0]}?" if near else ""
-            has = f"it has {', '.join(known)}" if known else "its section `loads` names none"
-            raise NoResponse(f"the spec has no load case {name!r}{meant or ': ' + has}")
-    if not wanted:
+    by_name = {case.name: case for case in loads}
+    chosen = [key for name in names for key in (by_name if name == ALL else [name])]
+    for name in chosen:
+        if name not in by_name:
+            near = difflib.get_close_matches(name, by_name, 1)
+            suggestion = f", did you mean {near[0]}?" if near else ""
+            has = f"it has {', '.join(by_name)}" if by_name else "its section `loads` names none"
+            raise NoResponse(f"the spec has no load case {name!r}{suggestion or ': ' + has}")
+    if not chosen:
         raise NoResponse("the spec's section `loads` names no load case")
-    return tuple(known[name] for name in wanted)
+    return tuple(by_name[name] for name in chosen)
 
 
 def tip_force(tension: float, lever_angle: float, lever: float, link: float, reach: float) -> float:
@@ -61,8 +61,8 @@ def tip_force(tension: float, lever_angle: float, lever: float, link: float, rea
     The pull on the shaft is `tension` (N): F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), where beta is
     `link_angle`. Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in lever A. Links
     B join both levers to a pin that the shaft pulls along the axis. By virtual work, the pin's travel times the pull is
-    the work of both jaws. docs/mechanism.md derives this, and the reason why it differs from the printed equation 3.1
-    of Jones's thesis.
+    the work of both jaws. docs/mechanism.md derives this. It also has the reason for the difference from the printed
+    equation 3.1 of Jones's thesis.
 
     Raises ValueError if link B does not reach the axis, or for a reach that is not positive.
     """
@@ -85,25 +85,25 @@ def link_angle(lever_angle: float, lever: float, link: float) -> float:
 
 def push_of(case: LoadCase) -> Push:
     """Return the action of a load case on the target."""
-    normal, said = case.normal or 0.0, ""
+    normal, tension = case.normal or 0.0, ""
     if case.mechanism is not None:
         lever = case.mechanism
         angle = lever.theta + lever.theta0
         normal = tip_force(lever.shaft_tension, angle, lever.lever, lever.link, lever.reach) * math.cos(case.opening)
-        said = f", from {lever.shaft_tension:.3g} N on the shaft"
+        tension = f", from {lever.shaft_tension:.3g} N on the shaft"
     # an inclined face that slides pushes along its own normal, away from its nearest edge
     slide = 0.0 if case.is_stuck else -normal * math.tan(case.opening)
     force = np.array([case.shear[0] + slide, case.shear[1], -normal])
-    words = [f"load case {case.name}: {normal:.3g} N towards the board{said}"]
+    parts = [f"load case {case.name}: {normal:.3g} N towards the board{tension}"]
     if any(force[:2]):
-        words.append(f"{force[0]:.3g} and {force[1]:.3g} N along x and y")
+        parts.append(f"{force[0]:.3g} and {force[1]:.3g} N along x and y")
     if case.opening:
         way = "sticks" if case.is_stuck else "slides"
-        words.append(f"the target flush with a face inclined by {math.degrees(case.opening):.3g} degrees that {way}")
+        parts.append(f"the target flush with a face inclined by {math.degrees(case.opening):.3g} degrees that {way}")
     if any(case.offset):
-        words.append(f"{1e3 * case.offset[0]:.3g}, {1e3 * case.offset[1]:.3g} mm from the middle of the face")
+        parts.append(f"{1e3 * case.offset[0]:.3g}, {1e3 * case.offset[1]:.3g} mm from the middle of the face")
     turn = np.array([0.0, case.opening, 0.0]) if case.is_held else None
-    return Push(force, np.array(case.offset), turn, case.is_stuck, ", ".join(words))
+    return Push(force, np.array(case.offset), turn, case.is_stuck, ", ".join(parts))
 
 
 def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
@@ -115,16 +115,16 @@ def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
     pad, push = soft_pad(spec), push_of(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
     turns = None if push.turn is None else push.turn[None, :]
-    found = pad.pose(wrench, at=push.at[None, :], turns=turns, is_stuck=push.is_stuck)[0]
-    if np.all(np.isfinite(found)):
-        return found, (push.note,)
+    pose = pad.pose(wrench, at=push.at[None, :], turns=turns, is_stuck=push.is_stuck)[0]
+    if np.all(np.isfinite(pose)):
+        return pose, (push.note,)
     level = np.zeros((1, 3)) if turns is None else turns
-    found = pad.pose(wrench, at=push.at[None, :], turns=level)[0]
-    if np.all(np.isfinite(found)):
-        return found, (push.note, GIVES_WAY)
-    found = straight(pad, np.array([[-push.force[2], *push.force[:2]]]))[0]
-    found[3:] = level[0]
-    return found, (push.note, TOO_SOFT)
+    pose = pad.pose(wrench, at=push.at[None, :], turns=level)[0]
+    if np.all(np.isfinite(pose)):
+        return pose, (push.note, GIVES_WAY)
+    pose = straight(pad, np.array([[-push.force[2], *push.force[:2]]]))[0]
+    pose[3:] = level[0]
+    return pose, (push.note, TOO_SOFT)
 
 
 def in_cases(
@@ -137,13 +137,13 @@ def in_cases(
     """
     cases = load_cases(model.spec.loads, names)
     poses, notes = zip(*(posed(model.spec, case) for case in cases), strict=True)
-    found = model.respond(np.array(poses), frequency, tolerance, progress)
-    said = tuple((*own, *more) for own, more in zip(notes, found.notes, strict=True))
-    return replace(found, notes=said, cases=tuple(case.name for case in cases))
+    response = model.respond(np.array(poses), frequency, tolerance, progress)
+    all_notes = tuple((*case_notes, *more) for case_notes, more in zip(notes, response.notes, strict=True))
+    return replace(response, notes=all_notes, cases=tuple(case.name for case in cases))
 
 
 def with_cases(parts: Sequence[Response]) -> Response:
-    """Return several responses as one.
+    """Join several responses.
 
     If any has load cases, points without a load case have an empty name.
     """

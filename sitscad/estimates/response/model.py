@@ -13,14 +13,14 @@ from sitscad.assembly.places.bodies import target_gap, target_lines
 from sitscad.basics.arrays import Array, ComplexArray, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.tank import Tank
-from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.loads.pad import NoResponse, holding, pushed
+from sitscad.estimates.loads.pad import NoResponse, holding, pushed, soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad
 from sitscad.estimates.loads.working_range import normal_at, required_range, shear_at
 from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.estimates.states.near import NearTarget, at_frequencies
-from sitscad.estimates.states.placed import Cover, Placed, at_rest, level_poses
+from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
     endless_like,
@@ -36,6 +36,8 @@ from sitscad.kernels.electromagnetics.resonator import Network
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR, VALID_STRAIN
 from sitscad.layout.board import Coil, Layout
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 Progress = Callable[[int, int], None]
@@ -59,7 +61,7 @@ class ResponseModel:
     known: dict[bytes, Response] = field(default_factory=dict)
 
     @cached_property
-    def wound(self) -> Wound:
+    def wound(self) -> SolvedWindings:
         """Winding and its surroundings at rest."""
         return wind(self.layout)
 
@@ -67,6 +69,12 @@ class ResponseModel:
     def spec(self) -> SensorSpec:
         """Spec with its metals at the required temperature."""
         return self.wound.spec
+
+    @property
+    def target(self) -> Target:
+        """Target that moves over the coils."""
+        assert self.spec.target is not None
+        return self.spec.target
 
     @cached_property
     def behind(self) -> Reflector | None:
@@ -83,18 +91,18 @@ class ResponseModel:
         """Band (Hz) of the tanks: the frequencies at which the states' target was solved."""
         if self.estimates.target_band is not None:
             return self.estimates.target_band
-        found = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
-        if not found:
+        frequencies = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
+        if not frequencies:
             raise NoResponse("no tank of the design oscillates in any state, so there are no frequencies to look at")
-        return BAND[0] * min(found), BAND[1] * max(found)
+        return BAND[0] * min(frequencies), BAND[1] * max(frequencies)
 
     @cached_property
-    def state_cover(self) -> Cover | None:
+    def state_cover(self) -> PoseRange | None:
         """Poses for which the states' target was solved. None if it was not solved."""
         poses = level_poses(self.estimates.states)
         if self.estimates.target_band is None or not len(poses):
             return None
-        return Placed.of(self.spec, self.rest, poses).cover(self.spec, self.layout.coils)
+        return self._cover(poses)
 
     @cached_property
     def tank(self) -> Tank:
@@ -142,12 +150,17 @@ class ResponseModel:
                 parts.append(self._respond(poses[rows], cover, frequency, tolerance, progress))
         return joined(parts).part(np.argsort(order).tolist())
 
-    def _cover(self, poses: Array) -> Cover:
-        """Return the cover of poses (n, 6)."""
-        return Placed.of(self.spec, self.rest, poses.reshape(-1, 6)).cover(self.spec, self.layout.coils)
+    def _placed(self, poses: Array) -> TargetPoses:
+        """Return the target in poses (n, 6)."""
+        return TargetPoses.of(self.target, self.rest, poses)
 
-    def _common_cover(self, poses: Array) -> Cover:
-        """Return the cover of poses (n, 6), or that of the states if it serves all of them."""
+    def _cover(self, poses: Array) -> PoseRange:
+        """Return the cover of poses (n, 6)."""
+        return self._placed(poses.reshape(-1, 6)).cover(
+            self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
+
+    def _common_cover(self, poses: Array) -> PoseRange:
+        """Return the cover of poses (n, 6), or the states' cover if it serves all poses."""
         cover = self._cover(poses)
         return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
 
@@ -158,19 +171,20 @@ class ResponseModel:
         The frequency (Hz) is within the tanks' band, and currents are evenly spread. One solution serves all poses; no
         tank is solved.
         """
-        near, placed = self._near(self._common_cover(poses), self.band), Placed.of(self.spec, self.rest, poses)
-        return np.einsum("pcc->pc", near.changes(placed).complex_at(np.full(len(poses), frequency)))
+        near, target_poses = self._near(self._common_cover(poses), self.band), self._placed(poses)
+        return np.einsum("pcc->pc", near.changes(target_poses).complex_at(np.full(len(poses), frequency)))
 
     def _respond(
-        self, poses: Array, cover: Cover, frequency: float | None, tolerance: float | None, progress: Progress | None
+        self, poses: Array, cover: PoseRange, frequency: float | None, tolerance: float | None,
+        progress: Progress | None,
     ) -> Response:
         """Return the response at (n, 6) poses of `cover`, by one solution of the target."""
-        placed = Placed.of(self.spec, self.rest, poses)
+        target_poses = self._placed(poses)
         scale, usual = self.wound.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
         def changes_by(near: NearTarget) -> Changes:
             def exact(some: Array) -> tuple[ComplexArray, ComplexArray]:
-                there = Placed.of(self.spec, self.rest, some)
+                there = self._placed(some)
                 return near.plate.changes(there.turns, there.places)
 
             by_plate = Exact(near.plate.frequencies, exact, endless_like(self.spec.coil.size, self.spec.target))
@@ -178,9 +192,10 @@ class ResponseModel:
 
         at_tank = self._near(cover, self.band)
         changes = changes_by(at_tank)
-        known = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
-        start = np.array([known.get(coil.name, usual) for coil in self.layout.coils])
-        terminals = at_tank.oscillations(placed, changes, self.tank, self.network, start)
+        frequencies = {coil.name: next(iter(coil.states.values())).frequency
+                       for coil in self.estimates.coils if coil.states}
+        start = np.array([frequencies.get(coil.name, usual) for coil in self.layout.coils])
+        terminals = at_tank.oscillations(target_poses, changes, self.tank, self.network, start)
         near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = (np.where(np.isfinite(taken_at), part, np.nan)
                                   for part in (terminals.inductance, terminals.resistance))
@@ -188,16 +203,16 @@ class ResponseModel:
             near = self._near(cover, (frequency,))
             shown = changes_by(near)
             taken_at = np.full_like(taken_at, frequency)
-            inductance, resistance = at_frequencies(near.impedances(placed, shown), taken_at, self.tank)
+            inductance, resistance = at_frequencies(near.impedances(target_poses, shown), taken_at, self.tank)
         filled = np.where(np.isfinite(taken_at), taken_at, usual)
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
         mirror += cover.error
-        size, part = np.abs(shown.total).max(axis=0), cover.part(self.spec)
-        errors = stated_errors(part, change, size, scale, placed.lowest, shown.error, mirror)
+        size, part = np.abs(shown.total).max(axis=0), cover.part(self.target)
+        errors = stated_errors(part, self.spec.coil, change, size, scale, target_poses.lowest, shown.error, mirror)
         sizes = np.einsum("pcc->pc", size)
-        losses = stated_losses(part, lost, sizes, scale, placed.lowest, shown.error, mirror, at)
-        pad, held = self.spec.elastomer, holding(self.spec, poses)
+        losses = stated_losses(part, self.spec.coil, lost, sizes, scale, target_poses.lowest, shown.error, mirror, at)
+        pad, wrench = self.spec.elastomer, holding(self.spec, poses)
         strain = None if pad is None else -poses[:, 2] / pad.thickness
         conversion, ran = self.estimates.readout.conversion, terminals.frequency
         counts = np.full_like(ran, np.nan) if conversion is None else conversion.read(ran)
@@ -207,39 +222,42 @@ class ResponseModel:
             target_resistance_error=losses / np.fmax(lost, LEAST_LOSS * resistance), taken_at=taken_at, frequency=ran,
             counts=counts, parallel_resistance=terminals.parallel_resistance,
             amplitude=terminals.parallel_resistance * self._volts,
-            strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
-            notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran, errors, tolerance)),
+            strain=strain, force=None if wrench is None else wrench[0], moment=None if wrench is None else wrench[1],
+            notes=tuple(_notes(pad if rests_on_pad(self.spec) else None, poses, target_poses.lowest, strain, ran,
+                               errors, tolerance)),
             gap=float(target_gap(self.spec) or math.nan), glue=target_lines(self.spec),
         )
 
     @one_thread
     def under(
-        self, loads: Array, held: Flags | None = None, frequency: float | None = None,
+        self, loads: Array, is_level: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
         """Return the response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
 
-        `held` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
+        `is_level` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
-        level = np.ones(len(loads), dtype=bool) if held is None else held
-        poses, said = pushed(self.spec, loads, level)
-        found = self.respond(poses, frequency, tolerance, progress)
-        notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
-        return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
+        level = np.ones(len(loads), dtype=bool) if is_level is None else is_level
+        poses, pad_notes = pushed(self.spec, loads, level)
+        response = self.respond(poses, frequency, tolerance, progress)
+        notes = tuple((*pose_notes, note) if note else pose_notes
+                      for pose_notes, note in zip(response.notes, pad_notes, strict=True))
+        return replace(response, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
 
     @cached_property
     def pad_ends(self) -> Array:
         """Poses at the limits of height and travel at which the pad's law is trusted, and slightly tilted poses."""
-        aside = shear_at(self.spec, VALID_SHEAR)
-        loads = np.array([[normal_at(self.spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
-        found = pushed(self.spec, loads)[0]
-        found[0, 3:5] = 0.02
-        asked = required_range(self.spec)
-        if not asked.has_moments:
-            return found
-        return np.vstack([found, pushed(self.spec, asked.corners, np.zeros(len(asked.corners), dtype=bool))[0]])
+        shear = shear_at(self.spec, VALID_SHEAR)
+        normal = normal_at(soft_pad(self.spec), VALID_STRAIN)
+        loads = np.array([[normal, 0.0, 0.0], [0.0, shear, 0.0], [0.0, 0.0, shear]])
+        poses = pushed(self.spec, loads)[0]
+        poses[0, 3:5] = 0.02
+        required = required_range(self.spec)
+        if not required.has_moments:
+            return poses
+        return np.vstack([poses, pushed(self.spec, required.corners, np.zeros(len(required.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
         """Return the response at (n, 6) poses, each solved once, cached and never interpolated.
@@ -251,22 +269,22 @@ class ResponseModel:
         new = [row for key, row in {row.tobytes(): row for row in poses}.items() if key not in self.known]
         for first in range(0, len(new), AT_ONCE):
             some = np.array(new[first : first + AT_ONCE])
-            found = self.respond(some, within=self.pad_ends)
-            self.known.update({row.tobytes(): found.part([k]) for k, row in enumerate(some)})
+            response = self.respond(some, within=self.pad_ends)
+            self.known.update({row.tobytes(): response.part([k]) for k, row in enumerate(some)})
         return joined([self.known[row.tobytes()] for row in poses])
 
     def lowest(self, poses: Array) -> Array:
         """Return the height (m) of the target's lowest point over the board at (n, 6) poses. Negative inside it."""
-        return Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
+        return self._placed(np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
-    def _near(self, cover: Cover, band: tuple[float, ...]) -> NearTarget:
+    def _near(self, cover: PoseRange, band: tuple[float, ...]) -> NearTarget:
         """Return target and coils for all poses of `cover`, solved at most once.
 
         `band` (Hz) is one frequency, or the two ends of a range.
         """
         if (cover, band) not in self.solved:
             frequency = math.sqrt(band[0] * band[-1])
-            _require_affordable(self.spec, self.layout.coils, frequency, self.behind, cover)
+            _require_affordable(self.target, self.spec.coil, self.layout.coils, frequency, self.behind, cover)
             self.solved[cover, band] = NearTarget(self.wound, cover, band, self.finer)
         return self.solved[cover, band]
 
@@ -283,15 +301,13 @@ estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 
 
 
 def _require_affordable(
-    spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
+    target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> None:
     """Raise NoResponse if solving the target for the poses of `cover` takes more than `MAX_WORK`."""
-    work = solving_work(spec, coils, frequency, behind, cover)
+    work = solving_work(target, coil, coils, frequency, behind, cover)
     if work <= MAX_WORK:
         return
-    part = cover.part(spec).target
-    assert part is not None
-    x, y = (1e3 * side for side in part.size)
+    x, y = (1e3 * side for side in cover.part(target).size)
     raise NoResponse(
         f"target of {x:.3g} x {y:.3g} mm: about {SECONDS_PER_WORK * work:.0f} s of processor time to solve, "
         f"{SECONDS_PER_WORK * MAX_WORK:.0f} s at most (poses {1e3 * cover.lowest:.3g} mm above the board and "
@@ -316,15 +332,15 @@ TILTED = "the target is tilted by more than 5 degrees: what the pad's law says o
 
 
 def _notes(
-    spec: SensorSpec, poses: Array, lowest: Array, strain: Array | None, frequency: Array, errors: Array,
+    pad: ElastomerPad | None, poses: Array, lowest: Array, strain: Array | None, frequency: Array, errors: Array,
     tolerance: float | None,
 ) -> list[tuple[str, ...]]:
-    """Return notes for each pose.
+    """Return notes for each pose of a target on a pad, or without a pad.
 
     They report contact, a pad outside its strain, shear or tilt limits, a tank that stops, and a stated error above the
     tolerance.
     """
-    pad, found = spec.elastomer if rests_on_pad(spec) else None, []
+    notes_by_pose = []
     for k, pose in enumerate(poses):
         notes = []
         if lowest[k] < 0.0:
@@ -342,5 +358,5 @@ def _notes(
         if tolerance is not None and worst > tolerance:
             notes.append(f"the stated error is above the tolerance of {tolerance:g}, which limits what a map of many "
                          f"poses adds to it: no pose is solved better than {worst:.1g}")
-        found.append(tuple(notes))
-    return found
+        notes_by_pose.append(tuple(notes))
+    return notes_by_pose

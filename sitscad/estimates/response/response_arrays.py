@@ -75,46 +75,47 @@ class Response:
 
     def part(self, rows: Sequence[int]) -> Response:
         """Return the response at some of the poses."""
-        known = {name: getattr(self, name)[rows] for name in ARRAYS if getattr(self, name) is not None}
+        selected = {name: getattr(self, name)[rows] for name in ARRAYS if getattr(self, name) is not None}
         notes, cases = tuple(self.notes[k] for k in rows), tuple(self.cases[k] for k in rows if self.cases)
-        return replace(self, notes=notes, cases=cases, **known)
+        return replace(self, notes=notes, cases=cases, **selected)
 
     def arrays(self) -> dict[str, Array]:
         """Return the known arrays by their names in documents."""
-        found = {each.key: each.value(self) for each in RESPONSE}
-        return {name: value for name, value in found.items() if value is not None}
+        values = {each.key: each.value(self) for each in RESPONSE}
+        return {name: value for name, value in values.items() if value is not None}
 
     def point_document(self, number: int) -> dict[str, object]:
         """Return one pose as JSON."""
-        found: dict[str, object] = {"strain": None}
+        document: dict[str, object] = {"strain": None}
         if self.cases and self.cases[number]:
-            found["case"] = self.cases[number]
-        found["pose"] = dict(zip(POSE_NAMES, (self.poses[number] + 0.0).tolist(), strict=True))
-        for name, held in (("force_N", self.force), ("moment_Nm", self.moment)):
-            found[name] = None if held is None or not np.all(np.isfinite(held[number])) else _plain(held[number])
+            document["case"] = self.cases[number]
+        document["pose"] = dict(zip(POSE_NAMES, (self.poses[number] + 0.0).tolist(), strict=True))
+        for name, wrench in (("force_N", self.force), ("moment_Nm", self.moment)):
+            is_known = wrench is not None and np.all(np.isfinite(wrench[number]))
+            document[name] = _plain(wrench[number]) if wrench is not None and is_known else None
         for name, value in self.arrays().items():
             if name not in ("pose", "force_N", "moment_Nm"):
-                found[name] = _plain(value[number])
-        found["counts"] = [None if math.isnan(x) else int(x) for x in self.counts[number]]
-        return found | {"notes": list(self.notes[number])}
+                document[name] = _plain(value[number])
+        document["counts"] = [None if math.isnan(x) else int(x) for x in self.counts[number]]
+        return document | {"notes": list(self.notes[number])}
 
 
 def _plain(value: Array | float) -> object:
     # Lists of floats, None if not finite; zeros have no sign.
     if np.ndim(value) == 0:
         return float(value) + 0.0 if math.isfinite(float(value)) else None
-    return [_plain(one) for one in np.asarray(value)]
+    return [_plain(element) for element in np.asarray(value)]
 
 
 def joined(parts: Sequence[Response]) -> Response:
-    """Return several responses of the same coils as one."""
+    """Join several responses of the same coils."""
     first = parts[0]
     if len(parts) == 1:
         return first
-    known = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
+    stacked = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
              if getattr(first, name) is not None}
     notes, cases = sum((part.notes for part in parts), ()), sum((part.cases for part in parts), ())
-    return replace(first, notes=notes, cases=cases, **known)  # type: ignore[arg-type]
+    return replace(first, notes=notes, cases=cases, **stacked)  # type: ignore[arg-type]
 
 
 ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases", "gap", "glue"))

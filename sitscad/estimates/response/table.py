@@ -1,4 +1,4 @@
-"""Response of a sensor as one table, small enough for a web page on which a reader loads the sensor.
+"""Response of a sensor as a small table, for a web page on which a reader loads the sensor.
 
 It has frequencies and poses over forces and tilt of a level target, or over forces and moments of a target that is free
 to tilt.
@@ -57,12 +57,12 @@ class ResponseTable:
     rest: Array
     error: float = 0.0
 
-    def __call__(self, asked: Array) -> tuple[Array, Array]:
+    def __call__(self, loads: Array) -> tuple[Array, Array]:
         """Return frequencies (Hz; n, coils) and travel (m, rad; n, 3 or 5) at inputs (n, 5).
 
         Inputs beyond the ends count as the ends.
         """
-        values = self.through(np.clip(asked, self.through.low, self.through.high))
+        values = self.through(np.clip(loads, self.through.low, self.through.high))
         return self.rest * np.exp(values[:, : self.rest.size]), values[:, self.rest.size :]
 
     @property
@@ -90,46 +90,47 @@ def response_table(model: ResponseModel) -> ResponseTable:
     the requested tilt about the middle of its near face. Frequencies at rest are the frequencies of the state. Raises
     `NoResponse` without a pad.
     """
-    found = working_range(model.spec)
-    both, asked, values = (_free if found.has_moments else _held)(model, found)
+    scope = working_range(model.spec)
+    polynomial, loads, values = (_free if scope.has_moments else _held)(model, scope)
     states = [coil.states.get(REST) for coil in model.estimates.coils]
-    own = model.on_pad(np.zeros((1, 6))).frequency[0]
-    rest = np.array([one if state is None else state.frequency for one, state in zip(own, states, strict=True)])
-    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, rest)
+    at_rest = model.on_pad(np.zeros((1, 6))).frequency[0]
+    rest = np.array([frequency if state is None else state.frequency
+                     for frequency, state in zip(at_rest, states, strict=True)])
+    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), scope, polynomial, rest)
     solved = np.exp(values[:, : rest.size])
-    apart = np.abs(table(asked)[0] / rest - solved)
+    apart = np.abs(table(loads)[0] / rest - solved)
     return replace(table, error=float((apart / np.ptp(solved, axis=0)).max()))
 
 
-def _free(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
+def _free(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
     """Return polynomials of a free target's response to forces and moments, with their solved points.
 
     The points are inputs (n, 5; N, N m) and values.
     """
-    moments = np.array([each or max(found.moments) for each in found.moments])
-    high = BEYOND * np.array([found.normal, found.shear, found.shear, *moments])
+    moments = np.array([each or max(scope.moments) for each in scope.moments])
+    high = BEYOND * np.array([scope.normal, scope.shear, scope.shear, *moments])
     low = np.array([0.0, *-high[1:]])
     terms = exponents((1.0,) * 5, FREE_DEGREE)
     count = round(POINTS_A_TERM * len(terms))
     points = np.sin(0.5 * np.pi * (2.0 * spread(count + sum(ASKED), 5) - 1.0))  # denser at the ends
     presses = np.zeros((PRESSES, 5))
     presses[:, 0] = high[0] * 0.5 * (1.0 - np.cos(np.pi * (np.arange(PRESSES) + 0.5) / PRESSES))
-    asked = np.vstack([np.zeros(5), presses, low + 0.5 * (points + 1.0) * (high - low)])
-    poses = pushed(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
+    loads = np.vstack([np.zeros(5), presses, low + 0.5 * (points + 1.0) * (high - low)])
+    poses = pushed(model.spec, loads, np.zeros(len(loads), dtype=bool))[0]
     frequency = model.on_pad(poses).frequency
     values = np.hstack([np.log(frequency / frequency[0]), poses[:, :5]])
     fitted = slice(0, 1 + PRESSES + count)
-    return least_squares(asked[fitted], values[fitted], terms, low, high), asked, values
+    return least_squares(loads[fitted], values[fitted], terms, low, high), loads, values
 
 
-def _held(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
+def _held(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
     """Return polynomials of a level target's response to forces and tilt, with their solved points.
 
     The points are inputs (n, 5; N, rad) and values. The tilt has additional terms, fitted to the differences between
     tilted and level points. This takes a tenth of the time, because over a mirror the currents of a level target keep
     its symmetries.
     """
-    ends = BEYOND * np.array([found.normal, found.shear, found.shear])
+    ends = BEYOND * np.array([scope.normal, scope.shear, scope.shear])
     pressed = pushed(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]
     steepest = np.array([0.0, 0.0, 0.0, HELD_TILT, HELD_TILT, 0.0])
     level, steep = model.lowest(np.vstack([pressed, pressed + steepest]))
@@ -139,18 +140,18 @@ def _held(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array,
     plain = np.pad(exponents((1.0,) * 3, DEGREE), ((0, 0), (0, 2)))
     tilted = np.array([row for row in exponents((1.0,) * 5, TILT_DEGREE) if row[3:].any()])
     counts = [round(POINTS_A_TERM * len(terms)) for terms in (plain, tilted)]
-    rows = [np.sin(0.5 * np.pi * (2.0 * spread(count + more, 5) - 1.0))  # denser at the ends
-            for count, more in zip(counts, ASKED, strict=True)]
+    rows = [np.sin(0.5 * np.pi * (2.0 * spread(count + tilts, 5) - 1.0))  # denser at the ends
+            for count, tilts in zip(counts, ASKED, strict=True)]
     rows[0][:, 3:] = 0.0
     points = np.vstack([2.0 * (np.zeros(5) - low) / (high - low) - 1.0, *rows])
-    asked = low + 0.5 * (points + 1.0) * (high - low)
-    poses = pushed(model.spec, asked[:, :3])[0]
-    poses[:, 3:5] += asked[:, 3:]
+    loads = low + 0.5 * (points + 1.0) * (high - low)
+    poses = pushed(model.spec, loads[:, :3])[0]
+    poses[:, 3:5] += loads[:, 3:]
     frequency = model.on_pad(poses).frequency
     values = np.hstack([np.log(frequency / frequency[0]), poses[:, :3]])
     parts = [slice(0, 1 + counts[0]), slice(1 + len(rows[0]), 1 + len(rows[0]) + counts[1])]
-    own = least_squares(asked[parts[0]], values[parts[0]], plain, low, high)
-    more = least_squares(asked[parts[1]], values[parts[1]] - own(asked[parts[1]]), tilted, low, high)
-    both = replace(own, orders=np.vstack([plain, tilted]),
-                   coefficients=np.vstack([own.coefficients, more.coefficients]))
-    return both, asked, values
+    base = least_squares(loads[parts[0]], values[parts[0]], plain, low, high)
+    tilts = least_squares(loads[parts[1]], values[parts[1]] - base(loads[parts[1]]), tilted, low, high)
+    combined = replace(base, orders=np.vstack([plain, tilted]),
+                   coefficients=np.vstack([base.coefficients, tilts.coefficients]))
+    return combined, loads, values

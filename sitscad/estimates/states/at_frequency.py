@@ -13,10 +13,10 @@ from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
-from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.states.steps import NO_STATE, wind
-from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.kernels.electromagnetics.resonator import apparent_impedance
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
@@ -90,12 +90,12 @@ def coils_at(
     """
     if not frequencies:
         return ()
-    wound = wind(layout, None, method, tolerance)
-    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
-    return tuple(coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
+    windings = wind(layout, None, method, tolerance)
+    circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
+    return tuple(coil_at(circuit, windings, frequency) for frequency in frequencies for circuit in circuits)
 
 
-def coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequency:
+def coil_at(circuit: CoilCircuit, windings: SolvedWindings, frequency: float) -> CoilAtFrequency:
     """Estimate one coil of a layout at a frequency (Hz). Raises FrequencyError under the conditions of `coils_at`."""
     limit = self_resonance(circuit)
     if frequency >= limit:
@@ -106,17 +106,17 @@ def coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequ
     if not circuit.loss.is_resolved(frequency):
         raise FrequencyError(f"coil {circuit.name} at {show(frequency, 'Hz')}: the current within the tracks cannot be "
                              "resolved: their spacing is far smaller than their width or thickness")
-    winding, at = wound.winding, np.array([frequency])
+    winding, at = windings.winding, np.array([frequency])
     change = float(circuit.loss.inductance_changes(at)[0])
-    own = circuit.inductance + change
+    total = circuit.inductance + change
     (inductance,), (resistance,) = (values.tolist() for values in circuit.own(FREE, at))
     state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
     ratio = circuit.loss.resistance_ratio(frequency)
     read = apparent_impedance(inductance, resistance, circuit.self_capacitance, frequency)
     crowding = crowding_error(circuit.inductance, change)
     return CoilAtFrequency(
-        circuit.name, frequency, own, (winding.inductance_error * circuit.inductance + crowding) / own,
+        circuit.name, frequency, total, (winding.inductance_error * circuit.inductance + crowding) / total,
         circuit.resistance * ratio, winding.bound.relative(ratio, frequency), inductance, resistance,
-        winding.resistance_error(circuit, state, wound.spec.coil),
+        winding.resistance_error(circuit, state, windings.spec.coil),
         read.imag / (2.0 * math.pi * frequency), read.real, limit,
     )

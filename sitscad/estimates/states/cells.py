@@ -70,8 +70,8 @@ class CellGroup:
     """Cells with identical pads and drive: their ``numbers`` (from 1), coils and common values.
 
     ``stiffer`` is the relative increase of the pads' stiffness by webs. ``strain`` is the pads' strain under the
-    required force. ``crosstalk`` bounds the crosstalk by all neighbours (None if no cell has a signal). ``felt`` is the
-    performance at rest, half and full load: the worst of the `extremes`. It is empty until it is computed.
+    required force. ``crosstalk`` bounds the crosstalk by all neighbours (None if no cell has a signal). ``performance``
+    has the values at rest, half and full load: the worst of the `extremes`. It is empty until it is computed.
     """
 
     numbers: tuple[int, ...]
@@ -80,7 +80,7 @@ class CellGroup:
     strain: float
     crosstalk: float | None
     signals: tuple[float, ...]
-    felt: tuple[Performance, ...] = ()
+    performance: tuple[Performance, ...] = ()
 
     @property
     def words(self) -> str:
@@ -95,9 +95,9 @@ class CellGroup:
 
     def document(self) -> list[dict[str, Any]]:
         """Return the values of every cell for JSON."""
-        full, coils = self.felt[-1], len(self.coils) // len(self.numbers)
+        full, coils = self.performance[-1], len(self.coils) // len(self.numbers)
         axes = full.axes.items()
-        told = {
+        group = {
             "alike": list(self.numbers), "webs_stiffen_by": self.stiffer, "strain_at_full_load": self.strain,
             "crosstalk": self.crosstalk, **by_unit("range_", "", {name: axis.range for name, axis in axes}),
             "limited_by": {name: axis.limited_by for name, axis in axes}, "overload_N": full.overload,
@@ -105,12 +105,12 @@ class CellGroup:
             **by_unit("resolution_", "", {
                 name: axis.resolution if math.isfinite(axis.resolution) else None for name, axis in axes}),
         }
-        return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | told
+        return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | group
                 for k, number in enumerate(self.numbers)]
 
     def columns(self) -> list[tuple[float, str]]:
         """Return badness and text of each figure in the group's table row, at full load."""
-        full = self.felt[-1]
+        full = self.performance[-1]
         axes, loads = full.axes.values(), (full.overload, full.free_overload)
         overload = min(load for load in loads if load is not None)
         return [
@@ -201,22 +201,22 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     assert spec.elastomer is not None
     middles = np.array([cell.array.middle for cell in cells])
     apart = middles[None] - middles[:, None]
-    far = np.hypot(apart[..., 0], apart[..., 1])
-    near = (far > 0.0) & (far < AROUND * far[far > 0.0].min())
+    distances = np.hypot(apart[..., 0], apart[..., 1])
+    near = (distances > 0.0) & (distances < AROUND * distances[distances > 0.0].min())
     steps, which = np.unique(np.round(apart[near], 9), axis=0, return_inverse=True)
     press = estimates.pressed_place
     press = -USUAL_STRAIN * spec.elastomer.thickness if press is None else press
     poses = np.zeros((2, 1 + len(steps), 6))
     poses[:, 1:, :2], poses[1, :, 2] = steps, press
-    found = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
-    if not found:
+    frequencies = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
+    if not frequencies:
         return None
-    effects = own_changes(layout.cell(1), poses.reshape(-1, 6), max(found)).real.reshape(2, 1 + len(steps), -1)
-    own, *others = np.abs(effects[1] - effects[0]).max(axis=-1)
-    if not own > 0.0:
+    effects = own_changes(layout.cell(1), poses.reshape(-1, 6), max(frequencies)).real.reshape(2, 1 + len(steps), -1)
+    signal, *neighbours = np.abs(effects[1] - effects[0]).max(axis=-1)
+    if not signal > 0.0:
         return None
-    targets, webs = np.zeros_like(far), web_crosstalk(spec)
-    targets[near] = np.array(others)[which.ravel()] / own
+    targets, webs = np.zeros_like(distances), web_crosstalk(spec)
+    targets[near] = np.array(neighbours)[which.ravel()] / signal
     matrix, count = np.array(estimates.inductance_matrix), len(cells)
     squared = matrix**2 / np.outer(np.diag(matrix), np.diag(matrix))  # k^2
     coupled = squared.reshape(count, -1, count, len(matrix) // count).sum(axis=3)  # (cell, its coil, other cell)
@@ -225,8 +225,8 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     each = targets.sum(axis=1) + webs.sum(axis=1) + coils
     return CellCrosstalk(
         float(targets.max()), float(targets.sum(axis=1).max()), float(coils.max()), float(webs.sum(axis=1).max()),
-        tuple(each.tolist()), tuple((one + 1, other + 1, float(pairs[one, other]))
-                                      for one, other in np.argwhere(near).tolist()))
+        tuple(each.tolist()), tuple((cell_number + 1, other + 1, float(pairs[cell_number, other]))
+                                      for cell_number, other in np.argwhere(near).tolist()))
 
 
 def web_crosstalk(spec: SensorSpec) -> Array:
@@ -237,19 +237,19 @@ def web_crosstalk(spec: SensorSpec) -> Array:
     not.
     """
     pad, cells = spec.elastomer, cell_specs(spec)
-    found = np.zeros((len(cells), len(cells)))
+    bounds = np.zeros((len(cells), len(cells)))
     if pad is None or spec.web is None:
-        return found
+        return bounds
     is_lone = len(cells[0].array.placements) == 1
     most = spec.web / min(pad.size) * (WEB_MEAN if is_lone else WEB_EDGE)
-    for own, cell in enumerate(cells):
+    for number, cell in enumerate(cells):
         for side, length in enumerate(cell.elastomer.webs[1:] if cell.elastomer is not None else ()):
             way = (length + pad.size[side // 2]) * (1 if side % 2 else -1)
             there = [place + way * (axis == side // 2) for axis, place in enumerate(cell.array.middle)]
-            for other, one in enumerate(cells):
-                if length and math.dist(one.array.middle, there) < 1e-8:
-                    found[own, other] = most * math.exp(-WEB_DECAY * length / pad.thickness)
-    return found
+            for other, neighbour in enumerate(cells):
+                if length and math.dist(neighbour.array.middle, there) < 1e-8:
+                    bounds[number, other] = most * math.exp(-WEB_DECAY * length / pad.thickness)
+    return bounds
 
 
 def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[CellGroup, ...]:
@@ -259,15 +259,15 @@ def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk |
     count = len(codes) // len(specs)
     for k, cell in enumerate(specs):
         webs = joined(cell)
-        held = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
-        kinds.setdefault((*held, *codes[k * count : (k + 1) * count]), []).append(k)
-    found = []
+        pad_key = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
+        kinds.setdefault((*pad_key, *codes[k * count : (k + 1) * count]), []).append(k)
+    groups = []
     for kind in kinds.values():
         names = tuple(p.name for k in kind for p in specs[k].array.placements)
-        told = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
-        found.append(CellGroup(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
-                               pressed(specs[kind[0]]).strain, told, tuple(signals[k] for k in kind)))
-    return tuple(sorted(found, key=lambda one: one.stiffer))
+        largest = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
+        groups.append(CellGroup(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
+                               pressed(specs[kind[0]]).strain, largest, tuple(signals[k] for k in kind)))
+    return tuple(sorted(groups, key=lambda group: group.stiffer))
 
 
 def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
@@ -276,18 +276,18 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
     For each cell they are its coils, their frequencies at rest (Hz) and offsets, and its signal relative to the weakest
     cell's. Also, for each neighbour, the bound of its crosstalk from this cell, relative to its signal.
     """
-    signals, found, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
+    signals, rows, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
     weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
     for k, signal in enumerate(signals):
-        own = estimates.part(k * coils, (k + 1) * coils)
-        assert own.readout.conversion is not None
-        found.append({
-            "coils": [coil.name for coil in own.coils],
-            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in own.coils],
-            "offsets": own.readout.conversion.offsets, "signal": signal / signals[weakest - 1],
-            "read_by": [[one, part] for one, other, part in pairs if other == k + 1],
+        part_of_cell = estimates.part(k * coils, (k + 1) * coils)
+        assert part_of_cell.readout.conversion is not None
+        rows.append({
+            "coils": [coil.name for coil in part_of_cell.coils],
+            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in part_of_cell.coils],
+            "offsets": part_of_cell.readout.conversion.offsets, "signal": signal / signals[weakest - 1],
+            "read_by": [[reader, part] for reader, other, part in pairs if other == k + 1],
         })
-    return {"table": weakest, "all": found}
+    return {"table": weakest, "all": rows}
 
 
 @one_thread
@@ -295,19 +295,19 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
     """Return the ratio of two signals under the required force, for each coil.
 
     They are the coil's signals with its own pad and with the mean pad of all cells. If `is_rough`, it is the ratio of
-    the strains. The frequency (Hz) is near those of all coils.
+    the strains. The frequency (Hz) is near the frequencies of all coils.
     """
     spec, pad = layout.spec, layout.spec.elastomer
     assert pad is not None
-    mean, own = pressed(spec).strain, [pressed(cell).strain for cell in cell_specs(spec)]
-    places, count = sorted(set(own)), len(spec.array.placements) // len(own)
+    mean, strains = pressed(spec).strain, [pressed(cell).strain for cell in cell_specs(spec)]
+    places, count = sorted(set(strains)), len(spec.array.placements) // len(strains)
     if is_rough or not math.isfinite(frequency):
-        return [strain / mean for strain in own for _ in range(count)]
+        return [strain / mean for strain in strains for _ in range(count)]
     poses = np.zeros((2 + len(places), 6))
     poses[1:, 2] = [-pad.thickness * strain for strain in (mean, *places)]
     change = own_changes(layout.cell(1), poses, frequency).real
-    shares = (change[2:] - change[0]) / (change[1] - change[0])
-    return [round(float(share), 6) for strain in own for share in shares[places.index(strain)]]
+    ratios = (change[2:] - change[0]) / (change[1] - change[0])
+    return [round(float(ratio), 6) for strain in strains for ratio in ratios[places.index(strain)]]
 
 
 def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
@@ -328,5 +328,5 @@ def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
     """
     assert spec.cells is not None
     parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]
-    own = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
-    return [part / stiffer for part, stiffer in zip(own, web_stiffness(spec), strict=True)]
+    windings = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
+    return [part / stiffer for part, stiffer in zip(windings, web_stiffness(spec), strict=True)]

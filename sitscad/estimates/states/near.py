@@ -14,12 +14,12 @@ from sitscad.basics.record import record, replace
 from sitscad.estimates.circuits.coils import coil_circuits
 from sitscad.estimates.circuits.solved_winding import SolvedWinding, solve_winding
 from sitscad.estimates.circuits.tank import Tank
-from sitscad.estimates.circuits.wound import Wound
-from sitscad.estimates.states.placed import LEAST_HEIGHT, Cover, Placed, at_rest
+from sitscad.estimates.circuits.wound import SolvedWindings
+from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, at_rest
 from sitscad.estimates.states.plate import TargetPlate, endless_like, plate_over_jaw
 from sitscad.estimates.states.scan import Changes
 from sitscad.estimates.targets.assembly import AssemblyStates, Surroundings, metal_behind, sheet_of
-from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.windings.neighbours import at_contacts, idle_load
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points, shares
@@ -39,8 +39,8 @@ class NearTarget:
     Each part is solved at its first use and cached. `finer` multiplies the usual resolution of the target.
     """
 
-    wound: Wound
-    cover: Cover
+    wound: SolvedWindings
+    cover: PoseRange
     band: tuple[float, ...]
     finer: float = 1.0
 
@@ -70,9 +70,10 @@ class NearTarget:
 
     @cached_property
     def _winding(self) -> SolvedWinding:
-        wound = self.wound
-        return solve_winding(wound.spec.coil, wound.layout.coils[0], self._assembly, wound.winding.conductivity,
-                             wound.method, wound.tolerance)
+        windings = self.wound
+        conductivity = windings.winding.conductivity
+        return solve_winding(windings.spec.coil, windings.layout.coils[0], self._assembly, conductivity,
+                             windings.method, windings.tolerance)
 
     def _endless(self, height: float) -> Reflector:
         """Return an infinite plate of the target's metal at a height (m)."""
@@ -94,15 +95,15 @@ class NearTarget:
         heights = np.exp(self.heights).tolist()
         return curves(self.band, lambda at: np.stack([self.crowded_at(at, z) for z in heights], axis=1), 4)
 
-    def changes(self, placed: Placed) -> Changes:
+    def changes(self, target_poses: TargetPoses) -> Changes:
         """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
-        found = self.plate.changes(placed.turns, placed.places, once=True)
-        return Changes(self.plate.frequencies, *found,
+        solved = self.plate.changes(target_poses.turns, target_poses.places, is_single=True)
+        return Changes(self.plate.frequencies, *solved,
                        like=endless_like(self.wound.spec.coil.size, self.wound.spec.target))
 
-    def impedances(self, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
+    def impedances(self, target_poses: TargetPoses, changes: Changes) -> Callable[[Array], ComplexArray]:
         """Return a function: inductance matrices (H) of all coils at (n,) frequencies (Hz), by pose."""
-        heights = self.over_coils(placed)
+        heights = self.over_coils(target_poses)
         diagonal = np.arange(heights.shape[1])
 
         def whole(frequencies: Array) -> ComplexArray:
@@ -120,34 +121,34 @@ class NearTarget:
         """
         return _between(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
-    def over_coils(self, placed: Placed) -> Array:
+    def over_coils(self, target_poses: TargetPoses) -> Array:
         """Return logarithms of the target's heights (m) over the coils, (poses, coils)."""
-        return placed.heights(np.array([coil.placement.centre for coil in self.wound.layout.coils]))
+        return target_poses.heights(np.array([coil.placement.centre for coil in self.wound.layout.coils]))
 
     def oscillations(
-        self, placed: Placed, changes: Changes, tank: Tank, network: Network, start: Array
+        self, target_poses: TargetPoses, changes: Changes, tank: Tank, network: Network, start: Array
     ) -> Oscillations:
         """Return the oscillation of every coil's tank in every pose, (poses, coils).
 
         `network` lies between the coils' contacts and the pins. `start` (coils,; Hz) are the starting frequencies.
         """
-        whole = self.impedances(placed, changes)
+        whole = self.impedances(target_poses, changes)
         return oscillate(network, lambda at: at_frequencies(whole, at, tank),
-                         tank.converter.limit("drive_delay"), np.tile(start, (len(placed.places), 1)))
+                         tank.converter.limit("drive_delay"), np.tile(start, (len(target_poses.places), 1)))
 
     def _bare(self, frequencies: Array) -> ComplexArray:
-        wound, assembly = self.wound, replace(self._assembly, states=self._assembly.states[:1])
-        circuits = coil_circuits(wound.layout, self._winding, wound.matrix, assembly, NO_SHARES)
-        found = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
-        centres = [coil.centre for coil in wound.layout.coils]
+        windings, assembly = self.wound, replace(self._assembly, states=self._assembly.states[:1])
+        circuits = coil_circuits(windings.layout, self._winding, windings.matrix, assembly, NO_RATIOS)
+        matrices = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
+        centres = [coil.centre for coil in windings.layout.coils]
         for i, circuit in enumerate(circuits):
             inductance, resistance = circuit.own(REST, frequencies)
-            found[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
+            matrices[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
             for j in range(i):
                 distance = round(math.dist(centres[i], centres[j]), 9)
                 change = circuit.reflections[REST].mutual((i, j), distance, frequencies)
-                found[:, i, j] = found[:, j, i] = wound.matrix[i, j] + change
-        return found
+                matrices[:, i, j] = matrices[:, j, i] = windings.matrix[i, j] + change
+        return matrices
 
     def crowded_at(self, frequencies: Array, height: float) -> ComplexArray:
         """Return the relative addition of current crowding to the change by an infinite plate at a height (m)."""
@@ -176,9 +177,9 @@ def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Arr
     Each coil is at its own frequencies (n, coils; Hz). `impedances` returns the matrices that `at_contacts` needs, at
     (n,) frequencies, a pose for each.
     """
-    found = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
+    contacts = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]
-    inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
+    inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*contacts, strict=True))
     return inductance, resistance
 
 

@@ -18,14 +18,15 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import replace
 from sitscad.estimates.circuits.solved_winding import spectrum_near_metal
 from sitscad.estimates.circuits.uncertainty import sigmas
-from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.states.placed import Placed, at_rest
+from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, metal_behind, sheet_of, warmed
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout.board import Layout
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.materials import Encapsulation
+from sitscad.spec.mount import Jaw
 
 GRASPED = (0.0, 1e-3, 2e-3)
 """Thicknesses (m) of an object between sensor and other jaw, for which the effect is stated.
@@ -41,42 +42,44 @@ Discs of finite elements differ by 2 % of the change and by 1e-4 of the target's
 """
 
 
-def front_plate(spec: SensorSpec) -> MetalLayer | None:
+def front_plate(jaw: Jaw | None) -> MetalLayer | None:
     """Return the other jaw's metal as an infinite plate. None if there is no jaw, or if it does not conduct."""
-    jaw = spec.jaw
     if jaw is None or jaw.material.conductivity <= LEAST_CONDUCTIVITY:
         return None
     return sheet_of(jaw.material, jaw.height)
 
 
-def front_room(spec: SensorSpec) -> float:
+def front_room(film: Encapsulation | None, jaw: Jaw | None) -> float:
     """Return the distance (m) from the target's outer face to the other jaw's metal, with jaws closed on nothing."""
-    assert spec.jaw is not None
-    return film_thickness(spec.encapsulation) + spec.jaw.opposing_pad_thickness
+    assert jaw is not None
+    return film_thickness(film) + jaw.opposing_pad_thickness
 
 
-def changes_in_front(wound: Wound, frequency: float, heights: Sequence[float], grasped: Sequence[float]) -> Array:
+def changes_in_front(
+    windings: SolvedWindings, frequency: float, heights: Sequence[float], grasped: Sequence[float]
+) -> Array:
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
 
     The frequency is in Hz. The level target is moved by `heights` (m) from rest; `grasped` (m) are thicknesses between
     the sensor's top and the other jaw. The target is solved in the metal's field, and its currents have images in both
     metals.
     """
-    spec, coils = wound.spec, wound.layout.coils
-    plate, spectrum, behind = front_plate(spec), wound.winding.spectrum, metal_behind(spec)
+    spec, coils = windings.spec, windings.layout.coils
+    plate, spectrum, behind = front_plate(spec.jaw), windings.winding.spectrum, metal_behind(spec)
     assert plate is not None and spec.target is not None and spectrum is not None
-    at, found = np.array([frequency]), np.zeros((len(heights), len(grasped), len(coils)))
+    at, changes = np.array([frequency]), np.zeros((len(heights), len(grasped), len(coils)))
     for row, height in enumerate(heights):
-        placed = Placed.of(spec, at_rest(spec), np.array([[0.0, 0.0, height, 0.0, 0.0, 0.0]]))
-        cover = replace(placed.cover(spec, coils), lowest=float(placed.lowest[0]))
-        top = cover.lowest + spec.target.thickness + front_room(spec)
+        target_poses = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, height, 0.0, 0.0, 0.0]]))
+        cover = replace(target_poses.cover(spec.target, spec.coil, coils, spec.array.middle),
+                        lowest=float(target_poses.lowest[0]))
+        top = cover.lowest + spec.target.thickness + front_room(spec.encapsulation, spec.jaw)
         each = []
         for front in (None, *(Reflector(top + between, (plate,)) for between in grasped)):
-            whole = solved_plate(spec, coils, (frequency,), behind, cover, front=front)
-            target = np.einsum("cc->c", whole.changes(placed.turns, placed.places, True)[0][0, 0])
+            whole = solved_plate(spec.target, spec.coil, coils, (frequency,), behind, cover, front=front)
+            target = np.einsum("cc->c", whole.changes(target_poses.turns, target_poses.places, True)[0][0, 0])
             each.append((target + reflected_inductances(spectrum, at, front, behind, (0.0,))[0, 0]).real)
-        found[row] = np.array(each[1:]) - each[0]
-    return found
+        changes[row] = np.array(each[1:]) - each[0]
+    return changes
 
 
 def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Mapping[str, float]:
@@ -87,21 +90,21 @@ def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Ma
     Otherwise it is within 25 % (jaw templates). Empty if nothing is known.
     """
     spec = warmed(layout.spec, estimates.temperature)
-    plate, behind, target = front_plate(spec), metal_behind(spec), spec.target
+    plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     if plate is None or target is None:
         return {}
     spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, sigmas(spec)))
     assert spectrum is not None
-    height, found = float(at_rest(spec)[2]), {}
+    height, changes = float(at_rest(spec)[2]), {}
     for coil in estimates.coils:
         state = coil.states.get(REST)
         if state is None or not state.target_change or not math.isfinite(state.frequency):
             continue
         at = np.array([state.frequency])
-        face = height + target.thickness + front_room(spec) + grasped
+        face = height + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
         fronts = None, Reflector(height, (sheet_of(target.material, target.thickness),)), Reflector(face, (plate,))
-        none, endless, bare = (
+        none, endless, with_jaw = (
             float(reflected_inductances(spectrum, at, front, behind, (0.0,))[0, 0].real) for front in fronts)
         share = min(max(state.target_change / (endless - none), 0.0), 1.0)
-        found[coil.name] = (1.0 - share) * (bare - none)
-    return found
+        changes[coil.name] = (1.0 - share) * (with_jaw - none)
+    return changes

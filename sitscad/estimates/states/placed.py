@@ -92,9 +92,9 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
     poses = np.asarray(poses, dtype=float).reshape(-1, 6)
     if not np.all(np.isfinite(poses)):
         return  # the solver refuses these
-    placed, target = Placed.of(spec, at_rest(spec), poses), spec.target
-    assert target is not None
-    highest = 2.0 * placed.places[:, 2] - placed.lowest + target.thickness
+    assert spec.target is not None
+    target_poses = TargetPoses.of(spec.target, at_rest(spec), poses)
+    highest = 2.0 * target_poses.places[:, 2] - target_poses.lowest + spec.target.thickness
     reasons = (
         (np.abs(poses[:, :3]).max(axis=1) > FARTHEST, f"is more than {FARTHEST:g} m from rest"),
         (np.abs(poses[:, 3:5]).max(axis=1) > STEEPEST, "turns the target's near face away from the coils: rx and ry "
@@ -102,17 +102,17 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
         (np.abs(poses[:, 5]) > 2.0 * math.pi, "turns the target more than once: rz is at most 360 degrees"),
         (highest < 0.0, "has the whole target inside or under the board"),
     )
-    for is_wrong, said in reasons:
+    for is_wrong, reason in reasons:
         if is_wrong.any():
             k = int(np.argmax(is_wrong))
             *place, rx, ry, rz = (*1e3 * poses[k, :3], *np.degrees(poses[k, 3:]))
-            words = ", ".join(f"{name}={value:.6g}" for name, value in zip(NAMES, (*place, rx, ry, rz), strict=True))
-            raise NoResponse(f"the pose {words} (mm, degrees) {said}")
+            pose = ", ".join(f"{name}={value:.6g}" for name, value in zip(NAMES, (*place, rx, ry, rz), strict=True))
+            raise NoResponse(f"the pose {pose} (mm, degrees) {reason}")
 
 
 @record
-class Cover:
-    """Range of poses that one solution of a target serves.
+class PoseRange:
+    """Range of poses for which a solution of a target holds.
 
     `lowest` (m) is the lowest height in the layout's coordinates, and `reach` (m) the largest distance from the coils'
     middle. `half` (m) are half the sides of the solved part of the target, and `error` is the relative error of leaving
@@ -124,20 +124,19 @@ class Cover:
     half: tuple[float, float]
     error: float = 0.0
 
-    def serves(self, other: Cover) -> bool:
+    def serves(self, other: PoseRange) -> bool:
         """Whether a solution for this cover also serves all poses of the other cover."""
         return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
                 and other.half[1] <= self.half[1])
 
-    def part(self, spec: SensorSpec) -> SensorSpec:
-        """Return the spec with the solved part of its target, about the target's middle."""
-        target, size = spec.target, (2.0 * self.half[0], 2.0 * self.half[1])
-        assert target is not None
-        return spec if size == target.size else replace(spec, target=replace(target, size=size))
+    def part(self, target: Target) -> Target:
+        """Return the solved part of a target, about the target's middle."""
+        size = 2.0 * self.half[0], 2.0 * self.half[1]
+        return target if size == target.size else replace(target, size=size)
 
 
 @record(eq=False)
-class Placed:
+class TargetPoses:
     """Poses of the target: rotations (n, 3, 3) and centres (n, 3; m) of the near face.
 
     `lowest` is the height (m) of the lowest point in each pose, and `half` are half the target's sides (m).
@@ -149,12 +148,10 @@ class Placed:
     half: tuple[float, float]
 
     @classmethod
-    def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> Placed:
+    def of(cls, target: Target, rest: Array, poses: Array) -> TargetPoses:
         """Return the target in poses (n, 6; m, rad), each with its lowest point (m)."""
-        target = spec.target
-        assert target is not None
-        own = 0.0 if target.outline.is_disc else target.rotation
-        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
+        rotation = 0.0 if target.outline.is_disc else target.rotation
+        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, rotation]]))[0]
         places = rest + poses[:, :3]
         half = 0.5 * target.size[0], 0.5 * target.size[1]
         return cls(turns, places, places[:, 2] - _down(target, turns, half), half)
@@ -165,33 +162,37 @@ class Placed:
         They are limited to the range of heights of the face itself.
         """
         normal = self.turns[:, :, 2]
-        away = centres[None, :, :] - self.places[:, None, :2]
-        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", away, normal[:, :2]) / normal[:, 2:]
+        offsets = centres[None, :, :] - self.places[:, None, :2]
+        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", offsets, normal[:, :2]) / normal[:, 2:]
         span = (self.places[:, 2] - self.lowest)[:, None]
         middle = self.places[:, 2:]
         return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
 
-    def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> Cover:
-        """Return a cover that serves these poses. Its values are rounded to steps, so that one solution serves many."""
-        assert spec.target is not None
-        is_magnetic = spec.target.material.relative_permeability > 1.1
-        top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)
-        apart = max(math.hypot(*(np.array(coil.placement.centre) - centre)) for coil in coils)
-        size, aside = max(spec.coil.size), float(np.hypot(*(self.places[:, :2] - centre).T).max())
+    def cover(
+        self, target: Target, coil: CoilSpec, coils: Sequence[Coil], middle: tuple[float, float]
+    ) -> PoseRange:
+        """Return a cover that serves these poses over coils with the dimensions `coil` and a `middle` (m).
+
+        Its values are rounded to steps, so that a solution serves many poses.
+        """
+        is_magnetic = target.material.relative_permeability > 1.1
+        top, centre = max(winding.z for winding in coils[0].windings), np.array(middle)
+        apart = max(math.hypot(*(np.array(each.placement.centre) - centre)) for each in coils)
+        size, sideways = max(coil.size), float(np.hypot(*(self.places[:, :2] - centre).T).max())
         high = min(float(self.places[:, 2].max()) - top, HIGHEST * size)
         beyond = (MAGNETIC if is_magnetic else 1.0) * (MARGIN * size + PER_HEIGHT * high)
-        kept = STEP * size * math.ceil((aside + apart + 0.5 * size + beyond) / (STEP * size))
-        x, y = (kept if kept < WORTH * side else side for side in self.half)
+        part = STEP * size * math.ceil((sideways + apart + 0.5 * size + beyond) / (STEP * size))
+        x, y = (part if part < WORTH * side else side for side in self.half)
         half = x, y
-        reach = FARTHER ** math.ceil(math.log(aside + math.hypot(*half) + apart, FARTHER))
+        reach = FARTHER ** math.ceil(math.log(sideways + math.hypot(*half) + apart, FARTHER))
         least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
-        height = max(float((self.places[:, 2] - _down(spec.target, self.turns, half)).min()) - top, least)
+        height = max(float((self.places[:, 2] - _down(target, self.turns, half)).min()) - top, least)
         lowest = max(HEIGHT_STEP ** math.floor(math.log(height, HEIGHT_STEP)), least) + top
         error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
-        return Cover(lowest, reach, half, error)
+        return PoseRange(lowest, reach, half, error)
 
 
 def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
     """Return the depth (m) of the target's lowest point below the centre of its near face, for each rotation."""
-    along, across = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
-    return np.hypot(along, across) if target.outline.is_disc else np.asarray(along + across)
+    by_x, by_y = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
+    return np.hypot(by_x, by_y) if target.outline.is_disc else np.asarray(by_x + by_y)

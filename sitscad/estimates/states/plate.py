@@ -14,7 +14,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
-from sitscad.estimates.states.placed import Cover, tabled
+from sitscad.estimates.states.placed import PoseRange, tabled
 from sitscad.estimates.targets.assembly import conductivity_of, depth_in, metal_behind, sheet_of
 from sitscad.estimates.targets.window import WindowEffect, missing_parts
 from sitscad.estimates.windings.methods import bent_track
@@ -31,7 +31,6 @@ from sitscad.kernels.solve_cache import solved
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
-from sitscad.spec.sensor import SensorSpec
 
 IMAGED = 0.35
 """Factor from the difference between mirror and metal to the error of a change.
@@ -150,11 +149,11 @@ class Solving:
     @cached_property
     def mirror(self) -> Mirror | None:
         """Mirror for the image of the target's own currents."""
-        found = None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
+        mirror = None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
         if self.front is None:
-            return found
-        found = found or Mirror(-math.inf, 0.0)
-        return replace(found, roof=roof_like(self.front, self.middle, self._room, found.floor))
+            return mirror
+        mirror = mirror or Mirror(-math.inf, 0.0)
+        return replace(mirror, roof=roof_like(self.front, self.middle, self._room, mirror.floor))
 
     @property
     def _room(self) -> float:
@@ -183,8 +182,8 @@ class Solving:
     def is_lossy(self) -> bool:
         """Whether a relevant part of the field returned by other metal is out of phase."""
         waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
-        found = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
-        return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in found)
+        reflections = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
+        return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in reflections)
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
@@ -195,34 +194,34 @@ class Solving:
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
         """The target solved at every frequency."""
-        asked = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
-        whole = _resolved(*asked)[1]
+        arguments = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
+        whole = _resolved(*arguments)[1]
         near_face, images, smooth = -0.5 * self.target.thickness, None, None
         if self.mirror is not None:
-            away = self.lowest - self.mirror.floor
-            away = (away if self.front is None else min(away, self._room)) / self.finer
-            images = image_modes(whole, with_points(whole, 2.0 * away), near_face, self.lowest, self.mirror)
-            smooth = with_points(whole, away)
+            distance = self.lowest - self.mirror.floor
+            distance = (distance if self.front is None else min(distance, self._room)) / self.finer
+            images = image_modes(whole, with_points(whole, 2.0 * distance), near_face, self.lowest, self.mirror)
+            smooth = with_points(whole, distance)
         metal = conductivity_of(self.target.material), self.target.material.relative_permeability
         metals = [Metal(frequency, *metal) for frequency in self.frequencies]
-        return tuple(SolvedTarget(whole, near_face, one, self.mirror, images, smooth) for one in metals)
+        return tuple(SolvedTarget(whole, near_face, conductor, self.mirror, images, smooth) for conductor in metals)
 
     @cached_property
     def said(self) -> bytes:
         """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 
-    def changes(self, turns: Array, places: Array, once: bool) -> tuple[ComplexArray, ComplexArray]:
+    def changes(self, turns: Array, places: Array, is_single: bool) -> tuple[ComplexArray, ComplexArray]:
         """Return the results of `TargetPlate.changes`, without a cache."""
         n = len(self.coils)
         centres = np.array([coil.placement.centre for coil in self.coils])
         direct, returned = self.potentials[:n], self.potentials[n:]
-        found = changes_at(self.targets, turns, places, direct, centres, once, returned)
-        own = found[..., :n, :n]
-        if found.shape[-1] == n:
-            return own, own
-        across = found[..., :n, n:]
-        return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
+        matrices = changes_at(self.targets, turns, places, direct, centres, is_single, returned)
+        among_coils = matrices[..., :n, :n]
+        if matrices.shape[-1] == n:
+            return among_coils, among_coils
+        across = matrices[..., :n, n:]
+        return among_coils + 1j * (across + np.swapaxes(across, -1, -2)) - matrices[..., n:, n:], among_coils
 
 
 @record(eq=False)
@@ -242,21 +241,21 @@ class TargetPlate:
 
     @property
     def is_over_a_poor_mirror(self) -> bool:
-        """Whether the metal behind the coils returns only part of the field, or some of it out of phase."""
+        """Whether the metal behind the coils returns only part of the field, or a part out of phase."""
         mirror = self.solving.mirror
         return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
-    def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
+    def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
         """Return changes of the coils' inductance matrix (H, complex), (frequencies, poses, coils, coils).
 
         The first result is the whole change. The second is for a lossless mirror, so that its loss is the target's own.
-        Set `once` if no other poses follow.
+        Set `is_single` if no other poses follow.
         """
-        found = solved(
-            lambda: (self.solving, turns.tobytes(), places.tobytes(), once),
-            lambda: self.solving.changes(turns, places, once),
+        matrices = solved(
+            lambda: (self.solving, turns.tobytes(), places.tobytes(), is_single),
+            lambda: self.solving.changes(turns, places, is_single),
         )
-        return found[0], found[1]
+        return matrices[0], matrices[1]
 
 
 @record(eq=False)
@@ -265,40 +264,43 @@ class WindowedPlate(TargetPlate):
 
     missing: tuple[WindowEffect, ...] = ()
 
-    def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
+    def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
         """Return the changes of `TargetPlate`, increased for the missing part of the jaw behind each coil."""
-        found = super().changes(turns, places, once)
-        own = np.einsum("fpcc->cfp", found[0].real)
-        more = np.stack([one.factor(change) for one, change in zip(self.missing, own, strict=True)], axis=-1)
-        both = 0.5 * (more[..., :, None] + more[..., None, :])
-        return found[0] * both, found[1] * both
+        matrices = super().changes(turns, places, is_single)
+        among_coils = np.einsum("fpcc->cfp", matrices[0].real)
+        more = np.stack([
+            effect.factor(change) for effect, change in zip(self.missing, among_coils, strict=True)], axis=-1)
+        factors = 0.5 * (more[..., :, None] + more[..., None, :])
+        return matrices[0] * factors, matrices[1] * factors
 
 
-def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, finer: float = 1.0) -> TargetPlate:
+def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
     """Return the target of a layout, solved at frequencies (Hz) with its jaw and the jaw's window."""
     spec, missing = layout.spec, missing_parts(layout)
-    plate = solved_plate(spec, layout.coils, frequencies, metal_behind(spec), cover, finer)
+    assert spec.target is not None
+    plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
     if not missing:
         return plate
     parts = tuple(missing[coil.name] for coil in layout.coils)
-    error = plate.mirror_error + max(one.moving for one in parts)
+    error = plate.mirror_error + max(effect.moving for effect in parts)
     return WindowedPlate(plate.solving, error, parts)
 
 
 def solved_plate(
-    spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
-    finer: float = 1.0, front: Reflector | None = None,
+    target: Target, coil: CoilSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None,
+    cover: PoseRange, finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
-    """Return the target, solved at frequencies (Hz) for the poses of `cover`; `finer` is as in `Detail`.
+    """Return a target, solved at frequencies (Hz) for the poses of `cover`; `finer` is as in `Detail`.
+
+    `coil` has the dimensions of the coils.
 
     `front` is metal in front of the target. Its distance (m) counts from the board's top face. With it, the solution is
     for a single pose, whose height is the cover's lowest.
     """
-    bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec.coil, cover.reach)
-    part = cover.part(spec).target
-    assert part is not None
-    found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer, front)
-    return TargetPlate(found, found.mirror_error)
+    windings, reach = tuple(replace(each, series=()) for each in coils), tabled(coil, cover.reach)
+    solving = _solving(
+        cover.part(target), coil, windings, tuple(frequencies), behind, cover.lowest, reach, finer, front)
+    return TargetPlate(solving, solving.mirror_error)
 
 
 _solving = lru_cache(maxsize=4)(Solving)
@@ -324,23 +326,21 @@ def _detail(
 
 
 def solving_work(
-    spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
+    target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> float:
     """Return the work of solving a target for the poses of `cover`, with metal `behind` the coils.
 
     For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
     that equal work takes equal time.
     """
-    part = cover.part(spec).target
-    assert part is not None
-    whole = _resolved(part, spec.coil, coils, frequency, cover.lowest, behind)[1]
+    whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)[1]
     if isinstance(whole, Box):
         return float(whole.largest) ** 3
     functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
     work = DISCS * functions * len(whole.points) * whole.orders
     if behind is not None:
-        away = cover.lowest - mirror_like(behind, frequency, cover.lowest).floor
-        work += IMAGES * whole.orders * float(len(with_points(whole, 2.0 * away).points)) ** 2
+        distance = cover.lowest - mirror_like(behind, frequency, cover.lowest).floor
+        work += IMAGES * whole.orders * float(len(with_points(whole, 2.0 * distance).points)) ** 2
     return work
 
 
@@ -374,12 +374,12 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
     It is matched for waves as long as the distance from a target at a height (m). It serves for the image of the
     target's own currents alone; the image of the coils is exact.
     """
-    away = height + behind.distance
-    k = np.array([0.7, 1.4]) / away
+    distance = height + behind.distance
+    k = np.array([0.7, 1.4]) / distance
     long, short = reflection(k, frequency, behind.plates).real
     deeper = 0.0
     if abs(short) > 1e-9 and long / short > 1.0:
-        deeper = min(0.5 * math.log(long / short) / float(k[1] - k[0]), away)
+        deeper = min(0.5 * math.log(long / short) / float(k[1] - k[0]), distance)
     strength = -float(long) * math.exp(2.0 * float(k[0]) * deeper)
     return Mirror(-behind.distance - deeper, strength)
 
@@ -394,27 +394,27 @@ def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> 
     first = front.plates[0]
     depth = first.permeability / math.sqrt(math.pi * frequency * MU0 * first.permeability * first.conductivity)
     depths = np.array(ROOF_MAGNETIC if first.permeability > 1.5 else ROOF) * depth
-    left = np.exp(-k * room)
-    waves = np.exp(-2.0 * k[:, None] * depths) * left[:, None]
-    strengths = np.linalg.lstsq(waves.astype(complex), -reflection(k, frequency, front.plates) * left, rcond=None)[0]
+    decay = np.exp(-k * room)
+    waves = np.exp(-2.0 * k[:, None] * depths) * decay[:, None]
+    strengths = np.linalg.lstsq(waves.astype(complex), -reflection(k, frequency, front.plates) * decay, rcond=None)[0]
     planes = tuple((front.distance + float(down), complex(part)) for down, part in zip(depths, strengths, strict=True))
     height = max(room, front.distance - floor) if math.isfinite(floor) else room
-    far = mirror_like(front, frequency, height - front.distance)
-    return Roof(planes, (-far.floor, far.strength))
+    mirror = mirror_like(front, frequency, height - front.distance)
+    return Roof(planes, (-mirror.floor, mirror.strength))
 
 
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
     """Return the error by replacing the metal behind by a mirror, for targets at 1, 2 and 5 times a height (m).
 
     It is the relative difference of waves that go to and fro, about as long as the coils' size (m), times `IMAGED`. The
-    changes differ by less, because shorter waves make most of them.
+    changes differ by less, because shorter waves make most of the changes.
     """
     k = np.array([2.0, 2.5, 4.0]) / size
     returned, worst = reflection(k, frequency, behind.plates), 0.0
     for high in (height, 2.0 * height, 5.0 * height):
         true = 1.0 + returned * np.exp(-2.0 * k * (high + behind.distance))
-        taken = 1.0 - mirror.strength * np.exp(-2.0 * k * (high - mirror.floor))
-        worst = max(worst, float(np.abs((true / taken).real - 1.0).max()))
+        denominator = 1.0 - mirror.strength * np.exp(-2.0 * k * (high - mirror.floor))
+        worst = max(worst, float(np.abs((true / denominator).real - 1.0).max()))
     return IMAGED * worst
 
 
@@ -433,28 +433,28 @@ class _Coils:
 
         Coils with equal rotations share them.
         """
-        known: dict[float, tuple[CoilPotential, ...]] = {}
+        by_turn: dict[float, tuple[CoilPotential, ...]] = {}
         for coil in self.coils:
             turn = coil.placement.rotation
-            if turn not in known:
+            if turn not in by_turn:
                 x, y = coil.placement.centre
                 paths = [replace(w, path=w.path.shifted(-x, -y)) for w in coil.windings]
                 tracks = [chorded(bent_track(w, self.width), self.height) for w in paths]
-                known[turn] = coil_potentials(tracks, self.height, self.reach, floor, roof, is_lossy)
-        return tuple(known[coil.placement.rotation][part] for part in range(1 + is_lossy) for coil in self.coils)
+                by_turn[turn] = coil_potentials(tracks, self.height, self.reach, floor, roof, is_lossy)
+        return tuple(by_turn[coil.placement.rotation][part] for part in range(1 + is_lossy) for coil in self.coils)
 
 
 @lru_cache(maxsize=1)
 def _potentials(
-    seen: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
+    coils: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
 ) -> tuple[CoilPotential, ...]:
     """Return the coils' potentials with in-phase reflections. Out-of-phase ones follow if `is_lossy`."""
     # without metal around the coils, the potentials are equal at all frequencies and for all targets at this height
     if frequency is None:
-        return seen.potentials()
+        return coils.potentials()
     floor = None if behind is None else Plane(-behind.distance, _returned(behind, frequency))
     roof = None if front is None else Plane(front.distance, _returned(front, frequency))
-    return seen.potentials(floor, roof, is_lossy)
+    return coils.potentials(floor, roof, is_lossy)
 
 
 def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
@@ -469,9 +469,9 @@ def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexA
 USUAL = 0.006
 """Error of a change, relative to the size of the complex change.
 
-For any thickness, conductivity and permeability, half of it covers the difference from infinite plates and from discs
-of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 % for 95
-of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
+For any thickness, conductivity and permeability, half of the error covers the difference from infinite plates and from
+discs of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 %
+for 95 of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
 """
 
 CLOSE, CLOSE_WIDTHS = 0.01, 1.5
@@ -515,48 +515,44 @@ Targets with little loss then have no large error.
 """
 
 
-def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lowest: Array, mapping: float,
-                  mirror: float) -> Array:
+def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, scale: float, lowest: Array,
+                  mapping: float, mirror: float) -> Array:
     """Return relative errors (poses, coils, coils) of changes (H).
 
     Each is relative to the larger of the change and 1 % of `scale` (H). `size` (H) is the magnitude of the complex
     change, and `lowest` (m) the height of the target's lowest point in each pose. `mapping` is the error by
     interpolation, and `mirror` the error by the mirror behind the coils.
     """
-    target = spec.target
-    assert target is not None
-    near, least = _more_errors(spec.coil, spec.target, lowest), np.maximum(np.abs(change), 0.01 * scale)
+    near, least = _more_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
-    own = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
-    shared = (MUTUAL + 0.3 * mirror) * own[:, :, None] * own[:, None, :]
-    stated = np.maximum(relative, shared / least)
+    roots = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
+    shared = (MUTUAL + 0.3 * mirror) * roots[:, :, None] * roots[:, None, :]
+    errors = np.maximum(relative, shared / least)
     diagonal = np.arange(change.shape[1])
-    stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])
-    return np.asarray(stated + (USUAL + poles_error(target)) * np.maximum(size, 0.01 * scale) / least)
+    errors[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], errors.shape[:2])
+    return np.asarray(errors + (USUAL + poles_error(target)) * np.maximum(size, 0.01 * scale) / least)
 
 
-def _more_errors(coil: CoilSpec, target: Target | None, lowest: Array) -> Array:
+def _more_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
     """Return the additional relative errors (poses,) of near targets and of targets far wider than their distance.
 
     `lowest` (m) is the height of the target's lowest point.
     """
-    assert target is not None
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * coil.trace_width), 0.0, 1.0)
     length = Detail(1.0, max(coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
     return np.asarray(CLOSE * near + WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0))
 
 
-def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowest: Array, mapping: float,
-                  mirror: float, frequency: float) -> Array:
+def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scale: float, lowest: Array,
+                  mapping: float, mirror: float, frequency: float) -> Array:
     """Return error bounds (poses, coils; ohm) of the losses in a target.
 
-    `size` (H) is the magnitude of each coil's complex change. The other arguments are those of `stated_errors`.
+    `size` (H) is the magnitude of each coil's complex change. The other arguments are as in `stated_errors`.
     """
     omega = 2.0 * math.pi * frequency
-    near = _more_errors(spec.coil, spec.target, lowest)[:, None]
-    poles = poles_error(spec.target) * np.minimum(omega * size, LEAST_LOSSY * lost)
-    assert spec.target is not None
-    tall = TALL * float(np.clip(spec.target.thickness / min(spec.target.size) - 0.5, 0.0, 1.0))
+    near = _more_errors(coil, target, lowest)[:, None]
+    poles = poles_error(target) * np.minimum(omega * size, LEAST_LOSSY * lost)
+    tall = TALL * float(np.clip(target.thickness / min(target.size) - 0.5, 0.0, 1.0))
     return np.asarray((LOSS + tall + mirror + near) * lost + mapping * np.maximum(lost, 0.01 * omega * scale) + poles)
 
 

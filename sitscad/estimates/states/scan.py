@@ -86,9 +86,9 @@ def mapped(
     `scale` (H) is the free inductance.
     """
     if len(poses) > FEW:
-        found = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
-        if found is not None:
-            return found
+        changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
+        if changes is not None:
+            return changes
     return Changes(exact.frequencies, *_all(exact, poses, progress), like=exact.like)
 
 
@@ -124,29 +124,29 @@ def _interpolated(
     nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
     nodes[:, moved] = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, len(moved))
     values = _packed(_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
-    chart = Interpolant(low[moved], high[moved], values.reshape(*map(len, grid), -1))
+    surrogate = Interpolant(low[moved], high[moved], values.reshape(*map(len, grid), -1))
 
     def through(some: Array) -> Array:
-        return chart(some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
+        return surrogate(some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
 
     generator = np.random.default_rng(7)
-    tried = poses[generator.choice(len(poses), CHECKED, replace=False)]
-    true = _packed(exact.solve(tried))
-    apart = np.abs(through(tried) - true) / np.maximum(np.abs(true), 0.01 * scale)
+    checked = poses[generator.choice(len(poses), CHECKED, replace=False)]
+    true = _packed(exact.solve(checked))
+    apart = np.abs(through(checked) - true) / np.maximum(np.abs(true), 0.01 * scale)
     error = 2.0 * float(apart.max())
     if error > tolerance:
         return None
     frequencies, coils, flat = len(exact.frequencies), exact.solve(poses[:1])[0].shape[-1], through(poses)
     half = flat.shape[1] // 2  # real parts first, as in `_packed`
-    both = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
-    total, lossless = np.moveaxis(both, 0, 2)
+    matrices = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
+    total, lossless = np.moveaxis(matrices, 0, 2)
     return Changes(exact.frequencies, total, lossless, error, exact.like)
 
 
 def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:
     # The changes as real numbers, with poses as the first axis.
-    both = np.stack(changes)
-    flat = np.moveaxis(both, 2, 0).reshape(both.shape[2], -1)
+    stacked = np.stack(changes)
+    flat = np.moveaxis(stacked, 2, 0).reshape(stacked.shape[2], -1)
     return np.concatenate([flat.real, flat.imag], axis=1)
 
 
@@ -166,7 +166,7 @@ def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: fl
     Their number follows from three lines of poses: through the middle, at the lowest height, and off-centre at that
     height.
     """
-    found = []
+    axes = []
     for axis in moved:
         lines = np.tile(0.5 * (low + high), (3, LINE, 1))
         lines[1:, :, 2] = low[2]
@@ -176,7 +176,7 @@ def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: fl
         values = _packed(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
         waves = np.cos(np.arange(LINE)[:, None] * (math.pi * (np.arange(LINE) + 0.5) / LINE))
         size = np.abs(np.einsum("kl,nlv->nkv", waves, values.reshape(3, LINE, -1))) / LINE
-        wanted = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)
-        count = 1 + max((k for k in range(LINE) if wanted[k] > TAIL), default=1)
-        found.append(chebyshev_points(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
-    return found
+        sizes = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)
+        count = 1 + max((k for k in range(LINE) if sizes[k] > TAIL), default=1)
+        axes.append(chebyshev_points(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
+    return axes

@@ -11,9 +11,9 @@ from sitscad.assembly.places.state import FREE
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
-from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.states.near import NearTarget
-from sitscad.estimates.states.placed import Placed, at_rest, level_poses
+from sitscad.estimates.states.placed import TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
     endless_like,
@@ -36,22 +36,24 @@ wrong sign of the change.
 """
 
 
-def is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
+def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
     """Whether the target of the states can be solved in a second or two.
 
     It cannot if it is far larger than its distance to coils or metal.
     """
-    layout, assembly = wound.layout.cell(1), wound.assembly
+    layout, assembly = windings.layout.cell(1), windings.assembly
     spec, coils = layout.spec, layout.coils
     assert spec.target is not None
-    cover = _placed(spec, assembly).cover(spec, coils)
+    cover = _placed(spec, assembly).cover(spec.target, spec.coil, coils, spec.array.middle)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
-    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
+    return solving_work(
+        spec.target, spec.coil, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
 
 
-def _placed(spec: SensorSpec, assembly: AssemblyStates) -> Placed:
+def _placed(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
     """Return the target's poses in the states, in their order."""
-    return Placed.of(spec, at_rest(spec), level_poses([around.state for around in assembly.states]))
+    assert spec.target is not None
+    return TargetPoses.of(spec.target, at_rest(spec), level_poses([around.state for around in assembly.states]))
 
 
 @record(eq=False)
@@ -64,7 +66,7 @@ class SolvedStates:
     """
 
     near: NearTarget
-    placed: Placed
+    placed: TargetPoses
     changes: Changes
     names: tuple[str, ...]
     totals: Mapping[str, ComplexArray]
@@ -85,13 +87,13 @@ class SolvedStates:
         """Return a key that is equal for coils with an equal change in a state."""
         if state not in self.totals:
             return ()
-        own = self.totals[state][:, number, number]
-        return tuple(complex(f"{value:.9e}") for value in own)
+        changes = self.totals[state][:, number, number]
+        return tuple(complex(f"{value:.9e}") for value in changes)
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
         """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
-        own, near = number % len(self.near.wound.layout.coils), self.near
-        height = float(near.over_coils(self.placed)[self.names.index(state), own])
+        coil_number, near = number % len(self.near.wound.layout.coils), self.near
+        height = float(near.over_coils(self.placed)[self.names.index(state), coil_number])
         if self.has_other_cells:  # the circuits' own values are final
             return lambda frequencies: near.crowded_at(frequencies, math.exp(height))
         return lambda frequencies: near.crowded(frequencies, height)
@@ -114,14 +116,14 @@ class SolvedStates:
         if start is None or not np.all(np.isfinite(start)):
             return
         network = tank.network(np.array([circuit.self_capacitance for circuit in circuits]))
-        found = self.near.oscillations(self.placed, self.changes, tank, network, start).one_by_one()
+        oscillations = self.near.oscillations(self.placed, self.changes, tank, network, start).one_by_one()
         for row, name in enumerate(self.names):
             for k, circuit in enumerate(circuits):
-                circuit.oscillations[name, tank.capacitor] = found[row * len(circuits) + k]
+                circuit.oscillations[name, tank.capacitor] = oscillations[row * len(circuits) + k]
         if FREE in circuits[0].reflections:  # the response does not interpolate it, either
 
             def alone(frequencies: Array) -> tuple[Array, Array]:
-                each = [one.exactly(FREE, at) for one, at in zip(circuits, frequencies[:, None], strict=True)]
+                each = [coil.exactly(FREE, at) for coil, at in zip(circuits, frequencies[:, None], strict=True)]
                 inductance, resistance = np.array(each)[:, :, 0].T
                 return inductance, resistance
 
@@ -131,32 +133,33 @@ class SolvedStates:
                 circuit.oscillations[FREE, tank.capacitor] = at
 
 
-def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
+def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedStates:
     """Solve the level target of every state at both ends of a band (Hz).
 
     The first cell is solved. The target's effect on coils of other cells is neglected.
     """
-    first, scale = wound.first_cell, wound.winding.inductance
+    first, scale = windings.first_cell, windings.winding.inductance
     spec, coils = first.spec, first.layout.coils
-    cells = len(wound.layout.coils) // len(coils)
-    placed = _placed(spec, wound.assembly)
-    cover = placed.cover(spec, coils)
+    cells = len(windings.layout.coils) // len(coils)
+    target_poses = _placed(spec, windings.assembly)
+    assert spec.target is not None
+    cover = target_poses.cover(spec.target, spec.coil, coils, spec.array.middle)
     near = NearTarget(first, cover, band)
-    changes = near.changes(placed)
+    changes = near.changes(target_poses)
     total, lossless, plate = changes.total, changes.lossless, near.plate
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
-    change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
+    change, lost = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
     behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror + cover.error
-    part = cover.part(spec)
-    stated = stated_errors(part, change, size, scale, placed.lowest, 0.0, behind)
+    part = cover.part(spec.target)
+    relative = stated_errors(part, spec.coil, change, size, scale, target_poses.lowest, 0.0, behind)
     least = np.maximum(np.abs(change), 0.01 * scale)
-    more = np.einsum("pcc->pc", stated * least * np.sign(change))
+    more = np.einsum("pcc->pc", relative * least * np.sign(change))
     sizes = np.einsum("pcc->pc", size)
-    losses = stated_losses(part, own, sizes, scale, placed.lowest, 0.0, behind, frequency)
+    losses = stated_losses(part, spec.coil, lost, sizes, scale, target_poses.lowest, 0.0, behind, frequency)
     errors = np.stack([more, losses], axis=-1)
-    names = tuple(around.name for around in wound.assembly.states if around.state.pose is not None)
+    names = tuple(around.name for around in windings.assembly.states if around.state.pose is not None)
     return SolvedStates(
-        near, placed, changes, names,
+        near, target_poses, changes, names,
         {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
         {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)},
     )
@@ -168,6 +171,8 @@ def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
     They are at (n, 6) poses (m, rad) and one frequency (Hz), for evenly spread current.
     """
     spec = layout.spec
-    placed = Placed.of(spec, at_rest(spec), poses)
-    plate = plate_over_jaw(layout, (frequency,), placed.cover(spec, layout.coils))
-    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]))
+    assert spec.target is not None
+    target_poses = TargetPoses.of(spec.target, at_rest(spec), poses)
+    plate = plate_over_jaw(layout, (frequency,), target_poses.cover(
+        spec.target, spec.coil, layout.coils, spec.array.middle))
+    return np.asarray(np.einsum("pcc->pc", plate.changes(target_poses.turns, target_poses.places, True)[0][0]))

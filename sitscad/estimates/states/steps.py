@@ -33,7 +33,7 @@ from sitscad.estimates.circuits.uncertainty import (
     spread,
     track_moves,
 )
-from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import (
     METER_FREQUENCY,
     PARTS,
@@ -45,7 +45,7 @@ from sitscad.estimates.coil_estimates import (
 )
 from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.targets.assembly import assemble, warmed
-from sitscad.estimates.targets.finite_target import NO_SHARES, TargetShares, target_shares
+from sitscad.estimates.targets.finite_target import NO_RATIOS, TargetRatios, target_ratios
 from sitscad.estimates.windings.leads import missing_leads
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
@@ -67,8 +67,8 @@ class Tuned:
     without values, with reasons. `damped` are the states whose tank does not oscillate, with their quality factor.
     """
 
-    wound: Wound
-    target: TargetShares | SolvedStates
+    wound: SolvedWindings
+    target: TargetRatios | SolvedStates
     circuits: Sequence[CoilCircuit]
     tank: Tank
     readout: ReadoutEstimate
@@ -78,7 +78,7 @@ class Tuned:
 
 def wind(
     layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
-) -> Wound:
+) -> SolvedWindings:
     """Solve the windings by themselves and beside each other.
 
     If `temperature` is None, it is the spec's. A screening tolerance selects rough solutions.
@@ -89,54 +89,56 @@ def wind(
     assembly = assemble(spec, sigmas(spec), rough)
     winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
     matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
-    return Wound(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, method, tolerance)
+    return SolvedWindings(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, method, tolerance)
 
 
-def tune(wound: Wound, target: TargetShares | SolvedStates) -> Tuned:
+def tune(windings: SolvedWindings, target: TargetRatios | SolvedStates) -> Tuned:
     """Return circuits, tank capacitor and converter settings, without the states that have no values."""
-    readout = wound.spec.readout
+    readout = windings.spec.readout
     circuits, failed = working(coil_circuits(
-        wound.layout, wound.winding, wound.matrix, wound.assembly, target))
-    capacitor, reason = choose_capacitor(circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
+        windings.layout, windings.winding, windings.matrix, windings.assembly, target))
+    capacitor, reason = choose_capacitor(
+        circuits, readout, min(map(self_resonance, circuits)), windings.winding.is_rough)
     tank = Tank(capacitor, readout)
     damped = overdamped(circuits, tank, target)
-    failed |= wound.assembly.refused
+    failed |= windings.assembly.refused
     failed |= {
         state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
                "not oscillate" for state, quality in damped.items()
     }
     swinging = [without(circuit, damped) for circuit in circuits]
-    return Tuned(wound, target, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
+    return Tuned(windings, target, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
 
 
-def with_target(wound: Wound, is_solved: bool | None = None) -> Tuned:
+def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> Tuned:
     """Return circuits and tank with the target's effect solved, as in a response.
 
     The effect is by correction ratios of an infinite plate in screening, for targets that take longer than a second or
     two, and if `is_solved` is False.
     """
-    if wound.winding.is_rough or not wound.has_target or is_solved is False:
-        return tune(wound, _shares(wound))
+    if windings.winding.is_rough or not windings.has_target or is_solved is False:
+        return tune(windings, _shares(windings))
     # rough tank frequencies are enough to choose the frequencies of the solution
-    tuned = tune(replace(wound, winding=replace(wound.winding, crowding=None, is_rough=True)), _shares(wound, True))
+    rough_winding = replace(windings.winding, crowding=None, is_rough=True)
+    tuned = tune(replace(windings, winding=rough_winding), _shares(windings, True))
     from sitscad.estimates.states.solved_target import is_affordable, solve_states  # loads a solver
 
     for _ in range(TRIES):
-        found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
-        low, high = (0.0, 0.0) if isinstance(tuned.target, TargetShares) else tuned.target.band
-        if not found or low <= min(found) <= max(found) <= high:
+        frequencies = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
+        low, high = (0.0, 0.0) if isinstance(tuned.target, TargetRatios) else tuned.target.band
+        if not frequencies or low <= min(frequencies) <= max(frequencies) <= high:
             break
-        band = BAND[0] * min(found), BAND[1] * max(found)
-        if is_solved is None and not is_affordable(wound, band):
-            return tune(wound, _shares(wound))
-        tuned = tune(wound, solve_states(wound, band))
-    return tune(wound, _shares(wound)) if isinstance(tuned.target, TargetShares) else tuned
+        band = BAND[0] * min(frequencies), BAND[1] * max(frequencies)
+        if is_solved is None and not is_affordable(windings, band):
+            return tune(windings, _shares(windings))
+        tuned = tune(windings, solve_states(windings, band))
+    return tune(windings, _shares(windings)) if isinstance(tuned.target, TargetRatios) else tuned
 
 
-def _shares(wound: Wound, is_rough: bool = False) -> TargetShares:
+def _shares(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
     """Return the ratios of the target's effect to an infinite plate's."""
-    heights, rough = [layer.z for layer in wound.layout.coils[0].windings], is_rough or wound.winding.is_rough
-    return target_shares(gathered(wound.spec), heights, wound.assembly.states, rough)
+    heights, rough = [layer.z for layer in windings.layout.coils[0].windings], is_rough or windings.winding.is_rough
+    return target_ratios(gathered(windings.spec), heights, windings.assembly.states, rough)
 
 
 BAND = 0.9, 1.15
@@ -150,54 +152,55 @@ def read(tuned: Tuned) -> Estimates:
 
     They include standard deviations, the drive that keeps its margin, and notes about the values.
     """
-    wound, states = tuned.wound, _states(tuned)
-    spec, assembly, rough = wound.spec, wound.assembly, wound.winding.is_rough
-    found = [_coil_estimate(coil, circuit, tuned, states[coil.name])
-             for coil, circuit in zip(wound.layout.coils, tuned.circuits, strict=True)]
-    readout = with_margin(tuned.readout, found)
-    coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in found], readout, spec.readout)
+    windings, states = tuned.wound, _states(tuned)
+    spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
+    estimates = [_coil_estimate(coil, circuit, tuned, states[coil.name])
+             for coil, circuit in zip(windings.layout.coils, tuned.circuits, strict=True)]
+    readout = with_margin(tuned.readout, estimates)
+    coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in estimates], readout, spec.readout)
     if spec.web is not None and assembly.compression is not None:
         from sitscad.estimates.states.cells import press_shares  # loads a solver
 
-        shares = press_shares(wound.layout, max(coil.sensor_frequency for coil in coils), rough)
-        coils = tuple(replace(coil, press_share=share) for coil, share in zip(coils, shares, strict=True))
+        ratios = press_shares(windings.layout, max(coil.sensor_frequency for coil in coils), rough)
+        coils = tuple(replace(coil, press_share=ratio) for coil, ratio in zip(coils, ratios, strict=True))
     gap_sigmas, deviations = {}, sigmas(spec)
     if spec.elastomer is not None and spec.target is not None:  # every gap has the glue below the target
         gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])
         gap_sigmas |= {name: math.hypot(scatter.gap, deviations[GLUE]) for name, scatter in assembly.scatters.items()}
-    checks = () if rough else cross_checks(coils[0].name, wound.winding.geometry, wound.winding.inductance)
+    checks = () if rough else cross_checks(coils[0].name, windings.winding.geometry, windings.winding.inductance)
     return Estimates(
         coils=coils,
-        inductance_matrix=tuple(map(tuple, wound.matrix.tolist())),
+        inductance_matrix=tuple(map(tuple, windings.matrix.tolist())),
         readout=readout,
-        inductance_matrix_error=tuple(map(tuple, wound.matrix_errors.tolist())),
+        inductance_matrix_error=tuple(map(tuple, windings.matrix_errors.tolist())),
         compression=assembly.compression,
         compression_scatter=assembly.scatters.get(PRESSED),
         gaps=assembly.gaps,
         gap_sigmas=gap_sigmas,
         cross_checks=checks,
         no_cross_check=None if rough else no_cross_check(spec.coil, checks),
-        incomplete=missing_leads(wound.layout.coils),
+        incomplete=missing_leads(windings.layout.coils),
         notes=() if rough else tuple(_notes(tuned, coils[0])),
         normal_force=spec.requirements.normal_force,
-        temperature=wound.temperature,
-        states=tuple(replace(around.state, temperature=wound.temperature) for around in assembly.states),
-        target_band=None if isinstance(tuned.target, TargetShares) else tuned.target.band,
+        temperature=windings.temperature,
+        states=tuple(replace(around.state, temperature=windings.temperature) for around in assembly.states),
+        target_band=None if isinstance(tuned.target, TargetRatios) else tuned.target.band,
         is_rough=rough,
     )
 
 
 def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     """Yield notes about the values, for the design and for the first of its identical coils."""
-    wound = tuned.wound
-    layout, spec, assembly = wound.layout, wound.spec, wound.assembly
+    windings = tuned.wound
+    layout, spec, assembly = windings.layout, windings.spec, windings.assembly
     if incomplete := missing_leads(layout.coils):
         yield incomplete
-    if isinstance(tuned.target, TargetShares) and tuned.target.shares:
+    if isinstance(tuned.target, TargetRatios) and tuned.target.shares:
         yield from (TOO_LARGE, *tuned.target.notes)
     yield from assembly.notes
-    yield from near_metal_notes(spec.coil, wound.winding.nearest)
-    yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
+    yield from near_metal_notes(spec.coil, windings.winding.nearest)
+    yield from metal_notes(layout.coils[0], spec.coil, spec.fpc.stackup.thickness, assembly.gaps,
+                           coil.self_capacitance, coil.capacitance)
     yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
     yield scatter_note(spec)
 
@@ -210,28 +213,28 @@ TOO_LARGE = (
 
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     """Return state estimates by coil and state, each with its standard deviations."""
-    wound, tank = tuned.wound, tuned.tank
-    layout, spec, winding = wound.layout, wound.spec, wound.winding
+    windings, tank = tuned.wound, tuned.tank
+    layout, spec, winding = windings.layout, windings.spec, windings.winding
     deviations = sigmas(spec)
     deeper = depths_moved(layout.coils[0], spec.fpc.stackup, deviations)
-    found: dict[str, dict[str, StateEstimate]] = {}
-    alike: dict[tuple[int, ...], str] = {}
+    by_coil: dict[str, dict[str, StateEstimate]] = {}
+    first_alike: dict[tuple[int, ...], str] = {}
     moves: dict[str, Mapping[str, Mapping[str, tuple[float, float]]]] = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
-        first = alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
-        known = found.get(first)
-        if winding.is_rough and known is not None:  # coils that differ by their leads alone
-            found[circuit.name] = {
-                name: replace(state, spread=known[name].spread, resistance_error=known[name].resistance_error,
-                              target_change=known[name].target_change,
-                              target_change_error=known[name].target_change_error)
+        first = first_alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
+        twin = by_coil.get(first)
+        if winding.is_rough and twin is not None:  # coils that differ by their leads alone
+            by_coil[circuit.name] = {
+                name: replace(state, spread=twin[name].spread, resistance_error=twin[name].resistance_error,
+                              target_change=twin[name].target_change,
+                              target_change_error=twin[name].target_change_error)
                 for name, state in states.items()
             }
             continue
         if first not in moves:  # other leads shift the frequency by a per cent: no change of a sigma
             moves[first] = moved_by_surroundings(
-                winding.spectrum, wound.assembly, states, circuit, deeper, winding.is_rough)
+                winding.spectrum, windings.assembly, states, circuit, deeper, winding.is_rough)
         moved = slopes_of(spec, layout.coils[0], winding, moves[first])
         for name, state in states.items():
             reflection, change, error = circuit.reflections[name], None, None
@@ -242,8 +245,8 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
             states[name] = replace(state, spread=spread(circuit, tank, state, moved),
                                    resistance_error=winding.resistance_error(circuit, state, spec.coil),
                                    target_change=change, target_change_error=error)
-        found[circuit.name] = states
-    return found
+        by_coil[circuit.name] = states
+    return by_coil
 
 
 LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smaller changes are relative to it
@@ -293,11 +296,11 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
 
     The temperature is in degrees Celsius.
     """
-    wound = wind(layout, temperature)
-    winding, spec = wound.winding, wound.spec
-    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, NO_SHARES)
+    windings = wind(layout, temperature)
+    winding, spec = windings.winding, windings.spec
+    circuits = coil_circuits(windings.layout, winding, windings.matrix, windings.assembly, NO_RATIOS)
     slopes = slopes_of(spec, layout.coils[0], winding)
-    of_direct, found = direct_resistance_sigma(spec), []
+    of_direct, readings = direct_resistance_sigma(spec), []
     for circuit in circuits:
         (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))
         state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
@@ -306,8 +309,9 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
         read = apparent_inductance(inductance, resistance, circuit.self_capacitance, frequency)
         direct = circuit.resistance + circuit.leads.resistance
         error = winding.resistance_error(circuit, state, spec.coil)
-        found.append(Metered(circuit.name, frequency, read, resistance, by_l, by_r, error, direct, of_direct * direct))
-    return tuple(found)
+        readings.append(
+            Metered(circuit.name, frequency, read, resistance, by_l, by_r, error, direct, of_direct * direct))
+    return tuple(readings)
 
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)

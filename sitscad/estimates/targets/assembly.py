@@ -48,6 +48,7 @@ from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpect
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances, reflection
 from sitscad.kernels.mechanics.elastomer import Compression
 from sitscad.spec.materials import Conductor
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -95,7 +96,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     pad's scatter is linearised.
     """
     sigmas, over, behind = sigmas or {}, plates_of(spec).target, metal_behind(spec)
-    around, left, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
+    around, thicknesses, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
     compressions, scatters = dict[str, Compression](), dict[str, PressingScatter]()
     force, lines = spec.requirements.normal_force or 0.0, target_lines(spec)
@@ -120,54 +121,49 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
             if over is not None or behind is not None:
                 around.append(_around(over, lines, State(name, REST_POSE), behind))
             if over is not None:
-                left[name] = over.lower
+                thicknesses[name] = over.lower
             if over is not None and spec.elastomer is not None and sigmas.get(PAD):
                 thickness = spec.elastomer.thickness
                 between(name, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
         elif is_loaded:
-            compressions[name], cases = _pressed_pad(spec, sigmas, kind.load[0], is_rough)
+            compressions[name] = nominal = pressed(spec, load=kind.load[0])
+            cases = (straight_cases(spec, sigmas, nominal, kind.load[0]) if is_rough
+                     else pressed_cases(spec, sigmas, kind.load[0]))
             around.append(at_gap(name, compressions[name].gap, kind.load[0] * force))
-            left[name], scatters[name] = compressions[name].gap, scatter_of(cases)
+            thicknesses[name], scatters[name] = compressions[name].gap, scatter_of(cases)
             for cause, (less, more) in cases.items():
                 between(name, cause, less.gap, more.gap)
-    gaps = {name: gap + lines for name, gap in left.items()}
+    gaps = {name: gap + lines for name, gap in thicknesses.items()}
     if sigmas.get(GLUE):
-        for name, gap in left.items():  # remaining pad and glue together
+        for name, gap in thicknesses.items():  # remaining pad and glue together
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
-    assembled = [one for one in around if not one.state.is_free]
+    assembled = [surroundings for surroundings in around if not surroundings.state.is_free]
     ranges |= _metal_ranges(spec, sigmas, assembled, (HEIGHT,) if is_rough else (*BEHIND, TARGET))
     if behind is not None:
         gaps[BEHIND_THE_BOARD] = backing_of(spec).room
-    notes = tuple(_notes(spec, compressions.get(PRESSED)))
+    is_beside = spec.elastomer is not None and not rests_on_pad(spec)
+    notes = tuple(_notes(spec.mount, compressions.get(PRESSED), is_beside))
     return AssemblyStates(tuple(around), gaps, notes, ranges, compressions, scatters, refused)
-
-
-def _pressed_pad(
-    spec: SensorSpec, sigmas: Mapping[str, float], load: float, is_rough: bool
-) -> tuple[Compression, dict[str, tuple[Compression, Compression]]]:
-    """Return the pad under a part of the required force, and its cases one sigma to either side."""
-    stated = pressed(spec, load=load)
-    return stated, straight_cases(spec, sigmas, stated, load) if is_rough else pressed_cases(spec, sigmas, load)
 
 
 def _metal_ranges(
     spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
 ) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
     """Return states with one sigma less and more of causes that change metal, or its height behind the board."""
-    found = {}
+    ranges = {}
     for cause in causes:
         if not sigmas.get(cause):
             continue
         units = [MOVED[cause](spec, way * sigmas[cause]) for way in (-1.0, 1.0)]
         below = [metal_behind(unit) for unit in units]
-        for drawn in states:
-            above = [drawn.above if drawn.above is None or unit.target is None else replace(
-                drawn.above, plates=(replace(drawn.above.plates[0], thickness=unit.target.thickness),))
+        for state in states:
+            above = [state.above if state.above is None or unit.target is None else replace(
+                state.above, plates=(replace(state.above.plates[0], thickness=unit.target.thickness),))
                 for unit in units]
-            less, more = (replace(drawn, above=a, below=b) for a, b in zip(above, below, strict=True))
+            less, more = (replace(state, above=a, below=b) for a, b in zip(above, below, strict=True))
             if _is_seen(less, more):
-                found[drawn.name, cause] = less, more
-    return found
+                ranges[state.name, cause] = less, more
+    return ranges
 
 
 MIN_REFLECTION_CHANGE = 1e-4
@@ -180,9 +176,9 @@ COMPARISON_FREQUENCY = 5e6
 """Frequency (Hz) of the comparison."""
 
 
-def _is_seen(one: Surroundings, other: Surroundings) -> bool:
+def _is_seen(first: Surroundings, second: Surroundings) -> bool:
     """Whether two surroundings differ in distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
-    for a, b in ((one.above, other.above), (one.below, other.below)):
+    for a, b in ((first.above, second.above), (first.below, second.below)):
         if a is None or b is None or a == b:
             continue
         if a.distance != b.distance:
@@ -267,24 +263,24 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
 CONTACT = 1e-9  # Gaps (m) below this count as zero
 
 
-def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
-    """Return notes about the assembly's states."""
+def _notes(mount: Mount | None, compression: Compression | None, is_beside: bool) -> list[str]:
+    """Return notes about the assembly's states. `is_beside` is whether the target stands beside its pad."""
     notes = []
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
-    if spec.elastomer is not None and not rests_on_pad(spec):
+    if is_beside:
         notes.append(f"no state pressed: {BESIDE_PAD}")
-    if spec.mount is not None and spec.mount.metal is not None:
-        whose, thickness = "finger" if spec.mount.finger is not None else "jaw", spec.mount.metal_thickness
-        if spec.mount.metal_behind is not None:
+    if mount is not None and mount.metal is not None:
+        whose, thickness = "finger" if mount.finger is not None else "jaw", mount.metal_thickness
+        if mount.metal_behind is not None:
             notes.append("the metal behind the board enters as an endlessly wide sheet of "
-                         f"{show(spec.mount.metal_behind.thickness, 'm')}, with air behind it")
+                         f"{show(mount.metal_behind.thickness, 'm')}, with air behind it")
         elif thickness is None:
             notes.append(f"the {whose}'s metal enters as endlessly wide and deep: the spec has no thickness of it")
         else:
             notes.append(f"the {whose}'s metal enters as an endlessly wide plate of the thickness in its middle, "
                          f"{show(thickness, 'm')}, with air behind it")
-        if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
+        if mount.jaw is not None and mount.jaw.fenestration is not None:
             notes.append(
                 "the jaw's window is solved as an opening through endless metal, as deep as the jaw is; how far off "
                 "that may be is in the errors of states and signals"
@@ -325,8 +321,8 @@ class Reflection:
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """Return the change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
-        found = self._at(frequencies)[:, 0]
-        return found.real, -2.0 * math.pi * frequencies * found.imag
+        change = self._at(frequencies)[:, 0]
+        return change.real, -2.0 * math.pi * frequencies * change.imag
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
@@ -344,8 +340,8 @@ class Reflection:
         share = self.shares(frequencies) if above is not None else np.ones(1)
         if np.all(share == 1.0):
             return full
-        bare = self._crowding.changes(frequencies, None, below)
-        return np.asarray(bare + share * (full - bare))
+        without_target = self._crowding.changes(frequencies, None, below)
+        return np.asarray(without_target + share * (full - without_target))
 
     def shares(self, frequencies: Array) -> ComplexArray:
         """Return the ratio of the target's effect to an infinite plate's at (n,) frequencies (Hz)."""
@@ -364,9 +360,9 @@ class Reflection:
 
     def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
         """Return the target's change of the winding's inductance (H, complex) for other `factors`."""
-        (share, own), at = factors, np.array([frequency])
-        found = share * self._of_target(at)[0, 0]
-        return complex(found if own == share else found + 1j * (own - share) * self._own_loss(at)[0, 0])
+        (ratio, loss_ratio), at = factors, np.array([frequency])
+        change = ratio * self._of_target(at)[0, 0]
+        return complex(change if loss_ratio == ratio else change + 1j * (loss_ratio - ratio) * self._own_loss(at)[0, 0])
 
     def endless_change(self, frequency: float) -> complex:
         """Return the change of the winding's inductance (H, complex) by an infinite plate."""
@@ -387,10 +383,11 @@ class Reflection:
             return 0.0, 0.0
         frequency = self._looked_at(frequency)
         at, omega = np.array([frequency]), 2.0 * math.pi * frequency
-        whole, own = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
+        whole, lossless = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
         share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
         more = float(share * whole.real)
-        return more + math.copysign(self._unsure[2], more), float(-omega * (share * (whole.imag - own) + lost * own))
+        loss = float(-omega * (share * (whole.imag - lossless) + lost * lossless))
+        return more + math.copysign(self._unsure[2], more), loss
 
     def window(self, frequency: float) -> tuple[float, float]:
         """Return error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
@@ -411,18 +408,18 @@ class Reflection:
         full = self._endless(frequencies, above, below)
         if above is None or self._share == (1.0, 1.0):
             return full
-        bare = self._endless(frequencies, None, below)
+        without_target = self._endless(frequencies, None, below)
         # The target's effects on the losses behind the board and in the tracks follow the field, like the inductance.
         # Only its own loss has a separate ratio.
         share, lost = self._share
-        found = bare + share * (full - bare)
-        return np.asarray(found if lost == share else found + 1j * (lost - share) * self._own_loss(frequencies))
+        change = without_target + share * (full - without_target)
+        return np.asarray(change if lost == share else change + 1j * (lost - share) * self._own_loss(frequencies))
 
     def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        found = self._returned(frequencies, above, below)
+        change = self._returned(frequencies, above, below)
         if self._crowding is not None:
-            found[:, 0] += self._crowding.changes(frequencies, above, below)
-        return found
+            change[:, 0] += self._crowding.changes(frequencies, above, below)
+        return change
 
     def _returned(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         # The changes of `_endless` without crowding.
@@ -487,9 +484,9 @@ class SolvedReflection(Reflection):
 
         The coil's own change includes the target.
         """
-        found = self._endless(frequencies, None, self._around.below)
-        found[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
-        return found
+        change = self._endless(frequencies, None, self._around.below)
+        change[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
+        return change
 
     def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
         """Return a change (H), interpolated from its values at the two frequencies of the solution."""

@@ -27,6 +27,7 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     stepped,
 )
 from sitscad.kernels.electromagnetics.metal.half_spaces import reflection
+from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.materials import Target
@@ -41,7 +42,7 @@ FREQUENCY = 5e6
 
 
 @record
-class TargetShares:
+class TargetRatios:
     """Ratios of the target's effect to an infinite plate's, by coil name and state, and notes about them.
 
     `shares` belong to the inductance, `losses` to the resistance. The errors are relative to each ratio.
@@ -64,17 +65,18 @@ class TargetShares:
 WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
 """Additional relative errors of the ratios (inductance, loss) outside the range of their fit.
 
-In this order: in general; for targets thinner than the field's depth; for blocks, and for targets that are askew over
-long coils or leave them uncovered; for magnetic metals, which may even raise the inductance.
+`WIDER` is for all such targets, and `WIDER_THIN` for targets thinner than the field's depth. `WIDER_BENT` is for
+blocks, and for targets that are askew over long coils or leave them uncovered. `WIDER_MAGNETIC` is for magnetic metals,
+which may even raise the inductance.
 """
 
 
-NO_SHARES = TargetShares({}, {}, ())
+NO_RATIOS = TargetRatios({}, {}, ())
 """Ratios of coils without a target."""
 
 
 @record
-class SheetShares:
+class SheetRatios:
     """Ratios of inductance and loss at places (n,), with their relative errors.
 
     `magnetic` is whether the target draws the field in.
@@ -87,9 +89,9 @@ class SheetShares:
     magnetic: bool
 
 
-def target_shares(
+def target_ratios(
     spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
-) -> TargetShares:
+) -> TargetRatios:
     """Return the ratios of all coils in all states with a target.
 
     `heights` (m) are the mid-planes of the coils' layers. Places are the coils' centres in the target's own axes, about
@@ -98,21 +100,22 @@ def target_shares(
     """
     covered = _covered(states)
     if spec.target is None or not covered:
-        return NO_SHARES
-    rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
-    shares, losses = {}, {}
-    found = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
-    for (name, _, _), one in zip(covered, found, strict=True):
-        for placement, row in zip(spec.array.placements, member, strict=True):
-            shares[placement.name, name] = float(one.shares[row])
-            losses[placement.name, name] = float(one.losses[row])
+        return NO_RATIOS
+    plate, placements = footprint(spec, spec.target), spec.array.placements
+    rings, target, (distinct, member) = _shortened(spec.coil, placements, spec.target, plate, heights)
+    ratios, losses = {}, {}
+    by_gap = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
+    for (name, _, _), sheet_ratios in zip(covered, by_gap, strict=True):
+        for placement, row in zip(placements, member, strict=True):
+            ratios[placement.name, name] = float(sheet_ratios.shares[row])
+            losses[placement.name, name] = float(sheet_ratios.losses[row])
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
-    errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
-    wider = errors_outside_fit(spec, spec.target, states)
+    errors = max(f.error for f in by_gap) + shortened, max(f.loss_error for f in by_gap)
+    wider = errors_outside_fit(spec.coil, placements, spec.target, plate, states)
     errors = errors[0] + wider[0], errors[1] + wider[1]
     names = [name for name, _, _ in covered]
-    notes = [] if is_rough else _notes(spec.coil, names, (shares, losses), errors, any(f.magnetic for f in found))
-    return TargetShares(shares, losses, tuple(notes), *errors)
+    notes = [] if is_rough else _notes(spec.coil, names, (ratios, losses), errors, any(f.magnetic for f in by_gap))
+    return TargetRatios(ratios, losses, tuple(notes), *errors)
 
 
 ROUGHER, LOSS_ROUGHER = 0.03, 0.3
@@ -124,15 +127,15 @@ Rough ratios take the loss to have the inductance's ratio.
 
 def _of_gaps(
     target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
-) -> list[SheetShares]:
+) -> list[SheetRatios]:
     """Return the ratios at every gap, with a mirror at a height `floor` (m; -inf: none)."""
     if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
         return [shares_of_sheet(target, rings, places, gap, floor) for gap in gaps]
     plate, depth = _plate(target)
     resisted, unsure = _resisted(target, rings)
-    shares = sheet_shares(plate, rings, places, np.array(gaps) + depth, floor) / resisted
+    ratios = sheet_shares(plate, rings, places, np.array(gaps) + depth, floor) / resisted
     error, loss_error = share_error(plate, rings) + unsure, loss_share_error(plate, rings) + unsure
-    return [SheetShares(one, one, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for one in shares]
+    return [SheetRatios(row, row, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for row in ratios]
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
@@ -150,32 +153,35 @@ BLOCK = 0.2
 SHORTEST, LONGEST = 4.0, 2.0  # Relevant wave numbers for `RETURNED`, times the coil's smaller side
 
 
-def errors_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> tuple[float, float]:
+def errors_outside_fit(
+    coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint,
+    states: Sequence[Surroundings],
+) -> tuple[float, float]:
     """Return additional relative errors of the ratios of inductance and loss outside the range of their fit.
 
     The fit has good conductors that the field does not penetrate, over coils as long as wide, or over longer coils that
     are covered. Behind the board is nothing or nearly a mirror (tests/validation/states_of_response.py).
     """
-    (short, long), thickness = sorted(spec.coil.size), target.thickness
-    found = [(0.0, 0.0)]
+    (short, long), thickness = sorted(coil.size), target.thickness
+    errors = [(0.0, 0.0)]
     if 1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE or thickness > THICKEST * min(target.size):
-        found.append(WIDER)
-    if spec.coil.outline.sides and long > ASPECT * short:
-        found.append(WIDER)
+        errors.append(WIDER)
+    if coil.outline.sides and long > ASPECT * short:
+        errors.append(WIDER)
     waves = np.array([LONGEST, SHORTEST]) / short
     returned = [float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
                 for around in states if around.above is not None and around.below is not None]
     if min(returned, default=1.0) < RETURNED:
-        found.append(WIDER)
+        errors.append(WIDER)
     if thickness < OPAQUE * _skin_depth(target):
-        found.append(WIDER_THIN)
+        errors.append(WIDER_THIN)
     is_hanging = long - short > 1e-9 and (
-        _askew(spec.array.placements, target) > TURNED or _uncovered(spec, target) > HANGING * short)
+        _askew(placements, target) > TURNED or _uncovered(coil, placements, target, plate) > HANGING * short)
     if is_hanging or thickness > BLOCK * min(target.size):
-        found.append(WIDER_BENT)
-    if found[1:] and target.material.relative_permeability > MAGNETIC:
-        found.append(WIDER_MAGNETIC)
-    change, loss = np.max(found, axis=0).tolist()
+        errors.append(WIDER_BENT)
+    if errors[1:] and target.material.relative_permeability > MAGNETIC:
+        errors.append(WIDER_MAGNETIC)
+    change, loss = np.max(errors, axis=0).tolist()
     return change, loss
 
 
@@ -189,18 +195,20 @@ def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
 
 
-def _uncovered(spec: SensorSpec, target: Target) -> float:
+def _uncovered(
+    coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint
+) -> float:
     """Return the largest overhang (m) of a coil beyond the target along its sides. Negative if all are covered."""
-    plate, found = footprint(spec, target), -math.inf
-    for placement in spec.array.placements:
+    overhang = -math.inf
+    for placement in placements:
         place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
-        size = spec.coil.size[:: -1 if round(2.0 * turn / math.pi) % 2 else 1]
-        away = abs(place[0]) + 0.5 * size[0], abs(place[1]) + 0.5 * size[1]
+        size = coil.size[:: -1 if round(2.0 * turn / math.pi) % 2 else 1]
+        ends = abs(place[0]) + 0.5 * size[0], abs(place[1]) + 0.5 * size[1]
         if target.outline.is_disc:
-            found = max(found, math.hypot(*away) - 0.5 * target.size[0])
+            overhang = max(overhang, math.hypot(*ends) - 0.5 * target.size[0])
         else:
-            found = max(found, *(end - 0.5 * side for end, side in zip(away, target.size, strict=True)))
-    return found
+            overhang = max(overhang, *(end - 0.5 * side for end, side in zip(ends, target.size, strict=True)))
+    return overhang
 
 
 def shares_of_change(
@@ -211,9 +219,10 @@ def shares_of_change(
     The target has moved by (x, y) (m), at gaps over a mirror at a height `floor` (m).
     """
     assert spec.target is not None
-    rings, target, (distinct, member) = _shortened(spec, spec.target, heights, moves)
-    found = [one.shares for one in _of_gaps(target, rings, distinct, gaps, floor, True)]
-    return np.array(found)[:, member].reshape(len(gaps), len(moves), -1)
+    rings, target, (distinct, member) = _shortened(
+        spec.coil, spec.array.placements, spec.target, footprint(spec, spec.target), heights, moves)
+    ratios = [each.shares for each in _of_gaps(target, rings, distinct, gaps, floor, True)]
+    return np.array(ratios)[:, member].reshape(len(gaps), len(moves), -1)
 
 
 def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
@@ -252,29 +261,29 @@ diameters the edge carries much of the current. The loss ratio is then up to a q
 """
 
 
-def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
     """Return the target's ratios of change and loss to an infinite sheet's, at places (n, 2; m), with errors."""
     if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
     like = like_a_conductor(target, float(rings.radii.mean()) + gap)
     magnet = FinitePlate(target.size, target.thickness, target.outline.is_disc)
-    drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
+    magnetic = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= PURE:
-        return SheetShares(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
+        return SheetRatios(magnetic, magnetic, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between conductor and magnet: a mean of both ratios, uncertain by half their difference in the middle.
     metal = _of_conductor(target, rings, places, gap, floor)
-    found, losses = like * metal.shares + (1.0 - like) * drawn, like * metal.losses + (1.0 - like) * drawn
+    ratios, losses = like * metal.shares + (1.0 - like) * magnetic, like * metal.losses + (1.0 - like) * magnetic
     unsure, unsure_loss = (
-        2.0 * like * (1.0 - like) * float(np.max(np.abs(one - drawn) / mixed))
-        for one, mixed in ((metal.shares, found), (metal.losses, losses))
+        2.0 * like * (1.0 - like) * float(np.max(np.abs(pure - magnetic) / mixed))
+        for pure, mixed in ((metal.shares, ratios), (metal.losses, losses))
     )
     wide = min(target.size) / (2.0 * float(rings.radii.max()))
     neither = eased(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
     least = [neither * stepped(wide, steps, 0.0) for steps in BETWEEN]
     error = like * metal.error + (1.0 - like) * magnetic_error + unsure
     loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
-    return SheetShares(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
+    return SheetRatios(ratios, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
 
 
 LOSS_OF_MAGNETS = 0.5
@@ -285,7 +294,7 @@ def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
     return like_a_conductor(target, float(rings.radii.mean()) + gap) >= 1.0 - PURE
 
 
-def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
     """Return the ratios of a conducting target, whose faces count as half a skin depth deeper."""
     plate, depth = _plate(target)
     lost = plate_loss_share(plate, rings, places, gap + depth, floor)
@@ -293,15 +302,15 @@ def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float
     thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
     loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
-    kept = _kept(target, rings, places, gap, floor)
-    return SheetShares(kept, lost / resisted, error + unsure, loss_error + unsure, False)
+    ratios = _kept(target, rings, places, gap, floor)
+    return SheetRatios(ratios, lost / resisted, error + unsure, loss_error + unsure, False)
 
 
 def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
     # The ratios of the inductance change alone.
     plate, depth = _plate(target)
-    kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
-    return np.asarray(kept / _resisted(target, rings)[0])
+    ratios = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
+    return np.asarray(ratios / _resisted(target, rings)[0])
 
 
 RESISTED, LEAKY = 0.3, 0.06
@@ -316,12 +325,12 @@ def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
     """Return the reduction factor of a thin poor conductor of finite size, and its relative error.
 
     Its currents decay in their own resistance. A sheet responds to a field of length l like 1 / (1 + (s / l)^2), with s
-    = skin depth^2 / thickness. l is at most a quarter of the target's radius; for an infinite sheet it is 0.3 of the
-    coil's.
+    = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an infinite sheet it is
+    0.3 of the coil's radius.
     """
     sheet = _skin_depth(target) ** 2 / target.thickness
-    own, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
-    less = max(1.0, (1.0 + (sheet / own) ** 2) / (1.0 + (sheet / endless) ** 2))
+    own_length, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
+    less = max(1.0, (1.0 + (sheet / own_length) ** 2) / (1.0 + (sheet / endless) ** 2))
     return less, min(RESISTED * (1.0 - 1.0 / less) + LEAKY * (sheet / endless) ** 2, 0.6)
 
 
@@ -338,7 +347,8 @@ def like_a_conductor(target: Target, distance: float) -> float:
 
 
 def _shortened(
-    spec: SensorSpec, target: Target, heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),)
+    coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint,
+    heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),),
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
     """Return rings and target that stand for an elongated coil, and the coils' places.
 
@@ -347,13 +357,13 @@ def _shortened(
     ones (n, 2; m), seen from the target, and an index for each coil at each move (m) from rest: all coils of the first
     move first.
     """
-    coil, (wide, high) = spec.coil, spec.coil.size
+    wide, high = coil.size
     long, short = max(wide, high), min(wide, high)
-    plate, turn = footprint(spec, target), target.rotation - spec.array.placements[0].rotation
+    turn = target.rotation - placements[0].rotation
     # mirrored places count as one
-    centres = [placement.centre for placement in spec.array.placements]
-    seen = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
-    distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
+    centres = [placement.centre for placement in placements]
+    offsets = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
+    distinct, member = np.unique(np.round(offsets, 9), axis=0, return_inverse=True)
     places = distinct, member.ravel()
     side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2
     if long - short < 1e-9 or target.outline.is_disc:
@@ -375,7 +385,7 @@ For polygons, and for racetracks. Racetracks up to 17.6 x 3.8 mm are within 1.5 
 @lru_cache(maxsize=4)
 def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings:
     """Return a coil as coaxial rings with each turn's area. A layer's last, partial turn counts as its fraction."""
-    found = []
+    layers = []
     for count, height in zip(coil.layer_turns, heights, strict=True):
         turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
         of_any, of_each = coil.outline.INWARD
@@ -385,8 +395,8 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
         corner = coil.outline.corner_radius(coil.size, coil.corner_radius)
         cut = (4.0 - math.pi) * np.minimum(corner - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
         radii = np.sqrt((coil.outline.area * sides.prod(axis=1) - cut) / math.pi)
-        found.append((radii, np.full(turns.size, float(height)), turns))
-    return CoaxialRings(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        layers.append((radii, np.full(turns.size, float(height)), turns))
+    return CoaxialRings(*(np.concatenate(parts) for parts in zip(*layers, strict=True)))
 
 
 def _skin_depth(target: Target) -> float:
@@ -402,11 +412,11 @@ def _plate(target: Target) -> tuple[FinitePlate, float]:
 
 def _notes(
     coil: CoilSpec, states: Sequence[str],
-    shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
+    ratios: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
     """Return notes about a finite target's ratios. Empty if the target is as good as an infinite plate."""
-    if min(shares[0].values()) > 0.995:
+    if min(ratios[0].values()) > 0.995:
         return []
 
     def among_coils(part: Mapping[tuple[str, str], float], state: str) -> str:
@@ -415,11 +425,11 @@ def _notes(
         share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
         return f"{share} % {in_words(state)}"
 
-    said, lost = (", ".join(among_coils(part, state) for state in states) for part in shares)
+    changes, lost = (", ".join(among_coils(part, state) for state in states) for part in ratios)
     whose = "a finite magnetic plate (its poles need room)" if magnetic else "a finite plate"
     notes = [
         f"the target counts as {whose}. Compared with an endless sheet of the same material and thickness at the same "
-        f"gap, it changes a coil's inductance by {said} of the sheet's change (each share is known within "
+        f"gap, it changes a coil's inductance by {changes} of the sheet's change (each share is known within "
         f"{100.0 * errors[0]:.0f} % of itself), and the loss that it adds is {lost} of the sheet's (within "
         f"{100.0 * errors[1]:.0f} %: currents crowd at its edges)"
     ]

@@ -97,7 +97,7 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     gap, echo = target_gap(spec), 1.0
     if spec.target is not None and like_a_conductor(spec.target, max(spec.coil.size)) < 0.5:
         echo = -1.0
-    middle, found, known = axis(layout.body), {}, {}
+    middle, by_coil, effects = axis(layout.body), {}, {}
     behind = metal_behind(spec), metal_behind(spec, without_jaw=True)
     for coil in layout.coils:
         x, y, turn = coil.centre.x - middle.x, coil.centre.y - middle.y, coil.placement.rotation
@@ -105,10 +105,10 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
             turn = 0.0
         askew = abs(math.remainder(turn, 0.5 * math.pi)) > 1e-6
         key = round(x if askew else abs(x), 9), round(y if askew else abs(y), 9), round(turn % math.pi, 9)
-        if key not in known:
-            known[key] = _missing(spec.coil, replace(coil, series=()), jaw, (x, y), behind, (gap, -face, echo))
-        found[coil.name] = known[key]
-    return found
+        if key not in effects:
+            effects[key] = _missing(spec.coil, replace(coil, series=()), jaw, (x, y), behind, (gap, -face, echo))
+        by_coil[coil.name] = effects[key]
+    return by_coil
 
 
 def through_window(layout: Layout, coil: str, change: Array) -> Array:
@@ -138,48 +138,48 @@ def _missing(
     tracks = [chorded(bent_track(w, spec.trace_width), nearest) for w in layers]
     top = max(w.z for w in layers)
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
-    spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(away - top for away in roofs)]))
+    spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(height - top for height in roofs)]))
     depth = min(depth_in(metal, FREQUENCY), 0.25 * min(size))
-    drawn = section(jaw)  # its back is round
-    inside = math.sqrt(max(drawn.radius**2 - 0.25 * size[1] ** 2, 0.0))
-    deep = max(drawn.height - drawn.radius + inside, 0.1 * drawn.height)
+    back = section(jaw)  # its back is round
+    inside = math.sqrt(max(back.radius**2 - 0.25 * size[1] ** 2, 0.0))
+    deep = max(back.height - back.radius + inside, 0.1 * back.height)
     opening, at = Opening(size, deep), np.array([FREQUENCY])
     mirrors = (MetalLayer(LOSSLESS) if echo > 0.0 else MetalLayer(0.0, FERRITE),), (MetalLayer(LOSSLESS),)
 
-    def returned(away: float | None, under: float) -> float:
-        """Return the change (H) by perfect mirrors `away` (m) above and `under` (m) below z = 0."""
-        above = None if away is None else Reflector(away, mirrors[0])
+    def returned(mirror_height: float | None, under: float) -> float:
+        """Return the change (H) by perfect mirrors `mirror_height` (m) above and `under` (m) below z = 0."""
+        above = None if mirror_height is None else Reflector(mirror_height, mirrors[0])
         return float(reflected_inductances(spectrum, at, above, Reflector(under, mirrors[1]), (0.0,))[0, 0].real)
 
-    def effects(away: float | None, recess: float) -> tuple[float, float]:
+    def effects(above: float | None, recess: float) -> tuple[float, float]:
         """Return the inductance gain (H) by the window with the jaw's faces receded (m), and a solid jaw's effect.
 
-        With a mirror `away` (m) above, the second value is the mirror's change before the solid jaw. Without it, it is
+        With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is
         the reduction (H) by the solid jaw.
         """
         under, wider = floor + recess, receded(opening, recess)
-        bare = returned(None, under)
-        if away is None:
-            return gained_inductance(wider, tracks, under), -bare
-        return gained_inductance(wider, tracks, under, under + away, echo), returned(away, under) - bare
+        jaw_change = returned(None, under)
+        if above is None:
+            return gained_inductance(wider, tracks, under), -jaw_change
+        return gained_inductance(wider, tracks, under, under + above, echo), returned(above, under) - jaw_change
 
     (less, low), (more, high) = (effects(None, 0.5 * depth + by) for by in (-STEP * nearest, STEP * nearest))
     part, lost = min(0.5 * (less / low + more / high), 1.0), min((more - less) / (high - low), 1.0)
     part, lost = round(part, DIGITS), round(lost, DIGITS)
     error = 1.0 if metal.relative_permeability > MAGNETIC else min(ERROR + PER_DEPTH * depth / min(size), 1.0)
-    found = WindowEffect(part, lost, error * part, (error + LOSS_ERROR * (1.0 - part)) * part)
+    effect = WindowEffect(part, lost, error * part, (error + LOSS_ERROR * (1.0 - part)) * part)
     if roof is None:
-        return found
-    at_roofs = [effects(away, 0.5 * depth) for away in roofs]
+        return effect
+    at_roofs = [effects(height, 0.5 * depth) for height in roofs]
     growths = [(gain - 0.5 * (less + more)) / change for gain, change in at_roofs]
     scale, nearer = at_roofs[0][1], at_roofs[1][1]
     bend = (growths[1] - growths[0]) / (nearer / scale - 1.0)
     # part of the jaw's effect that reaches the coil: a sheet before the window hides the rest
-    bare = [reflected_inductances(spectrum, at, None, one, (0.0,))[0, 0].real for one in behind]
-    seen_part = min(float(bare[1] - bare[0]) / (0.5 * (low + high)), 1.0)
+    changes = [reflected_inductances(spectrum, at, None, value, (0.0,))[0, 0].real for value in behind]
+    seen_part = min(float(changes[1] - changes[0]) / (0.5 * (low + high)), 1.0)
     growth, moving = (growths[0] - bend, bend), (error + SMALL) * abs(growths[0]) + BENT * abs(bend)
-    first, second, moving = (round(seen_part * one, DIGITS) for one in (*growth, moving))
-    return replace(found, growth=(first, second), scale=scale, moving=moving)
+    first, second, moving = (round(seen_part * value, DIGITS) for value in (*growth, moving))
+    return replace(effect, growth=(first, second), scale=scale, moving=moving)
 
 
 def receded(opening: Opening, recess: float) -> Opening:
@@ -213,12 +213,12 @@ class WindowedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        whole, none = (one.mutual(pair, distance, frequencies) for one in (self._whole, self._none))
+        whole, none = (series.mutual(pair, distance, frequencies) for series in (self._whole, self._none))
         return np.asarray(self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
         """Return the change (H, complex) by the winding's own eddy currents and their images."""
-        real, whole, none = (one.crowding(frequencies) for one in (self._real, self._whole, self._none))
+        real, whole, none = (series.crowding(frequencies) for series in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
@@ -235,5 +235,5 @@ class WindowedReflection(Reflection):
 
     def _lacking(self, frequencies: Array) -> tuple[Array, Array]:
         # Increase of inductance (H) and resistance (ohm) without the jaw and the target.
-        (one, lost), (other, other_lost) = self._whole(frequencies), self._none(frequencies)
-        return other - one, other_lost - lost
+        (whole, lost), (none, other_lost) = self._whole(frequencies), self._none(frequencies)
+        return none - whole, other_lost - lost

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from sitscad.assembly.places.bodies import (
     backing_of,
@@ -37,7 +38,9 @@ from sitscad.data import UNVERIFIED, is_unverified
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.tolerances import units_made as made
-from sitscad.spec.circuit import LayerKind
+from sitscad.kernels.converters.figures import Limit
+from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
@@ -61,6 +64,10 @@ BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
 """Causes that move metal behind the board."""
 
 
+Band = Callable[[SensorSpec], SizeTolerance | None]
+"""Function that returns the tolerance of a cause. None if the spec lacks the part."""
+
+
 @record
 class Cause:
     """One cause of scatter.
@@ -74,7 +81,7 @@ class Cause:
     name: str
     unit: str
     per: str
-    tolerance: Callable[[SensorSpec], SizeTolerance | None]
+    tolerance: Band
     key: str = ""
     moved: made.Moved | None = None
     pose: int | None = None
@@ -82,10 +89,10 @@ class Cause:
 
     def sigma(self, spec: SensorSpec) -> float:
         """Return the standard deviation in the cause's unit. 0 if the sensor lacks the part."""
-        found = self.tolerance(spec)
-        if found is None:
+        tolerance = self.tolerance(spec)
+        if tolerance is None:
             return 0.0
-        return found.band if self.is_logarithmic else found.sigma
+        return tolerance.band if self.is_logarithmic else tolerance.sigma
 
 
 @record
@@ -107,49 +114,47 @@ class Scatter:
 # ----------------------------------------------------------------------------------------------- bands of the causes
 
 
-def _of_table(name: str) -> Callable[[SensorSpec], SizeTolerance]:
+def _of_table(name: str) -> Band:
     return lambda spec: usual_tolerances()[name]
 
 
-def _of_converter(name: str) -> Callable[[SensorSpec], SizeTolerance]:
-    def tolerance(spec: SensorSpec) -> SizeTolerance:
-        row = spec.readout.device.limits[name]
-        return SizeTolerance(row.value, row.source if row.verified else UNVERIFIED + row.source)
-
-    return tolerance
+def _of_converter(name: str) -> Band:
+    return lambda spec: _of_limit(spec.readout.device.limits[name])
 
 
-def _of_pad(written: str, name: str) -> Callable[[SensorSpec], SizeTolerance | None]:
-    return lambda spec: None if spec.elastomer is None else elastomer_tolerance(spec.assembly, written, name)
+def _of_limit(limit: Limit) -> SizeTolerance:
+    return SizeTolerance(limit.value, limit.source if limit.verified else UNVERIFIED + limit.source)
 
 
-def _plating_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of one step of plating. It is all of it if the fabricator's copper may exclude it."""
-    stackup = spec.fpc.stackup
+def _of_part(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> Band:
+    """Return the function for the tolerance of a part, by the part and the spec's section `assembly`."""
+    return lambda spec: None if getattr(spec, part) is None else tolerance(getattr(spec, part), spec.assembly)
+
+
+def _of_pad(written: str, name: str) -> Band:
+    return _of_part("elastomer", lambda pad, assembly: elastomer_tolerance(assembly, written, name))
+
+
+def _on_pad(tolerance: Callable[[Encapsulation, Assembly], SizeTolerance]) -> Band:
+    """Return the function for the tolerance of the film, which acts only on a pad."""
+    film_band = _of_part("encapsulation", tolerance)
+    return lambda spec: None if spec.elastomer is None else film_band(spec)
+
+
+def _modulus_sigma(piece: ElastomerPad | Encapsulation, _: Assembly) -> SizeTolerance:
+    return SizeTolerance(piece.material.shear_modulus_sigma, UNVERIFIED + piece.material.source)
+
+
+def _plating_band(stackup: Stackup) -> SizeTolerance | None:
+    """Return the tolerance of one step of plating.
+
+    It is the whole step if the fabricator's copper may exclude the plating.
+    """
     if not any(layer.plated for layer in stackup.copper):
         return None
     if stackup.is_plating_stated:
         return usual_tolerances()[PLATING]
     return SizeTolerance(stackup.plating_thickness, UNVERIFIED + "all of it: not stated whether the copper contains it")
-
-
-def _modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
-    if spec.elastomer is None:
-        return None
-    material = spec.elastomer.material
-    return SizeTolerance(material.shear_modulus_sigma, UNVERIFIED + material.source)
-
-
-def _film_modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
-    film = spec.encapsulation
-    if film is None or spec.elastomer is None:
-        return None
-    return SizeTolerance(film.material.shear_modulus_sigma, UNVERIFIED + film.material.source)
-
-
-def _film_band(spec: SensorSpec) -> SizeTolerance | None:
-    film = spec.encapsulation
-    return None if film is None or spec.elastomer is None else film_tolerance(spec.assembly, film.thickness)
 
 
 def _glued(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
@@ -189,9 +194,9 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
     """Return the joint tolerance of glue lines and of the parts between board or shield and the metal."""
-    found = metal_tolerances(assembly, mount)
-    if found is not None:
-        return _glued(assembly, lines, found[0])
+    tolerances = metal_tolerances(assembly, mount)
+    if tolerances is not None:
+        return _glued(assembly, lines, tolerances[0])
     return _glued(assembly, lines, mount_tolerance(assembly, mount) if is_printed else None)
 
 
@@ -206,36 +211,28 @@ def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
     return _over_metal_band(spec.assembly, spec.mount, lines, printed)
 
 
-def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
-    sheet = spec.shield
-    return None if sheet is None else sheet_tolerance(spec.assembly, "shield", sheet.thickness)
+def _of_sheet(part: str) -> Band:
+    """Return the function for the thickness tolerance of a sheet (``shield`` or ``target``)."""
+    return _of_part(part, lambda sheet, assembly: sheet_tolerance(assembly, part, sheet.thickness))
 
 
-def _metal_band(spec: SensorSpec) -> SizeTolerance | None:
-    if (found := metal_tolerances(spec.assembly, spec.mount)) is not None:
-        return found[1]
-    return None if spec.jaw is None else jaw_tolerance(spec.assembly, spec.jaw.height)
+def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None:
+    """Return the tolerance of the metal behind the board, or else of the jaw's height. None if both are missing."""
+    if (tolerances := metal_tolerances(assembly, mount)) is not None:
+        return tolerances[1]
+    jaw = None if mount is None else mount.jaw
+    return None if jaw is None else jaw_tolerance(assembly, jaw.height)
 
 
-def _target_band(spec: SensorSpec) -> SizeTolerance | None:
-    sheet = spec.target
-    return None if sheet is None else sheet_tolerance(spec.assembly, "target", sheet.thickness)
+_PLACEMENT = _of_part("target", lambda target, assembly: placement(assembly))
+"""Tolerance of the target's place along an axis."""
 
 
-def _target_size_band(spec: SensorSpec) -> SizeTolerance | None:
-    return None if spec.target is None else plate_tolerance(spec.assembly, "target", min(spec.target.size))
-
-
-def _placement_band(spec: SensorSpec) -> SizeTolerance | None:
-    return None if spec.target is None else placement(spec.assembly)
-
-
-def _turn_band(spec: SensorSpec) -> SizeTolerance | None:
-    if spec.target is None:
-        return None
-    placed, across = placement(spec.assembly), min(spec.target.size)
+def _turn_band(target: Target, assembly: Assembly) -> SizeTolerance:
+    """Return the tolerance (rad) of the target's rotation, by the placement of its ends."""
+    place, across = placement(assembly), min(target.size)
     ends = f"of both ends, {1e3 * across:.3g} mm apart: "
-    return SizeTolerance(2.0 * placed.band / across, ends + placed.source)
+    return SizeTolerance(2.0 * place.band / across, ends + place.source)
 
 
 def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
@@ -258,7 +255,7 @@ def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
 CAUSES = (
     Cause(WIDTH, "1", BOARD, _of_table(WIDTH), "coil.trace_width", made.with_width),
     Cause(FOIL, "1", BOARD, _of_table(FOIL), "fpc.stackup.copper", made.with_layers(LayerKind.COPPER)),
-    Cause(PLATING, "m", BOARD, _plating_band, "fpc.plating", made.with_plating),
+    Cause(PLATING, "m", BOARD, lambda spec: _plating_band(spec.fpc.stackup), "fpc.plating", made.with_plating),
     Cause(DISTANCE, "1", BOARD, _of_table(DISTANCE), "fpc.stackup.dielectric",
           made.with_layers(LayerKind.DIELECTRIC, LayerKind.COVERLAY)),
     Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER), "coil.outer_diameter", made.with_diameter),
@@ -266,21 +263,26 @@ CAUSES = (
     Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", made.with_capacitor),
     Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", made.with_thickness("elastomer"), pose=2),
     Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE), "elastomer.size", made.with_size("elastomer")),
-    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", made.with_modulus("elastomer"),
-          is_logarithmic=True),
-    Cause(FILM, "1", UNIT, _film_modulus_sigma, "encapsulation.modulus", made.with_modulus("encapsulation"),
-          is_logarithmic=True),
-    Cause(FILM_THICKNESS, "m", UNIT, _film_band, "encapsulation.thickness", made.with_thickness("encapsulation")),
+    Cause(MODULUS, "1", UNIT, _of_part("elastomer", _modulus_sigma), "elastomer.modulus",
+          made.with_modulus("elastomer"), is_logarithmic=True),
+    Cause(FILM, "1", UNIT, _on_pad(_modulus_sigma), "encapsulation.modulus",
+          made.with_modulus("encapsulation"), is_logarithmic=True),
+    Cause(FILM_THICKNESS, "m", UNIT,
+          _on_pad(lambda film, assembly: film_tolerance(assembly, film.thickness)), "encapsulation.thickness",
+          made.with_thickness("encapsulation")),
     Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", made.with_glue, pose=2),
     Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
-    Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff", made.with_room_under_shield),
-    Cause(SHIELD, "m", UNIT, _shield_band, "shield.thickness", made.with_shield),
-    Cause(METAL, "m", UNIT, _metal_band, "mount.jaw.height", made.with_metal),
-    Cause(TARGET, "m", UNIT, _target_band, "target.thickness", made.with_thickness("target")),
-    Cause(TARGET_SIZE, "m", UNIT, _target_size_band, "target.size", made.with_size("target")),
-    Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", made.beside(0), pose=0),
-    Cause(OFFSET_Y, "m", UNIT, _placement_band, "target.offset.y", made.beside(1), pose=1),
-    Cause(YAW, "rad", UNIT, _turn_band, "target.rotation", made.turned, pose=5),
+    Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff",
+          lambda spec, off: made.farther(spec, metal=off)),
+    Cause(SHIELD, "m", UNIT, _of_sheet("shield"), "shield.thickness", made.with_shield),
+    Cause(METAL, "m", UNIT, lambda spec: _metal_band(spec.assembly, spec.mount), "mount.jaw.height", made.with_metal),
+    Cause(TARGET, "m", UNIT, _of_sheet("target"), "target.thickness", made.with_thickness("target")),
+    Cause(TARGET_SIZE, "m", UNIT,
+          _of_part("target", lambda target, assembly: plate_tolerance(assembly, "target", min(target.size))),
+          "target.size", made.with_size("target")),
+    Cause(OFFSET_X, "m", UNIT, _PLACEMENT, "target.offset.x", made.beside(0), pose=0),
+    Cause(OFFSET_Y, "m", UNIT, _PLACEMENT, "target.offset.y", made.beside(1), pose=1),
+    Cause(YAW, "rad", UNIT, _of_part("target", _turn_band), "target.rotation", made.turned, pose=5),
     Cause(TILT_X, "rad", UNIT, _tilt_band(1), pose=3),
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
@@ -297,17 +299,17 @@ MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
 
 def scatter(spec: SensorSpec) -> dict[str, Scatter]:
     """Return all causes for which a sensor has the parts, by name."""
-    found = {}
+    causes = {}
     for cause in CAUSES:
         tolerance = cause.tolerance(spec)
         if tolerance is not None and tolerance.band:
-            found[cause.name] = Scatter(cause.name, cause.sigma(spec), cause.unit, cause.per, tolerance.source)
-    return found
+            causes[cause.name] = Scatter(cause.name, cause.sigma(spec), cause.unit, cause.per, tolerance.source)
+    return causes
 
 
 def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
     """Return the differences between assembled units. `coil_scatter` replaces the board's own causes."""
-    return (*(one for one in scatter(spec).values() if one.per != BOARD), *coil_scatter(estimates.coils))
+    return (*(cause for cause in scatter(spec).values() if cause.per != BOARD), *coil_scatter(estimates.coils))
 
 
 def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
@@ -316,12 +318,12 @@ def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
     It is for the coil with the most scatter. Empty if that coil has no values.
     """
     free = [coil.states[FREE] for coil in coils if FREE in coil.states]
-    known = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
-    if not known:
+    sigmas = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
+    if not sigmas:
         return ()
-    cause = known[0][1].causes["inductance"]
+    cause = sigmas[0][1].causes["inductance"]
     source = f"{UNVERIFIED}tolerances of the board, mostly of the {cause} (data/tolerances.csv)"
-    return (Scatter(INDUCTANCE, max(share for share, _ in known), "1", COIL, source),)
+    return (Scatter(INDUCTANCE, max(share for share, _ in sigmas), "1", COIL, source),)
 
 
 def signal_share(coil: CoilEstimate, cause: str) -> float:
@@ -354,23 +356,23 @@ def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
     for coil in coils:
         rest = coil.states.get(REST)
         if rest is not None and rest.spread is not None:
-            shifts = [rest.spread.shifts.get(one, NO_SHIFTS)[0] for one in causes]
+            shifts = [rest.spread.shifts.get(cause, NO_SHIFTS)[0] for cause in causes]
             inductances.append(math.hypot(*shifts) / rest.inductance)
-            signals.append(math.hypot(*(signal_share(coil, one) for one in causes)))
+            signals.append(math.hypot(*(signal_share(coil, cause) for cause in causes)))
     return max(inductances), max(signals)
 
 
 def production_limits(coils: Sequence[CoilEstimate]) -> dict[str, dict[str, float]]:
     """Return limits of every coil's L and f before assembly. A coil outside is faulty even if it oscillates."""
-    found = {}
+    limits = {}
     for coil in coils:
         free = coil.states.get(FREE)
         if free is None or free.spread is None:
             continue
-        found[coil.name] = {
+        limits[coil.name] = {
             "inductance_min_H": free.inductance - ACCEPTED_SIGMAS * free.spread.inductance,
             "inductance_max_H": free.inductance + ACCEPTED_SIGMAS * free.spread.inductance,
             "frequency_min_Hz": free.frequency - ACCEPTED_SIGMAS * free.spread.frequency,
             "frequency_max_Hz": free.frequency + ACCEPTED_SIGMAS * free.spread.frequency,
         }
-    return found
+    return limits

@@ -8,7 +8,9 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import backing_of, board_heights, target_lines
 from sitscad.basics.record import replace
-from sitscad.spec.circuit import LayerKind
+from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 LEAST_FACTOR = 0.05
@@ -17,97 +19,100 @@ LEAST_FACTOR = 0.05
 Moved = Callable[[SensorSpec, float], SensorSpec]
 
 
-def with_width(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with tracks wider by a fraction.
-
-    Their centre lines stay, because the artwork's film keeps the pitch.
-    """
-    coil = spec.coil
-    width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
-    x, y = (side + width - coil.trace_width for side in coil.size)
-    return replace(spec, coil=replace(coil, size=(x, y), trace_width=width, trace_spacing=coil.pitch - width))
-
-
-def with_layers(*kinds: LayerKind) -> Moved:
-    """Return a move of the thickness of all layers of some kinds by a fraction: foils and films are of one delivery."""
-
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        stackup = spec.fpc.stackup
-        layers = tuple(
-            replace(one, thickness=one.thickness + off * (one.thickness - one.plated)) if one.kind in kinds else one
-            for one in stackup.layers
-        )
-        return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=layers)))
-
-    return moved
-
-
-def with_plating(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with every step of plating thicker (m)."""
-    stackup, layers, number = spec.fpc.stackup, [], 0
-    for one in stackup.layers:
-        number += one.kind is LayerKind.COPPER
-        if one.kind is LayerKind.COPPER and one.plated:
-            more = max(off * stackup.platings(number), (LEAST_FACTOR - 1.0) * one.plated)
-            one = replace(one, thickness=one.thickness + more, plated=one.plated + more)
-        layers.append(one)
-    return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=tuple(layers))))
-
-
-def with_diameter(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with coils larger by a fraction, and tracks of unchanged width."""
-    coil = spec.coil
-    x, y = (side + off * (side - coil.trace_width) for side in coil.size)
-    pitch = (1.0 + off) * coil.pitch
-    return replace(spec, coil=replace(coil, size=(x, y), trace_spacing=pitch - coil.trace_width))
-
-
-def with_permittivity(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with the permittivity of all films larger by a fraction."""
-    stackup = spec.fpc.stackup
-    layers = tuple(
-        one if one.relative_permittivity is None else replace(
-            one, relative_permittivity=max(1.0, (1.0 + off) * one.relative_permittivity))
-        for one in stackup.layers
-    )
-    return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=layers)))
-
-
-def with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with a tank capacitor larger by a fraction, if it has one."""
-    chosen = spec.readout.capacitance
-    return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
-
-
 def _with(part: str, change: Callable[[Any, float], Any]) -> Moved:
     """Return a move that changes a part of the spec by an amount; a spec without that part stays as it is."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        own = getattr(spec, part)
-        return spec if own is None else replace(spec, **{part: change(own, off)})
+        present = getattr(spec, part)
+        return spec if present is None else replace(spec, **{part: change(present, off)})
 
     return moved
 
 
+def _wider(coil: CoilSpec, off: float) -> CoilSpec:
+    """Return a coil with tracks wider by a fraction.
+
+    Their centre lines stay, because the artwork's film keeps the pitch.
+    """
+    width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
+    x, y = (side + width - coil.trace_width for side in coil.size)
+    return replace(coil, size=(x, y), trace_width=width, trace_spacing=coil.pitch - width)
+
+
+def _larger(coil: CoilSpec, off: float) -> CoilSpec:
+    """Return a coil larger by a fraction, with tracks of unchanged width."""
+    x, y = (side + off * (side - coil.trace_width) for side in coil.size)
+    pitch = (1.0 + off) * coil.pitch
+    return replace(coil, size=(x, y), trace_spacing=pitch - coil.trace_width)
+
+
+with_width = _with("coil", _wider)
+"""Move of the tracks' width by a fraction."""
+
+with_diameter = _with("coil", _larger)
+"""Move of the coils' size by a fraction."""
+
+
+def _with_layers(change: Callable[[Stackup, float], list[StackLayer]]) -> Moved:
+    """Return a move that replaces the layers of the stack-up."""
+    return _with("fpc", lambda fpc, off: replace(fpc, stackup=replace(
+        fpc.stackup, layers=tuple(change(fpc.stackup, off)))))
+
+
+def with_layers(*kinds: LayerKind) -> Moved:
+    """Return a move of the thickness of all layers of some kinds by a fraction: foils and films are of one delivery."""
+    return _with_layers(lambda stackup, off: [
+        replace(layer, thickness=layer.thickness + off * (layer.thickness - layer.plated)) if layer.kind in kinds
+        else layer for layer in stackup.layers])
+
+
+def _plated(stackup: Stackup, off: float) -> list[StackLayer]:
+    """Return the layers with every step of plating thicker (m)."""
+    layers, number = [], 0
+    for layer in stackup.layers:
+        number += layer.kind is LayerKind.COPPER
+        if layer.kind is LayerKind.COPPER and layer.plated:
+            more = max(off * stackup.platings(number), (LEAST_FACTOR - 1.0) * layer.plated)
+            layer = replace(layer, thickness=layer.thickness + more, plated=layer.plated + more)
+        layers.append(layer)
+    return layers
+
+
+with_plating = _with_layers(_plated)
+"""Move of the thickness of every step of plating (m)."""
+
+with_permittivity = _with_layers(lambda stackup, off: [
+    layer if layer.relative_permittivity is None
+    else replace(layer, relative_permittivity=max(1.0, (1.0 + off) * layer.relative_permittivity))
+    for layer in stackup.layers])
+"""Move of the permittivity of all films by a fraction."""
+
+with_capacitor = _with("readout", lambda readout, off: readout if readout.capacitance is None else replace(
+    readout, capacitance=readout.capacitance * (1.0 + off)))
+"""Move of the tank capacitor by a fraction, if the spec has one."""
+
+
 def with_thickness(part: str) -> Moved:
     """Return a move that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker (m)."""
-    return _with(part, lambda own, off: replace(own, thickness=max(LEAST_FACTOR * own.thickness, own.thickness + off)))
+    return _with(part, lambda piece, off: replace(
+        piece, thickness=max(LEAST_FACTOR * piece.thickness, piece.thickness + off)))
 
 
 def with_size(part: str) -> Moved:
     """Return a move that makes a part (``elastomer`` or ``target``) longer and wider (m)."""
-    return _with(part, lambda own, off: replace(own, size=tuple(max(LEAST_FACTOR * s, s + off) for s in own.size)))
+    return _with(part, lambda piece, off: replace(
+        piece, size=tuple(max(LEAST_FACTOR * side, side + off) for side in piece.size)))
 
 
 def with_modulus(part: str) -> Moved:
     """Return a move of the logarithm of a part's shear modulus (``elastomer`` or ``encapsulation``)."""
-    return _with(part, lambda own, off: replace(own, material=replace(
-        own.material, shear_modulus=own.material.shear_modulus * math.exp(off))))
+    return _with(part, lambda piece, off: replace(piece, material=replace(
+        piece.material, shear_modulus=piece.material.shear_modulus * math.exp(off))))
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
     """Return the spec with a higher target (m)."""
-    return _farther(spec, target=max(off, -target_lines(spec)))
+    return farther(spec, target=max(off, -target_lines(spec)))
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
@@ -119,12 +124,7 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
     down = max(off,
                -room - spec.assembly.glue_line * (backing_of(spec).lines_over_shield if sheet is not None else 1))
-    return _farther(spec, shield=down, metal=down)
-
-
-def with_room_under_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with metal farther below the shield (m)."""
-    return _farther(spec, metal=off)
+    return farther(spec, shield=down, metal=down)
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
@@ -157,24 +157,22 @@ def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
 def beside(axis: int) -> Moved:
     """Return a move of the target along an axis (0: x, 1: y) (m)."""
 
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        if spec.target is None:
-            return spec
-        x, y = spec.target.offset
-        offset = (x + off, y) if axis == 0 else (x, y + off)
-        return replace(spec, target=replace(spec.target, offset=offset))
+    def moved(target: Target, off: float) -> Target:
+        x, y = target.offset
+        return replace(target, offset=(x + off, y) if axis == 0 else (x, y + off))
 
-    return moved
+    return _with("target", moved)
 
 
-def turned(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with a target turned by an angle (rad)."""
-    target = spec.target
-    return spec if target is None else replace(spec, target=replace(target, rotation=target.rotation + off))
+turned = _with("target", lambda target, off: replace(target, rotation=target.rotation + off))
+"""Move of the target's rotation (rad)."""
 
 
-def _farther(spec: SensorSpec, **by: float) -> SensorSpec:
-    # Offsets of one unit add up
+def farther(spec: SensorSpec, **by: float) -> SensorSpec:
+    """Return the spec with parts farther from their drawn heights (m): `target`, `shield`, `metal`.
+
+    Offsets of one unit add up.
+    """
     offsets = spec.assembly.offsets
     moved = replace(offsets, **{name: getattr(offsets, name) + more for name, more in by.items()})
     return replace(spec, assembly=replace(spec.assembly, offsets=moved))

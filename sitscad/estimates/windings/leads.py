@@ -106,9 +106,9 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
     squares = 0.0  # resistance (ohm) of one square of each lead track
-    ways = _ways(coil)
-    facing = [(trace, *beside) for one, other in (ways, ways[::-1]) for line, trace in one
-              if (beside := _beside(line, other, 5.0 * trace.width)) is not None]
+    paths = _ways(coil)
+    facing = [(trace, *beside) for first, second in (paths, paths[::-1]) for line, trace in first
+              if (beside := _beside(line, second, 5.0 * trace.width)) is not None]
     for trace in coil.series:
         if not isinstance(trace, Trace) or trace.role is Role.WINDING:
             continue
@@ -168,18 +168,18 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
 def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
     """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
     copper = {layer.number: layer for layer in stackup.copper}
-    one, other = (copper[number] for number in pair.layers)
-    across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
+    first, second = (copper[number] for number in pair.layers)
+    across, height = (0.0, abs(first.z - second.z)) if first is not second else (pair.apart, 0.0)
     widths = pair.width, pair.width
-    alone = sum(0.5 * log_mean_distance(0.0, 0.0, widths, (t, t)) for t in (one.thickness, other.thickness))
-    between = log_mean_distance(across, height, widths, (one.thickness, other.thickness))
+    alone = sum(0.5 * log_mean_distance(0.0, 0.0, widths, (t, t)) for t in (first.thickness, second.thickness))
+    between = log_mean_distance(across, height, widths, (first.thickness, second.thickness))
     if across:
         capacitance = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
     else:
         capacitance = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
     wide = max(round(pair.width / GRAIN), 1) * GRAIN  # nearly equal skin effect
     beside = round(across / GRAIN) * GRAIN, height
-    tracks = Strip(0.0, wide, one.thickness, beside), Strip(0.0, wide, other.thickness, beside)
+    tracks = Strip(0.0, wide, first.thickness, beside), Strip(0.0, wide, second.thickness, beside)
     return MU0 / math.pi * float(between - alone), capacitance, tracks
 
 
@@ -197,9 +197,9 @@ def led_round(
     rings = mean_rings(spirals)
     z, way = np.array([(layer.z, layer.circulation) for layer in spirals]).T[:, rings.layer]
     mutual = coaxial_rings(radius, rings.radii, (rings.radii - radius) ** 2 + (z - copper.z) ** 2)
-    own = coaxial_rings(radius, radius, (SELF_DISTANCE * (width + copper.thickness)) ** 2)
+    self_inductance = coaxial_rings(radius, radius, (SELF_DISTANCE * (width + copper.thickness)) ** 2)
     coupling = 2.0 * turns * float(np.sum(mutual * rings.parts * way)) * way[0]
-    more = turns * turns * float(own) + coupling
+    more = turns * turns * float(self_inductance) + coupling
     resistance = abs(turns) * 2.0 * math.pi * radius / (conductivity * width * copper.thickness)
     strips = (*leads.strips, Strip(resistance, max(round(width / GRAIN), 1) * GRAIN, copper.thickness))
     parts = {"leads": leads.inductance + more - coupling, "coupling": coupling}
@@ -218,14 +218,14 @@ def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
     """Return partial inductances (H) by the tracks' roles. Chords of one cross-section are summed together."""
-    alike: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
+    groups: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
     for role, track in tracks:
-        alike.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
+        groups.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
     names = list(PARTS.values())
-    if not alike:
+    if not groups:
         return dict.fromkeys(names, 0.0)
-    sets = [segment_set(group) for group in alike.values()]
-    sums = grouped_segments_inductance(sets, [names.index(key[0]) for key in alike])
+    sets = [segment_set(group) for group in groups.values()]
+    sums = grouped_segments_inductance(sets, [names.index(key[0]) for key in groups])
     rows = sums.sum(axis=1)
     return {name: float(rows[k]) if k < len(rows) else 0.0 for k, name in enumerate(names)}
 
@@ -236,12 +236,12 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
         return 0.0
     pieces = [_sampled(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
     curve = np.concatenate([points for points, _ in pieces]), np.concatenate([elements for _, elements in pieces])
-    alike: dict[tuple[float, float, float], list[PolylineTrack]] = {}
+    groups: dict[tuple[float, float, float], list[PolylineTrack]] = {}
     for _, track in tracks:
-        alike.setdefault((track.width, track.thickness, track.z), []).append(track)
+        groups.setdefault((track.width, track.thickness, track.z), []).append(track)
     return 2.0 * math.fsum(
         curve_segments_mutual(curve, segment_set(group), SELF_DISTANCE * (key[0] + key[1]))
-        for key, group in alike.items()
+        for key, group in groups.items()
     )
 
 
@@ -286,11 +286,11 @@ def _places(item: Trace | Via) -> list[Place]:
 
 
 def _distinct(points: Sequence[Place]) -> list[Place]:
-    kept = list(points[:1])
+    distinct = list(points[:1])
     for point in points[1:]:
-        if math.dist(point, kept[-1]) > 1e-9:
-            kept.append(point)
-    return kept
+        if math.dist(point, distinct[-1]) > 1e-9:
+            distinct.append(point)
+    return distinct
 
 
 def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
@@ -308,12 +308,12 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
     return way_in, way_out
 
 
-def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
+def _beside(line: Piece, pieces: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
     """Return overlap (m), distance (m; less than `reach`) and trace of the nearest piece parallel to a line."""
     (x, y), _ = line
-    length, found = math.dist(*line), []
+    length, candidates = math.dist(*line), []
     ux, uy = ((end - start) / length for start, end in zip(*line, strict=True))
-    for piece, trace in others:
+    for piece, trace in pieces:
         there = math.dist(*piece)
         vx, vy = ((end - start) / there for start, end in zip(*piece, strict=True))
         if abs(ux * vy - uy * vx) > 1e-3:
@@ -322,8 +322,8 @@ def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tup
         overlap = min(ends[1], length) - max(ends[0], 0.0)
         lateral = abs((piece[0][0] - x) * uy - (piece[0][1] - y) * ux)
         if overlap > 0.0 and lateral < reach:
-            found.append((overlap, lateral, trace))
-    return min(found, key=lambda row: (row[1], -row[0]), default=None)
+            candidates.append((overlap, lateral, trace))
+    return min(candidates, key=lambda row: (row[1], -row[0]), default=None)
 
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
@@ -391,6 +391,6 @@ def missing_leads(coils: tuple[Coil, ...]) -> str | None:
             "numbers at the contacts lack the leads and the tail that are not drawn"
         )
     ends = [pair for coil in coils for pair in pairwise(map(_places, coil.series))]
-    if not all(min(math.dist(a, b) for a in one for b in other) < 1e-6 for one, other in ends):
+    if not all(min(math.dist(a, b) for a in first for b in second) < 1e-6 for first, second in ends):
         return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
     return None

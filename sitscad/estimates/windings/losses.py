@@ -61,42 +61,44 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     It takes spirals for round coils, and otherwise the sides and arcs of the paths, with direct current's route around
     sharp corners. `tolerance` is the relative tolerance of the inductance; None is the usual one.
     """
-    wanted = wanted_tolerance(tolerance)
+    target = wanted_tolerance(tolerance)
     if spirals:
-        return winding_loss(spirals, conductivity, wanted)
+        return winding_loss(spirals, conductivity, target)
     thickness = max(w.thickness for w in coil.windings)
     gap = least_gap(spec.trace_spacing, spec.trace_width, [w.z for w in coil.windings])
-    resolution = resolution_for(spec.trace_width, thickness, gap, wanted, conductivity)
+    resolution = resolution_for(spec.trace_width, thickness, gap, target, conductivity)
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
-    usual = wanted > FINE_TOLERANCE
+    usual = target > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
     # with an odd number of sides, opposite sides differ
     even, fewest = usual and spec.outline.sides % 2 == 0, min(spec.layer_turns)
     is_alike = even and fewest >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
-    alike = (4 if fewest >= ALIKE_ENDS else 2) if is_alike else 1
+    equal_ends = (4 if fewest >= ALIKE_ENDS else 2) if is_alike else 1
     # the field along a side is smooth, except for layers that cross near corners: these need twice the places
     cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
-    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, alike)
+    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, equal_ends)
 
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-              alike: int = 1) -> ProximityLoss:
+              equal_ends: int = 1) -> ProximityLoss:
     """Return skin and proximity losses of sides and arcs (S/m).
 
-    Each side is cut `cuts` times; `alike` is as in `bent_winding_loss`.
+    Each side is cut `cuts` times; `equal_ends` is as in `bent_winding_loss`.
     """
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
         sides = [mitred(track) for track in tracks]
-        return with_corners(bent_winding_loss(sides, conductivity, modes, cuts, steps, alike), tracks, conductivity)
+        proximity = bent_winding_loss(sides, conductivity, modes, cuts, steps, equal_ends)
+        return with_corners(proximity, tracks, conductivity)
 
     share, cornered, wide = opened(bent)
     if share == 0.0:
         return loss(cornered)
-    one, other = loss(cornered), loss(wide)
-    found = joined([one.scaled((1.0 - share) * one.direct), other.scaled(share * other.direct)])
-    return replace(found, direct=math.fsum(direct_resistance(track, conductivity) for track in bent))
+    cornered_loss, wide_loss = loss(cornered), loss(wide)
+    combined = joined([cornered_loss.scaled((1.0 - share) * cornered_loss.direct),
+                       wide_loss.scaled(share * wide_loss.direct)])
+    return replace(combined, direct=math.fsum(direct_resistance(track, conductivity) for track in bent))
 
 
 def is_rough(tolerance: float | None) -> bool:
@@ -195,7 +197,7 @@ class Strip:
     def loss(self, conductivity: float) -> ProximityLoss:
         """Return its skin effect (S/m), with the effect of the return track."""
         if self.beside is None:
-            alike = lone_track_loss(self.width, self.thickness, conductivity)
+            normalised = lone_track_loss(self.width, self.thickness, conductivity)
         else:
-            alike = pair_loss(self.width, self.thickness, *self.beside, conductivity)
-        return alike.scaled(self.resistance)
+            normalised = pair_loss(self.width, self.thickness, *self.beside, conductivity)
+        return normalised.scaled(self.resistance)

@@ -83,8 +83,8 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
         return WindingGeometry(spec, spirals)
     width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
     layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
-    drawn = tuple(track_of(w.path, width, w.thickness, w.z) for w in layers)
-    return WindingGeometry(spec, (), drawn, tuple(bent_track(w, width) for w in layers))
+    tracks = tuple(track_of(w.path, width, w.thickness, w.z) for w in layers)
+    return WindingGeometry(spec, (), tracks, tuple(bent_track(w, width) for w in layers))
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
@@ -209,7 +209,7 @@ class Crowding:
         """Return logarithms of the factors of an error bound, by the columns of the table."""
         few = max(0.0, math.log(FEW_TURNS / self.turns))
         inner = math.log(self.width / self.inner_radius)
-        found = {
+        values = {
             "constant": 1.0,
             "inner": inner,
             "crowded": max(0.0, inner - math.log(CROWDED)),
@@ -223,7 +223,7 @@ class Crowding:
         if len(self.heights) > 1:
             near = math.log(self.width / self.apart)
             stacked = max(0.0, near - math.log(STACKED))
-            found |= {
+            values |= {
                 "near": near,
                 "layers": math.log(len(self.heights)),
                 "stacked": stacked,
@@ -231,8 +231,8 @@ class Crowding:
                 "wide_stacked": max(0.0, near - math.log(WIDE_STACKED)),
             }
         if self.corner_radius:
-            found["corner"] = math.log(self.corner_radius / self.width)
-        return found
+            values["corner"] = math.log(self.corner_radius / self.width)
+        return values
 
 
 def error_bound(method: str, crowding: Crowding) -> float:
@@ -397,34 +397,34 @@ def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance:
     if name is not None:
         chosen = next((method for method in fitting if method.name == name), None)
         if chosen is None or chosen.solve(geometry) is None:
-            known = ", ".join(m.name for m in fitting if not m.is_cross_check or m.solve(geometry) is not None)
-            raise ValueError(f"no method {name!r} for shape {geometry.spec.shape!r}: choose one of {known}")
+            names = ", ".join(m.name for m in fitting if not m.is_cross_check or m.solve(geometry) is not None)
+            raise ValueError(f"no method {name!r} for shape {geometry.spec.shape!r}: choose one of {names}")
         return chosen
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError("the tolerance must be positive")
     solvers = [method for method in fitting if not method.is_cross_check and method.is_valid(geometry)]
     if not solvers:
         raise ValueError(f"no method for shape {geometry.spec.shape!r}")
-    wanted = DEFAULT_TOLERANCE if tolerance is None else tolerance
-    good = [method for method in solvers if method.error(geometry) <= wanted]
+    allowed = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    good = [method for method in solvers if method.error(geometry) <= allowed]
     return min(good, key=lambda m: m.cost) if good else min(solvers, key=lambda m: m.error(geometry))
 
 
 def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tuple[CrossCheck, ...]:
     """Return every closed formula for the coil's shape, compared with the winding's inductance (H)."""
-    found = []
+    checks = []
     for method in METHODS:
         if method.is_cross_check and method.serves(geometry.spec.outline):
             value = method.solve(geometry)
             if value is not None and math.isfinite(value):
-                found.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
+                checks.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
                                         method.validity))
-    return tuple(found)
+    return tuple(checks)
 
 
-def no_cross_check(coil: CoilSpec, found: Sequence[CrossCheck]) -> str | None:
+def no_cross_check(coil: CoilSpec, checks: Sequence[CrossCheck]) -> str | None:
     """Return the reason for an absent closed formula. None if there is a closed formula."""
-    if found:
+    if checks:
         return None
     if not tabulated(coil.outline):
         return (

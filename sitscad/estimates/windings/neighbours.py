@@ -39,19 +39,19 @@ def inductance_matrix(self_inductance: float, self_error: float, coils: list[Pla
     count = len(coils)
     matrix = np.full((count, count), self_inductance)
     errors = np.full((count, count), self_inductance * self_error)
-    known: dict[tuple[float, ...], SideBySide] = {}
+    solved: dict[tuple[float, ...], SideBySide] = {}
     for i in range(count):
         for j in range(i):
-            one, other = coils[i][0], coils[j][0]
-            dx, dy = one.centre.x - other.centre.x, one.centre.y - other.centre.y
-            turns = one.placement.rotation, other.placement.rotation
+            first, second = coils[i][0], coils[j][0]
+            dx, dy = first.centre.x - second.centre.x, first.centre.y - second.centre.y
+            turns = first.placement.rotation, second.placement.rotation
             if (dx, dy) < (0.0, 0.0):
                 dx, dy, turns = -dx, -dy, turns[::-1]
             key = tuple(round(part, 9) for part in (dx, dy, *turns))
-            if key not in known:
-                known[key] = side_by_side(coils[i], coils[j])
-            matrix[i, j] = matrix[j, i] = known[key].inductance
-            errors[i, j] = errors[j, i] = mutual_error(known[key], coils[i][1].spec)
+            if key not in solved:
+                solved[key] = side_by_side(coils[i], coils[j])
+            matrix[i, j] = matrix[j, i] = solved[key].inductance
+            errors[i, j] = errors[j, i] = mutual_error(solved[key], coils[i][1].spec)
     return matrix, errors
 
 
@@ -70,7 +70,7 @@ ROUGH_MUTUAL, ORDERS = 0.15, 8
 
 
 def rings_beside_each_other(
-    spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], own: float, error: float
+    spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], self_inductance: float, error: float
 ) -> tuple[Array, Array]:
     """Return rough matrix and errors (H) of identical spirals: rings in one plane, by their moments.
 
@@ -82,21 +82,21 @@ def rings_beside_each_other(
         (-1) ** m * float(np.sum(rings.parts * rings.radii * (0.5 * rings.radii) ** (2 * m + 1)))
         / (math.factorial(m) * math.factorial(m + 1)) for m in range(ORDERS)
     ]
-    distances = np.array([[math.dist(one, other) for other in centres] for one in centres])
+    distances = np.array([[math.dist(centre, other) for other in centres] for centre in centres])
     apart, mutual = np.where(distances > 0.0, distances, 1.0), np.zeros_like(distances)
     for m, n in product(range(ORDERS), repeat=2):
         s = 2 * (m + n + 1)
         weber = 2.0**s * math.gamma(0.5 * (1 + s)) / math.gamma(0.5 * (1 - s))
         mutual += moments[m] * moments[n] * weber * apart ** (-s - 1.0)
-    matrix = np.where(distances > 0.0, MU0 * math.pi * mutual, own)
+    matrix = np.where(distances > 0.0, MU0 * math.pi * mutual, self_inductance)
     return matrix, np.abs(matrix) * np.where(distances > 0.0, ROUGH_MUTUAL, error)
 
 
-def side_by_side(one: Placed, other: Placed) -> SideBySide:
+def side_by_side(first_coil: Placed, second_coil: Placed) -> SideBySide:
     """Return two coils for currents that enter each at its outer end on layer 1."""
     from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
 
-    (first, a), (second, b) = one, other
+    (first, a), (second, b) = first_coil, second_coil
     displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
     if a.spirals:
         return spirals_side_by_side(a.spirals, b.spirals, displacement)
@@ -127,13 +127,13 @@ def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load:
     `load` (n,; ohm) closes the idle coils' contacts. Each idle loop has zero voltage: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
     """
     omega = 2.0 * math.pi * frequencies
-    own = impedances[:, active, active]
-    others = [i for i in range(impedances.shape[1]) if i != active]
-    if others:
-        loops = impedances[:, others][:, :, others] + np.eye(len(others)) * (load / (1j * omega))[:, None, None]
-        towards = impedances[:, active, others]
-        own = own - np.einsum("ni,ni->n", towards, np.linalg.solve(loops, towards[..., None])[..., 0])
-    return own.real, -omega * own.imag
+    impedance = impedances[:, active, active]
+    idle = [i for i in range(impedances.shape[1]) if i != active]
+    if idle:
+        loops = impedances[:, idle][:, :, idle] + np.eye(len(idle)) * (load / (1j * omega))[:, None, None]
+        towards = impedances[:, active, idle]
+        impedance = impedance - np.einsum("ni,ni->n", towards, np.linalg.solve(loops, towards[..., None])[..., 0])
+    return impedance.real, -omega * impedance.imag
 
 
 def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:

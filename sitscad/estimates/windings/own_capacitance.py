@@ -21,12 +21,12 @@ from sitscad.kernels.electromagnetics.capacitance import (
 from sitscad.kernels.electromagnetics.constants import EPSILON0
 from sitscad.layout.board import Coil
 from sitscad.spec.circuit import LayerKind, Stackup
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.coil import CoilSpec
 
 USUAL_PERMITTIVITY = 3.4  # Relative permittivity of polyimide, where a layer of the stack-up states none
 
 FILLING = 3.0
-"""Relative permittivity of everything between winding and metal: about that of silicones and printed mounts.
+"""Relative permittivity of everything between winding and metal, as of silicones and printed mounts.
 
 Air has less.
 """
@@ -52,7 +52,7 @@ ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 10e-6
 """Numbers of places in screening, within 2 %; and the step (m) of rounded widths and pitches, within 4 %."""
 
 
-def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> float:
+def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_rough: bool = False) -> float:
     """Return the capacitance (F) of a coil's winding between its ends, without leads.
 
     It is twice the electric energy at one volt. Layers face each other through the stack-up as strips, averaged over
@@ -60,9 +60,10 @@ def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> fl
     no more turns, the other layers face each other through the material that fills its place. Elastomer and metal
     around the board are left out: see `added_by_metal`.
     """
-    lengths, shares, present = _turns(coil, spec, ROUGH_PLACES if is_rough else PLACES)
-    voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
-    width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * min(spec.coil.size)
+    lengths, fractions, present = _turns(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
+    voltages = _voltages(lengths, fractions, present, coil, dimensions)
+    width, pitch, reach = dimensions.trace_width, dimensions.pitch, 0.5 * min(dimensions.size)
+    areas = lengths * pitch * fractions
     if is_rough:  # designs with nearly equal width and pitch share the solution of the strips
         width, pitch, reach = (round(width / ROUGH_GRAIN) * ROUGH_GRAIN, round(pitch / ROUGH_GRAIN) * ROUGH_GRAIN,
                                round(reach, 3))
@@ -71,16 +72,19 @@ def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> fl
         here, have = counts == count, np.flatnonzero(present[:, counts == count][:, 0])
         layers = [coil.windings[k].layer for k in have]
         order = np.argsort(np.argsort(layers))
-        per_area = _strips(tuple(slabs(spec.fpc.stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
+        per_area = _strips(tuple(slabs(stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
         total += winding_capacitance(per_area, voltages[np.ix_(have, here)], areas[here])
-    beside = beside_copper(spec.fpc.stackup, coil.windings[0].layer)
-    for own, own_voltages in zip(present, voltages, strict=True):
-        between += turn_capacitance(lengths[own], own_voltages[own], shares[own], spec.coil.trace_width,
-                                    spec.coil.trace_spacing, coil.windings[0].thickness, beside)
+    beside = beside_copper(stackup, coil.windings[0].layer)
+    for has_turns, layer_voltages in zip(present, voltages, strict=True):
+        between += turn_capacitance(lengths[has_turns], layer_voltages[has_turns], fractions[has_turns],
+                                    dimensions.trace_width, dimensions.trace_spacing, coil.windings[0].thickness,
+                                    beside)
     return total + between
 
 
-def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: float | None) -> float:
+def added_by_metal(
+    coil: Coil, dimensions: CoilSpec, board_thickness: float, gap: float | None, behind: float | None
+) -> float:
     """Return an upper bound (F) of the addition by a target at a gap and by metal behind the board.
 
     Distances are in m from the board's faces; None: no metal. The model has plates as large as the winding, without
@@ -91,18 +95,21 @@ def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: floa
     The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These are small
     against the distances, and the metal returns one turn's charge to its neighbour.
     """
-    lengths, shares, present = _turns(coil, spec, PLACES)
-    voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
+    lengths, fractions, present = _turns(coil, dimensions, PLACES)
+    voltages = _voltages(lengths, fractions, present, coil, dimensions)
+    areas = lengths * dimensions.pitch * fractions
     heights = np.array([winding.z for winding in coil.windings])
     squares, top, bottom = (voltages**2) @ areas, int(np.argmax(heights)), int(np.argmin(heights))
     total = 0.0 if gap is None else squares[top] / (gap - heights[top])
     if behind is not None:
-        total += squares[bottom] / (behind + spec.fpc.stackup.thickness + heights[bottom])
+        total += squares[bottom] / (behind + board_thickness + heights[bottom])
     return float(EPSILON0 * FILLING * total)
 
 
-def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: float, tank: float) -> list[str]:
-    """Return a note if metal may add more to the own capacitance (F) than its stated error.
+def metal_notes(
+    coil: Coil, dimensions: CoilSpec, board_thickness: float, gaps: Mapping[str, float], winding: float, tank: float
+) -> list[str]:
+    """Return a note if metal may add more to the own capacitance of the winding (F) than its stated error.
 
     `tank` (F) is the whole capacitance.
     """
@@ -110,8 +117,8 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
     if gap is None and behind is None:
         return []
-    most = added_by_metal(coil, spec, gap, behind)
-    if most <= STATED * own:
+    most = added_by_metal(coil, dimensions, board_thickness, gap, behind)
+    if most <= STATED * winding:
         return []
     return [
         "the capacitance from the winding to the target and to the metal behind the board is not in the numbers: at "
@@ -120,44 +127,45 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
     ]
 
 
-def _turns(coil: Coil, spec: SensorSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
+def _turns(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
     """Return places along the turns, from the outside in.
 
     They are the length (m) of a whole turn at each place, the number of turns that it stands for, and whether each
     layer has turns there, (layers, places).
     """
-    turns, low = np.array(spec.coil.layer_turns), 0.0
-    found: list[tuple[Array, Array, Flags]] = []
-    for high in sorted(set(spec.coil.layer_turns)):
-        count = places[1] if found else places[0]
-        share = (high - low) / count
-        middles: Array = low + share * (np.arange(count, dtype=np.float64) + 0.5)
-        found.append((turn_lengths(coil, spec, middles), np.full(count, share), np.tile(turns[:, None] >= high, count)))
+    turns, low = np.array(dimensions.layer_turns), 0.0
+    stretches: list[tuple[Array, Array, Flags]] = []
+    for high in sorted(set(dimensions.layer_turns)):
+        count = places[1] if stretches else places[0]
+        fraction = (high - low) / count
+        middles: Array = low + fraction * (np.arange(count, dtype=np.float64) + 0.5)
+        stretches.append((turn_lengths(coil, dimensions, middles), np.full(count, fraction),
+                          np.tile(turns[:, None] >= high, count)))
         low = high
-    lengths, shares, present = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
-    return lengths, shares, present
+    lengths, fractions, present = (np.concatenate(parts, axis=-1) for parts in zip(*stretches, strict=True))
+    return lengths, fractions, present
 
 
-def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
+def turn_lengths(coil: Coil, dimensions: CoilSpec, places: Array) -> Array:
     """Return the length (m) of a whole turn at places, counted in turns from the outside.
 
     It is for the layer with the most turns.
     """
-    turns = spec.coil.layer_turns
+    turns = dimensions.layer_turns
     most = max(range(len(turns)), key=lambda k: turns[k])
     mean = coil.windings[most].path.length / turns[most]
-    inside = spec.coil.pitch * (places - 0.5 * turns[most])
-    return np.asarray(np.maximum(mean - spec.coil.outline.shrinks * inside, 0.05 * mean))
+    inside = dimensions.pitch * (places - 0.5 * turns[most])
+    return np.asarray(np.maximum(mean - dimensions.outline.shrinks * inside, 0.05 * mean))
 
 
-def _voltages(lengths: Array, shares: Array, present: Flags, coil: Coil, spec: SensorSpec) -> Array:
+def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dimensions: CoilSpec) -> Array:
     """Return voltages of the layers at all places from the outside in.
 
     Missing turns of a layer have the voltage of its inner end.
     """
-    radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * spec.coil.trace_width)
-    turns = present * shares
-    size = 0.2235 * (spec.coil.pitch * turns.max(axis=0) + coil.windings[0].thickness)
+    radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * dimensions.trace_width)
+    turns = present * fractions
+    size = 0.2235 * (dimensions.pitch * turns.max(axis=0) + coil.windings[0].thickness)
     heights, inward = [w.z for w in coil.windings], [w.inward for w in coil.windings]
     return winding_voltages(radii, heights, inward, size, turns)
 
@@ -167,14 +175,14 @@ _strips = lru_cache(maxsize=1024)(strip_layers)
 
 def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
     """Return the stack-up from top to bottom. Copper layers without winding count as the material beside them."""
-    found, number = [], 0
+    layer_slabs, number = [], 0
     for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:
             number += 1
-            found.append(Slab(layer.thickness, beside_copper(stackup, number), number in layers))
+            layer_slabs.append(Slab(layer.thickness, beside_copper(stackup, number), number in layers))
         elif layer.thickness > 0.0:
-            found.append(Slab(layer.thickness, layer.relative_permittivity or USUAL_PERMITTIVITY))
-    return found
+            layer_slabs.append(Slab(layer.thickness, layer.relative_permittivity or USUAL_PERMITTIVITY))
+    return layer_slabs
 
 
 def beside_copper(stackup: Stackup, number: int) -> float:

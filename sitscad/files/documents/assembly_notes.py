@@ -397,13 +397,14 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
             NONE if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
             _tank_frequency(coil, FREE),
         ))
+    code = bare_board_code(bench.coils, bench.readout.device)
     text = (
         "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
         "probes; zero the meter with them shorted. The table has the reading of each instrument between the contacts "
         "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
         f"{show(bench.readout.capacitance, 'F')} and the programs in firmware/. The LCR meter alone is enough. +- is "
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
-        f"{bare_drive(layout.spec.readout.device, estimates.readout, bare_board_code(bench))}"
+        f"{bare_drive(layout.spec.readout.device, estimates.readout, code)}"
     )
     return "\n".join([text, *aligned(rows)])
 

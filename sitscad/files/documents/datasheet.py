@@ -303,7 +303,7 @@ def _cells(cells: CellTable) -> Rows:
         return []
 
     def worst(figure: Callable[[Performance], float]) -> str:
-        return max(groups, key=lambda group: figure(group.felt[-1])).words
+        return max(groups, key=lambda group: figure(group.performance[-1])).words
 
     return [
         ("figures are of the cell worst in each",

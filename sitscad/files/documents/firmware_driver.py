@@ -321,7 +321,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     if spec.cells is not None:
         calibration = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
     steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
-    code = bare_board_code(bench)
+    code = bare_board_code(bench.coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
     for number, step in enumerate(first_steps, 1):
         text, *commands = step.split("\n")

@@ -26,6 +26,7 @@ from sitscad.estimates.loads.gluing import (
     lying_time,
     piece_press,
     pressed_by,
+    unsealed_pad,
 )
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.layout.board import Layout
@@ -119,10 +120,11 @@ def setting(glue: Adhesive | None) -> str:
 
 def measuring(spec: SensorSpec) -> str:
     """Describe the measurement of heights on the soft pad; empty if the spec has no pad."""
-    force, travel = force_for(spec, HEIGHT_ERROR), pressed_by(spec, RATCHET)
+    pad = unsealed_pad(spec)
+    force, travel = force_for(pad, HEIGHT_ERROR), pressed_by(pad, RATCHET)
     if force is None or travel is None:
         return ""
-    light = 1e3 * (pressed_by(spec, LIGHT_GAUGE) or 0.0)
+    light = 1e3 * (pressed_by(pad, LIGHT_GAUGE) or 0.0)
     by_gauge = (
         "Or lay a flat plate as large as the piece on it (a cover glass), use a dial gauge of at most "
         f"{show(force, 'N', 2)}, and subtract the plate's thickness."

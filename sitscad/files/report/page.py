@@ -302,7 +302,7 @@ def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
 
     if bench is None:
         return ""
-    code = bare_board_code(bench)
+    code = bare_board_code(bench.coils, bench.readout.device)
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))
     drive = (
         f"<p>With {escape(readout.device.part)} use drive code {code} for the bare board; the assembled sensor has "
