@@ -213,6 +213,11 @@ def test_hint_is_not_made_if_it_is_not_wanted():
     assert found.text("hint") and asked == [1, 2]
 
 
+def test_hint_function_without_a_case_gives_the_hint_of_the_case():
+    found = violated("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
+    assert "0.4 mm" in found.text("hint") or "400 um" in found.text("hint")
+
+
 KEY_AND_VALUE = re.compile(r"(?:\w+\.)+\w+: (?!a |an |that |less |plastic )")
 """A key of the spec and the value that a hint writes for it."""
 
