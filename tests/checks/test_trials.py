@@ -106,6 +106,7 @@ SQUARE_TARGET = design(
 )
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_square_target_over_a_long_coil_becomes_a_rectangle_that_its_board_carries():
     """A square as long as the coil hung over the board, which is SIT307."""
@@ -211,6 +212,7 @@ def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
     assert not is_better(Applied(milder, remedy), warned, after)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_thicker_target_was_tried():
     tried = list(followed(THIN, "SIT305"))
@@ -358,7 +360,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "rule", "edits"),
