@@ -18,6 +18,16 @@ import pytest
 # Two threads of linear algebra in each of two test processes wait for each other more than they work
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Text comes as in a pipe, however wide the terminal is that the tests run in
+os.environ.pop("COLUMNS", None)
+
+# No test finds solved what another has solved, perhaps with a function of its own
+os.environ["SITSCAD_CACHE"] = ""
+
+# Commands run in this process do not keep it from freeing what they leave, as they do in one of their own
+gc.freeze = lambda: None
+gc.set_threshold = lambda *_: None
+
 # Programs that a test interrupts listen to Ctrl-C even where these tests themselves run in the background, which do not
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -99,26 +109,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("more")
 
 
-@pytest.fixture(autouse=True)
-def unfolded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Text comes as in a pipe, however wide the terminal is that the tests run in."""
-    monkeypatch.delenv("COLUMNS", raising=False)
-
-
-@pytest.fixture(autouse=True)
-def uncached(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test finds solved what another has solved, perhaps with a function of its own."""
-    monkeypatch.setenv("SITSCAD_CACHE", "")
-
-
-@pytest.fixture(autouse=True)
-def swept(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Commands run in this process do not keep it from freeing what they leave, as they do in one of their own; and
-    rings of designs are looked for where memory grows, for Python does not count arrays as a reason to look.
-    """
-    monkeypatch.setattr(gc, "freeze", lambda: None)
-    monkeypatch.setattr(gc, "set_threshold", lambda *_: None)
-    yield
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown() -> None:
+    """Look for rings of designs where memory grows, for Python does not count arrays as a reason to look."""
     if resident() > swept_at[0] + 200e6:
         gc.collect()
         swept_at[0] = resident()
