@@ -60,8 +60,8 @@ def test_an_unknown_preset_is_a_key_error(kind):
         LOOKUPS[kind]("no-such-thing")
 
 
-FITTED = ("pad_films", "rules")
-"""Tables of texts of rules, and of what was fitted here (tests/validation/fit_films.py)."""
+FITTED = ("pad_films", "rule", "messages")
+"""Tables of texts of rules and messages, and of what was fitted here (tests/validation/fit_films.py)."""
 
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
