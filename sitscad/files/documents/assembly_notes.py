@@ -46,15 +46,7 @@ from sitscad.files.documents.gluing import (
     toleranced,
     why_other,
 )
-from sitscad.files.documents.mounting import (
-    cures_badly,
-    fastened,
-    in_place,
-    jaw_cut,
-    jig_picture,
-    pushed_out,
-    skin,
-)
+from sitscad.files.documents.mounting import cures_badly, fastened, in_place, jaw_cut, jig_picture, pushed_out, skin
 from sitscad.files.documents.piece_places import (
     against_stop,
     floor_grooves,
@@ -322,8 +314,7 @@ def _checks(
         f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in layers
     ]
-    return [*hanging("", text, WIDTH), "", "From the jaw's back to the other jaw's:", *rows,
-            listed(assembly)]
+    return [*hanging("", text, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(assembly)]
 
 
 HEAVIEST = 6  # Number of parts listed by weight

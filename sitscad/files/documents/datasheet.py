@@ -28,12 +28,7 @@ from sitscad.estimates.performance.tables import (
     sensor_rows,
     share_text,
 )
-from sitscad.estimates.performance_values import (
-    AXES,
-    FORCES,
-    Performance,
-    lasts_tared,
-)
+from sitscad.estimates.performance_values import AXES, FORCES, Performance, lasts_tared
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable

@@ -304,8 +304,7 @@ def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], state
             continue
         lines += ["", f"/* Expected inductance by the formula (H) {comment_text(in_words(name))}, by this force (N) on "
                       "the middle of the target. */", f"#define {converter.part}_FORCE_{name.upper()}_N {force:.9e}"]
-        values = {k: coil.states[name].converter_inductance for k, coil in enumerate(coils)
-                  if name in coil.states}
+        values = {k: coil.states[name].converter_inductance for k, coil in enumerate(coils) if name in coil.states}
         lines += [f"#define {converter.part}_COIL{k}_L_{name.upper()}_H {value:.9e}"
                   for k, value in values.items() if value is not None]
     return lines

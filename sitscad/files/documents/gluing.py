@@ -5,11 +5,7 @@ from __future__ import annotations
 import math
 
 from sitscad.assembly.places import stack
-from sitscad.assembly.places.bodies import (
-    MOUNT_PIECES,
-    backing_of,
-    plates_of,
-)
+from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import Toleranced
 from sitscad.assembly.places.jaws import half_width, section
 from sitscad.assembly.solids.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets

@@ -28,12 +28,7 @@ from sitscad.files.order_facts.files import (
     tail_coverlay_files,
 )
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import (
-    Where,
-    bend_stretch,
-    contact_copper,
-    finished_thickness,
-)
+from sitscad.layout.bending import Where, bend_stretch, contact_copper, finished_thickness
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.gaps import smallest_gaps
 from sitscad.layout.lamination import lamination_text, tail_holes

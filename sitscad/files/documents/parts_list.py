@@ -9,11 +9,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, fields, replace
 
-from sitscad.assembly.places.bodies import (
-    MOUNT_PIECES,
-    backing_of,
-    plates_of,
-)
+from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, column
 from sitscad.assembly.places.jaws import section
 from sitscad.assembly.places.seating import (

@@ -6,22 +6,10 @@ import math
 from collections.abc import Iterable, Sequence
 
 from sitscad.assembly.places import stack
-from sitscad.assembly.places.bodies import (
-    MOUNT_PIECES,
-    Body,
-    backing_of,
-    plates_of,
-)
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
-from sitscad.assembly.places.seating import (
-    Relief,
-    clearance,
-    process_clearance,
-    retention,
-    side_ledges,
-    stop_place,
-)
+from sitscad.assembly.places.seating import Relief, clearance, process_clearance, retention, side_ledges, stop_place
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, grooves
 from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
 from sitscad.basics.units import in_mm

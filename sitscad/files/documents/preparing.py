@@ -255,9 +255,7 @@ RAW_RESIN = (
 """Preparation of a resin mould before silicone is poured into it."""
 
 
-RELEASE = (
-    "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
-)
+RELEASE = ("Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry.")
 """Application of mould release, which keeps silicone from sticking."""
 
 

@@ -10,12 +10,7 @@ from textwrap import wrap
 from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_bend
 from sitscad.basics.units import counted, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.bending import (
-    Bend,
-    FinishedThickness,
-    Where,
-    finished_thickness,
-)
+from sitscad.layout.bending import Bend, FinishedThickness, Where, finished_thickness
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
 from sitscad.layout.gaps import Nearness, pair_in_words
 from sitscad.layout.lamination import is_bonded

@@ -187,8 +187,7 @@ AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without 
 def state_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the tank at the contacts in each state."""
     title = "At the contacts, leads included: what rules and limits judge"
-    return _by_state(coils, temperature, title,
-                     (*TANK, COMPUTED_WITHIN), "state")
+    return _by_state(coils, temperature, title, (*TANK, COMPUTED_WITHIN), "state")
 
 
 def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_force: float | None) -> Table:

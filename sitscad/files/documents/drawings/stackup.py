@@ -14,11 +14,7 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts import notes
 from sitscad.files.order_facts.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.kernels.geometry.path import rectangle
-from sitscad.layout.bending import (
-    bend_stretch,
-    contact_copper,
-    contact_layers,
-)
+from sitscad.layout.bending import bend_stretch, contact_copper, contact_layers
 from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup

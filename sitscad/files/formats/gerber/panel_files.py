@@ -77,9 +77,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     contents |= _file(name, issue, cut_file(name), profile(*panel.cuts, function="CutOut"))
     job = job_document(layout, panel_files(layout.spec.name, layout.spec.fpc, layout.stiffener, layout.spans),
                        panel.size)
-    return contents | _drills(panel) | {
-        panel_path(name, ".json"): _places(panel), panel_path(name, "-job.gbrjob"): job,
-    }
+    return contents | _drills(panel) | {panel_path(name, ".json"): _places(panel), panel_path(name, "-job.gbrjob"): job}
 
 
 def _file(name: str, issue: Issue, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:

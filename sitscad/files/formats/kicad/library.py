@@ -250,8 +250,7 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
     ]
     description = f"inductive sensor of {counted(len(coils), 'coil')}: both pins of a coil are one net"
     description += f", {issue.words}" if issue.rows else ""
-    return _symbol(name, name, "J", FOOTPRINT_NAME, description, (LEFT, top + GRID / 2, low - GRID / 2), graphics,
-                   pins)
+    return _symbol(name, name, "J", FOOTPRINT_NAME, description, (LEFT, top + GRID / 2, low - GRID / 2), graphics, pins)
 
 
 def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, float]]:
