@@ -128,6 +128,7 @@ def test_a_board_that_no_glue_lies_flat_under_is_a_warning(judge):
     assert found.measured > found.limit == 300.0
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", templates.names())
 def test_glue_lies_flat_in_time_in_every_template(judge, name):
     """And is not asked how long it takes where half of the pad's stiffness is enough."""
@@ -304,6 +305,7 @@ def test_contacts_wider_than_the_largest_outline_are_noted_with_their_width(judg
         assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("end", "edits"), [
     ("connector: zif-0.3mm", {"fpc.tail.connector": "zif-0.5mm"}), ("connector: zif-0.5mm", {}),
     ("connector: zif-0.3mm, contacts: 12", {"fpc.tail.connector": "zif-0.5mm", "fpc.tail.contacts": "6"}),
