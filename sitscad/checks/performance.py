@@ -325,7 +325,7 @@ def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict
         return
     causes = sensing.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
-    cause = max(causes, key=lambda one: causes[one])
+    cause = max(causes, key=lambda source: causes[source])
     most = Worst(error, "shear over normal", "at full load")
     yield from check_requirement("friction-error", design, "SIT405", "friction_error", most, "", cause=cause,
                                  part=causes[cause])

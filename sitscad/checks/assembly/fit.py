@@ -112,12 +112,12 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
     """
     thickness, jaw = tail_thickness(spec.fpc), spec.jaw
     room = None if jaw is None else jaw.port_diameter / 2.0
-    radius, stated = ratio * thickness, tail.bend_radius or 0.0
+    radius, spec_radius = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
-    elif stated > max(radius, room + ROUNDING):
-        tightest = round(1e3 * max(radius, min(stated, room)), 6)
-        yield violated("bend-radius-port", "fpc.tail.bend.radius", stated, room, "m", severity=Severity.WARNING,
+    elif spec_radius > max(radius, room + ROUNDING):
+        tightest = round(1e3 * max(radius, min(spec_radius, room)), 6)
+        yield violated("bend-radius-port", "fpc.tail.bend.radius", spec_radius, room, "m", severity=Severity.WARNING,
                        fixes=(lambda: read_anew(spec, "fpc.tail.bend.radius", tightest),), radius=f"{tightest:.6g}")
     elif radius > room + ROUNDING:
         yield violated(

@@ -334,9 +334,9 @@ def _chord(target: Target) -> float:
     """Return the length (m) of the target through its middle, along the line of the coils."""
     if target.outline.is_disc:
         return target.size[0]
-    along, across = abs(math.cos(target.rotation)), abs(math.sin(target.rotation))
+    cosine, sine = abs(math.cos(target.rotation)), abs(math.sin(target.rotation))
     x, y = target.size
-    return x / along if across * x <= along * y else y / across
+    return x / cosine if sine * x <= cosine * y else y / sine
 
 
 def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, float], turn: float) -> tuple[float, float]:
@@ -392,11 +392,11 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
                            wall=wall, bulge=2.0 * bulge)
 
 
-def _gap(one: Footprint, other: Footprint) -> float:
+def _gap(first: Footprint, second: Footprint) -> float:
     """Return the gap (m) between two equal plates of the same orientation. Negative if they overlap."""
-    if one.is_round:
-        return one.centre.distance(other.centre) - one.size[0]
-    x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))
+    if first.is_round:
+        return first.centre.distance(second.centre) - first.size[0]
+    x, y = (abs(way) - size for way, size in zip(first.place_of(second.centre), first.size, strict=True))
     return math.hypot(max(x, 0.0), max(y, 0.0)) or max(x, y)
 
 
@@ -443,7 +443,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     if pad.size != target.size:
         size = carrying(footprint(spec, pad), footprint(spec, other))
         wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
-    now, then = (_signals(design, one, shear) for one in (spec, replace(spec, target=other, elastomer=wide)))
+    now, then = (_signals(design, changed, shear) for changed in (spec, replace(spec, target=other, elastomer=wide)))
     if now is None or then is None or not all((*now, *then)):
         return None
     return LengthGain(then[0] / now[0], then[1] / now[1])

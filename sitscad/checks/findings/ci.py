@@ -105,7 +105,7 @@ def _result(
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
     # Properties of the finding's JSON that SARIF has no place for
     entry = finding_json(finding)
-    told = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
+    known_fields = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
     # Location of a finding in SARIF
     region = _region(spec, finding)
     place = {"artifactLocation": where} | ({"region": region} if region else {})
@@ -119,7 +119,7 @@ def _result(
         "message": {"text": finding.advised_message},
         "locations": [location],
         "partialFingerprints": {"primaryLocationLineHash": f"{mark}:1", "sitscadFinding/v1": mark},
-        "properties": {name: value for name, value in entry.items() if name not in told and value is not None},
+        "properties": {name: value for name, value in entry.items() if name not in known_fields and value is not None},
     }
     if fixes := [fix for fix in (_fix(spec, remedy, where) for remedy in finding.fixes) if fix]:
         result["fixes"] = fixes
@@ -182,8 +182,8 @@ def extent(line: str, column: int) -> int:
             if depth == 0:
                 return index + 1
         return len(rest.rstrip()) or 1
-    found = _QUOTED.match(rest) or _PLAIN.match(rest)
-    return max(1, found.end() if found else 1)
+    match = _QUOTED.match(rest) or _PLAIN.match(rest)
+    return max(1, match.end() if match else 1)
 
 
 def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
@@ -260,8 +260,8 @@ def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
         "title": f"{finding.rule} {finding.name}",
     }
     escaped = {name: _data(value).replace(":", "%3A").replace(",", "%2C") for name, value in properties.items()}
-    told = ",".join(f"{name}={value}" for name, value in escaped.items())
-    return f"::{_COMMANDS[finding.severity]} {told}::{_data(finding.advised_message)}"
+    settings = ",".join(f"{name}={value}" for name, value in escaped.items())
+    return f"::{_COMMANDS[finding.severity]} {settings}::{_data(finding.advised_message)}"
 
 
 def _data(text: str) -> str:

@@ -224,8 +224,8 @@ def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
     head = f"{_named(spec, output)}not checked: "
-    told = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
-    return _dim((line for words in told for line in _folded(head, words, INDENT, output)), output)
+    reason_texts = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
+    return _dim((line for reason_text in reason_texts for line in _folded(head, reason_text, INDENT, output)), output)
 
 
 def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
@@ -266,8 +266,8 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
 
         rows += [("fit", fit_words(spec.fit, output.verbose))]
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
-    width = max((len(label) for label, words in rows if words), default=0) + 2
-    labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
+    width = max((len(label) for label, texts in rows if texts), default=0) + 2
+    labels = ((f"{label}:" if k == 0 else "", text) for label, texts in rows for k, text in enumerate(texts))
     name = _named(spec, output)
     return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, output)]
 

@@ -205,9 +205,9 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         return
     first = max(2 * math.ceil(now * factor / 2.0 - 1e-9), now + 2 - now % 2)
     for count in range(first, min(first + 2, MOST_LAYERS) + 1, 2):
-        wound, edit = replace(coil, layers=tuple(range(1, count + 1))), Edit("coil.layers", f"{count}")
+        deeper, edit = replace(coil, layers=tuple(range(1, count + 1))), Edit("coil.layers", f"{count}")
         if count <= len(spec.fpc.stackup.copper):
-            yield Fix((edit,), replace(spec, coil=wound))
+            yield Fix((edit,), replace(spec, coil=deeper))
             continue
         name = next(iter(presets.stackups_of(count, presets.is_rigid(spec.fpc.stackup))), None)
         if name is not None:
@@ -216,9 +216,9 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
                 tail = replace(tail, layers=len(stackup.copper))
             core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
             stackup = presets.covered(stackup.built(spec.fpc.stackup.plating, core))
-            rules = spec.fpc.rules.for_foil(stackup.line_foil(wound.layers)).for_layers(len(stackup.copper))
+            rules = spec.fpc.rules.for_foil(stackup.line_foil(deeper.layers)).for_layers(len(stackup.copper))
             fpc = replace(spec.fpc, stackup=stackup, rules=rules, tail=tail)
-            yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
+            yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=deeper, fpc=fpc))
 
 
 GROWN = 1.1
@@ -415,9 +415,9 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
     inner = _inner_edit(spec.source.keys, coil)
     edits = (*inner, *apart.edits)
-    words = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
-    said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
-    return Fix((edit, *edits), replace(apart.spec, coil=coil), said)
+    edit_texts = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
+    description = f"{_said(edit, by)} with {' and '.join(edit_texts)}" if edit_texts else _said(edit, by)
+    return Fix((edit, *edits), replace(apart.spec, coil=coil), description)
 
 
 LONGER = (1.1, 1.4)

@@ -146,10 +146,10 @@ def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
                 yield Undecided(f"no {name_text} was estimated for coil {coil.name} {in_words(name)}")
 
 
-def failed_states(design: Design, words: str) -> Iterator[Undecided]:
+def failed_states(design: Design, value_name: str) -> Iterator[Undecided]:
     """Yield a reason for every state that is absent because the model fails there."""
     for state, reason in design.estimates.failed_states.items():
-        yield Undecided(f"the {words} {in_words(state)} is unknown: {reason}")
+        yield Undecided(f"the {value_name} {in_words(state)} is unknown: {reason}")
 
 
 def nothing_estimated(design: Design) -> Iterator[Verdict]:
