@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -93,7 +93,7 @@ class NearTarget:
         It is relative to the plate's whole change.
         """
         heights = np.exp(self.heights).tolist()
-        return curves(self.band, lambda at: np.stack([self.crowded_at(at, z) for z in heights], axis=1), 4)
+        return curves(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights], axis=1), 4)
 
     def changes(self, target_poses: TargetPoses) -> Changes:
         """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
@@ -150,12 +150,17 @@ class NearTarget:
                 matrices[:, i, j] = matrices[:, j, i] = windings.matrix[i, j] + change
         return matrices
 
-    def crowded_at(self, frequencies: Array, height: float) -> ComplexArray:
-        """Return the relative addition of current crowding to the change by an infinite plate at a height (m)."""
+    def crowded_at(self, frequencies: Array, height: float, expected: Sequence[float] = ()) -> ComplexArray:
+        """Return the relative addition of current crowding to the change by an infinite plate at a height (m).
+
+        `expected` are heights (m) for which further calls follow. Their solutions share work.
+        """
         crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._endless(height)
         if crowding is None or spectrum is None:
             return np.zeros(frequencies.size, dtype=complex)
-        crowded = crowding.changes(frequencies, above, self.behind) - crowding.changes(frequencies, None, self.behind)
+        plates = [(self._endless(z), self.behind) for z in expected]
+        crowded = crowding.changes(frequencies, above, self.behind, [*plates, (None, self.behind)])
+        crowded = crowded - crowding.changes(frequencies, None, self.behind)
         whole = reflected_inductances(spectrum, frequencies, above, self.behind, (0.0,))
         whole = whole - reflected_inductances(spectrum, frequencies, None, self.behind, (0.0,))
         return np.asarray(crowded / whole[:, 0])

@@ -144,10 +144,11 @@ class LossesNearMetal:
         """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 
-    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None,
+                expected: Sequence[tuple[Reflector | None, Reflector | None]] = ()) -> ComplexArray:
         """Return `CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
         return solved(lambda: (self, frequencies.tobytes(), above, below),
-                      lambda: (self.crowding.changes(frequencies, above, below),))[0]
+                      lambda: (self.crowding.changes(frequencies, above, below, expected),))[0]
 
 
 losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)

@@ -125,23 +125,29 @@ class CrowdingNearMetal:
         """
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
-    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Return the changes (H, complex) at frequencies (n; Hz), as in `change`."""
+    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None,
+                expected: Sequence[tuple[Reflector | None, Reflector | None]] = ()) -> ComplexArray:
+        """Return the changes (H, complex) at frequencies (n; Hz), as in `change`.
+
+        Subspaces for `expected` reflectors above and below are computed together with a subspace that is missing. That
+        takes much less time than one after the other.
+        """
         if above is None and below is None:
             return np.zeros(frequencies.size, dtype=np.complex128)
         key = frequencies.tobytes(), above, below
         if key not in self.changed:
-            self.changed[key] = self._changes(frequencies, above, below)
+            about = self._representatives(above, below)
+            if about not in self.known:
+                pairs = dict.fromkeys([about, *(self._representatives(*pair) for pair in expected)])
+                missing = [pair for pair in pairs if pair not in self.known and pair != (None, None)]
+                middles = [_Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *pair))) for pair in missing]
+                self.known.update(zip(missing, _reduced(self.cuts, middles, self.bends, self.steps), strict=True))
+            self.changed[key] = self.known[about].changes(frequencies, self._waves(frequencies, above, below))
         return self.changed[key]
 
-    def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Compute the changes (H, complex) at frequencies (n; Hz) without the cache."""
-        about = tuple(
-            _about(side, level, self.nearest) for side, level in ((above, self.levels[1]), (below, -self.levels[0])))
-        if about not in self.known:
-            middle = _Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *about)))
-            self.known[about] = _reduced(self.cuts, middle, self.bends, self.steps)
-        return self.known[about].changes(frequencies, self._waves(frequencies, above, below))
+    def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
+        """Return the reflectors above and below that represent these in the search of the subspace."""
+        return _about(above, self.levels[1], self.nearest), _about(below, -self.levels[0], self.nearest)
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
         """Return weights (H) of products of waves (frequencies, wave numbers).
@@ -290,44 +296,72 @@ class _Reduced:
         return np.asarray(np.sum(uneven + lag[..., 0] * (alone - with_metal), axis=1))
 
 
-def _reduced(cuts: _ReflectedCuts, waves: _Waves, bends: bool, steps: int) -> _Reduced:
-    """Return the modes of all cuts near metal on small subspaces: relaxation times (s) and couplings.
+def _reduced(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: bool, steps: int) -> list[_Reduced]:
+    """Return the modes of all cuts on small subspaces for each of some surroundings: relaxation times (s), couplings.
 
     Rayleigh-Ritz projection on the block Krylov space of the drives (textbook).
     """
     source, coupling = cuts.vectors(lambda system: system.source), cuts.vectors(lambda system: system.coupling)
-    returned = waves.returned(cuts.waves(source))
-    image = cuts.seen(np.concatenate([returned.real, returned.imag], axis=2))
-    even = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
-
-    basis, times = _krylov(cuts, even, np.concatenate([coupling, image], axis=2), steps)
-    values, vectors = np.linalg.eigh(np.swapaxes(basis, 1, 2) @ times)
-    # With too few points for the highest modes some energies would be negative.
-    basis = basis @ vectors
     shift = cuts.vectors(lambda system: system.shift) if bends else np.zeros_like(source)
-    drive = np.swapaxes(basis, 1, 2) @ coupling
-    return _Reduced(np.maximum(values, 0.0), drive[..., 0], cuts.waves(np.concatenate([basis, source, shift], axis=2)))
+    source_waves = cuts.waves(source)
+    evens, blocks = [], []
+    for waves in surroundings:
+        returned = waves.returned(source_waves)
+        image = cuts.seen(np.concatenate([returned.real, returned.imag], axis=2))
+        evens.append(_Waves(waves.both.real, waves.mixed.real, waves.other.real))
+        blocks.append(np.concatenate([coupling, image], axis=2))
+    results = []
+    for basis, times in _krylov(cuts, evens, blocks, steps):
+        values, vectors = np.linalg.eigh(np.swapaxes(basis, 1, 2) @ times)
+        # With too few points for the highest modes some energies would be negative.
+        basis = basis @ vectors
+        drive = np.swapaxes(basis, 1, 2) @ coupling
+        subspace_waves = cuts.waves(np.concatenate([basis, source, shift], axis=2))
+        results.append(_Reduced(np.maximum(values, 0.0), drive[..., 0], subspace_waves))
+    return results
 
 
-def _krylov(cuts: _ReflectedCuts, waves: _Waves, block: Array, steps: int) -> tuple[Array, Array]:
-    """Return orthonormal bases (cuts, modes, size; no unit) of block Krylov spaces.
+def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], blocks: Sequence[Array],
+            steps: int) -> list[tuple[Array, Array]]:
+    """Return orthonormal bases (cuts, modes, size; no unit) of block Krylov spaces, one for each of some surroundings.
 
-    The second result is the systems' matrices times the bases (s). The spaces start from the blocks (cuts, modes, k),
+    The second results are the systems' matrices times the bases (s). The spaces start from the blocks (cuts, modes, k),
     in the space of free currents (block Lanczos with full orthogonalisation; Golub and Van Loan, Matrix Computations).
-    Directions already present are columns of zeros. The run ends if no cut has new directions.
+    Directions already present are columns of zeros. A run ends if no cut has new directions. The runs go side by side,
+    because reading the matrices and the waves takes most of the time.
     """
-    basis = times = np.zeros((*block.shape[:2], 0))
+    spaces = [(np.zeros((*block.shape[:2], 0)), np.zeros((*block.shape[:2], 0))) for block in blocks]
+    current, going = list(blocks), list(range(len(blocks)))
     for step in range(steps):
-        block = cuts.project(block)
-        block = block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300)
-        for _ in range(2):
-            block = cuts.project(block - basis @ (np.swapaxes(basis, 1, 2) @ block))
-        vectors, values, _ = np.linalg.svd(block, full_matrices=False)
-        fresh = vectors * (values > 1e-6)[:, None]
-        if not fresh.any():
+        fresh: dict[int, Array] = {}
+        for number in going:
+            vectors = _new_directions(cuts, spaces[number][0], current[number])
+            if vectors.any():
+                fresh[number] = vectors
+        going = list(fresh)
+        if not going:
             break
-        products = cuts.times(fresh)
-        basis, times = np.concatenate([basis, fresh], axis=2), np.concatenate([times, products], axis=2)
+        ends = np.cumsum([vectors.shape[2] for vectors in fresh.values()])[:-1]
+        together = np.concatenate(list(fresh.values()), axis=2)
+        products = np.split(cuts.times(together), ends, axis=2)
+        for number, product in zip(going, products, strict=True):
+            basis, times = spaces[number]
+            spaces[number] = (np.concatenate([basis, fresh[number]], axis=2),
+                              np.concatenate([times, product], axis=2))
         if step < steps - 1:
-            block = products + cuts.seen(waves.returned(cuts.waves(fresh)))
-    return basis, times
+            waves = np.split(cuts.waves(together), ends, axis=2)
+            returned = [surroundings[number].returned(part) for number, part in zip(going, waves, strict=True)]
+            images = np.split(cuts.seen(np.concatenate(returned, axis=2)), ends, axis=2)
+            for number, product, image in zip(going, products, images, strict=True):
+                current[number] = product + image
+    return spaces
+
+
+def _new_directions(cuts: _ReflectedCuts, basis: Array, block: Array) -> Array:
+    """Return orthonormal directions (cuts, modes, k) of a block that a basis lacks. The others are zeros."""
+    block = cuts.project(block)
+    block = block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300)
+    for _ in range(2):
+        block = cuts.project(block - basis @ (np.swapaxes(basis, 1, 2) @ block))
+    vectors, values, _ = np.linalg.svd(block, full_matrices=False)
+    return np.asarray(vectors * (values > 1e-6)[:, None])
