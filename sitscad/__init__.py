@@ -15,8 +15,7 @@ from sitscad.basics.version import __version__ as __version__
 if TYPE_CHECKING:
     # A line a module, in the order of the table below.
     # isort: off
-    from sitscad.apps.coil.comparison import Comparison as Comparison, compare as compare
-    from sitscad.apps.coil.measurement import Measurement as Measurement, read_measurement as read_measurement
+    from sitscad.apps.coil.comparison import compare as compare
     from sitscad.apps.coil.drawn import DrawnCoil as DrawnCoil, drawn_coil as drawn_coil
     from sitscad.apps.coil.spiral import Spiral as Spiral, coil as coil
     from sitscad.apps.hardware.converter import SimulatedConverter as SimulatedConverter
@@ -76,8 +75,7 @@ if TYPE_CHECKING:
     # isort: on
 
 _HOMES = {
-    "sitscad.apps.coil.comparison": "Comparison compare",
-    "sitscad.apps.coil.measurement": "Measurement read_measurement",
+    "sitscad.apps.coil.comparison": "compare",
     "sitscad.apps.coil.drawn": "DrawnCoil drawn_coil",
     "sitscad.apps.coil.spiral": "Spiral coil",
     "sitscad.apps.hardware.converter": "SimulatedConverter",

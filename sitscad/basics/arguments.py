@@ -17,6 +17,8 @@ Test = Callable[[Any], bool]
 SOURCES = {
     "SensorSpec": "sitscad.load(path) reads one",
     "Design": "sitscad.Design(spec) makes one",
+    "Spiral": "sitscad.coil(...) makes one",
+    "Measurement": "sitscad.apps.coil.measurement.read_measurement(path) reads one",
     "Layout": "sitscad.lay_out(spec) makes one",
     "Estimates": "sitscad.estimate(layout) makes one",
     "Calibration": "sitscad.calibrate(design) makes one",

@@ -36,12 +36,12 @@ def print_comparison(
     """Print the comparison of a coil with the measurement in a file. Return the exit code."""
     from sitscad.apps.coil.comparison import compare
     from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
-    from sitscad.apps.coil.measurement import MeasurementError, read_measurement
+    from sitscad.apps.coil.measurement import MeasurementError
     from sitscad.assembly.solids import MissingExtra
 
     show = row_of(COMPARISON_FORMATS, format_name, "--format")
     try:
-        comparison = compare(coil, read_measurement(data), name, 0.01 * meter_error)
+        comparison = compare(coil, data, name, 0.01 * meter_error)
         picture = comparison_picture(comparison) if overlay else ""
     except (MeasurementError, MissingExtra) as error:
         say(str(error))

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from sitscad.apps.coil.causes import CLOSE, DECISIVE, Cause, Explanation, Residuals, causes_of, explain
-from sitscad.apps.coil.measurement import Measurement, MeasurementError
+from sitscad.apps.coil.measurement import Measurement, MeasurementError, read_measurement
 from sitscad.apps.coil.spiral import Spiral
 from sitscad.apps.coil.variants import CoilVariants, Impedance
+from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, ComplexArray, Index
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
@@ -160,8 +162,10 @@ MOST_ALTERNATIVES = 3
 
 
 @one_thread
+@checked_arguments
 def compare(
-    coil: Spiral | Layout, measurement: Measurement, name: str | None = None, meter_error: float = METER_ERROR
+    coil: Spiral | Layout, measured: str | os.PathLike[str] | Measurement, name: str | None = None,
+    meter_error: float = METER_ERROR,
 ) -> Comparison:
     """Compare a measured coil with the computed one, and find the cause of a difference.
 
@@ -170,8 +174,10 @@ def compare(
     coil
         A spiral without leads, or the layout of a sensor. The coil is measured alone: no target, no metal, its
         neighbours open.
-    measurement
-        The measured impedance, between the contacts of a layout's coil.
+    measured
+        A file with the measured impedance, or a `Measurement`. A file is Touchstone of one port (``.s1p``), or a table
+        (CSV) whose head names the frequency and R and X, L and R, L and Q, or Z and phase, with units. The coils of a
+        layout are measured at their contacts.
     name
         Name of the layout's coil, the first if None.
     meter_error
@@ -187,7 +193,9 @@ def compare(
     ValueError
         for a coil that the layout does not have
     MeasurementError
-        if all points lie near to or above the self-resonance
+        (a ValueError) if the file has no impedance of a coil, or if all points lie near to or above the self-resonance
+    MissingExtra
+        for a Touchstone file if scikit-rf is not installed
 
     Notes
     -----
@@ -195,6 +203,7 @@ def compare(
     manufacture, which are correlated over the frequency. Causes are ranked by chi-square with a penalty for each
     parameter (Akaike 1974, doi:10.1109/TAC.1974.1100705).
     """
+    measurement = measured if isinstance(measured, Measurement) else read_measurement(measured)
     layout = coil.layout if isinstance(coil, Spiral) else coil
     names = [each.name for each in layout.coils]
     if name is not None and name not in names:
@@ -209,20 +218,20 @@ def compare(
             f"{measurement.path}: all points lie above {show(NEAR_RESONANCE * resonance, 'Hz', 3)}, near to the coil's "
             "self-resonance or above it: measure at lower frequencies")
     chosen = _thinned(np.flatnonzero(is_compared), measurement.frequencies)
-    frequencies, measured = measurement.frequencies[chosen], measurement.impedances[chosen]
-    if (measured.imag <= 0.0).any():
-        frequency = frequencies[measured.imag <= 0.0][0]
+    frequencies, impedances = measurement.frequencies[chosen], measurement.impedances[chosen]
+    if (impedances.imag <= 0.0).any():
+        frequency = frequencies[impedances.imag <= 0.0][0]
         raise MeasurementError(f"{measurement.path}: at {show(float(frequency), 'Hz', 4)} the reactance is negative, "
                                "far below the coil's self-resonance: no coil of this kind was measured")
     variants = CoilVariants.of(layout, number, has_leads, frequencies)
-    residuals = Residuals.of(measured, meter_error, list(variants.tolerances().values()))
+    residuals = Residuals.of(impedances, meter_error, list(variants.tolerances().values()))
     drawn = explain(Cause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn"), residuals)
-    tried = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, measured)),
+    tried = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
                          key=lambda each: (not each.is_sufficient, each.penalised)))
     return Comparison(
-        measurement, names[number], frequencies, measured, meter_error, drawn,
+        measurement, names[number], frequencies, impedances, meter_error, drawn,
         drawn.is_sufficient and drawn.penalised < tried[0].penalised + DECISIVE,
-        _fitted(variants, measured, meter_error), tried, len(measurement.frequencies) - int(is_compared.sum()),
+        _fitted(variants, impedances, meter_error), tried, len(measurement.frequencies) - int(is_compared.sum()),
     )
 
 

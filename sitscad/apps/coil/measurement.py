@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -55,7 +55,7 @@ TOUCHSTONE = re.compile(r"\.[sz]\d+p$", re.IGNORECASE)
 """Endings of Touchstone files."""
 
 
-def read_measurement(path: str | Path) -> Measurement:
+def read_measurement(path: str | os.PathLike[str]) -> Measurement:
     """Read the impedance of a coil from a file.
 
     Parameters
@@ -77,7 +77,7 @@ def read_measurement(path: str | Path) -> Measurement:
     MissingExtra
         for a Touchstone file if scikit-rf is not installed
     """
-    name = str(path)
+    name = os.fspath(path)
     try:
         with open(name, "rb") as file:
             content = file.read(MAX_SIZE + 1)
