@@ -129,7 +129,7 @@ def test_fields_of_a_record_without_instances_are_complete():
     assert Derived(1.0) == Derived(1.0) != Base(1.0) and hash(Base(1.0)) != hash(Base(2.0))
 
 
-def test_a_method_written_out_stays():
+def test_record_keeps_explicit_repr():
     @record
     class Named:
         name: str

@@ -62,7 +62,7 @@ SHOWN: dict[tuple[str, str], tuple[str, Callable[[Any], str]]] = {
     ("sitscad.estimates.response.response_arrays", "Response"): ("text/html", show_response),
     ("sitscad.checks.judging", "CheckResult"): ("text/html", show_check),
 }
-"""The kind of output and the function for each type, by its module and name."""
+"""MIME type and display function of each type that notebooks show. Keys are (module, class name)."""
 
 
 def register(formatters: Any) -> None:

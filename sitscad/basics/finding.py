@@ -79,8 +79,8 @@ _WORDS = {
     Missing.INNER_ROOM: "no room for {count} vias and the stubs to them inside the innermost turn, where {clear:.3f} "
     "mm are clear",
     Missing.LEAD_ROOM: "the coils' leads and outer vias find no way out of the windings",
-    Missing.TAIL_LAYERS: "the pairs of a {pattern} array are led out on two copper layers, and the tail has one: "
-    "the coils are not led out",
+    Missing.TAIL_LAYERS: "array pattern {pattern} needs two copper layers in the tail for its pairs of tracks, the "
+    "tail has one: the coils have no leads",
     Missing.TAIL_ROOM: "the tracks of {coils} coils come too near each other on their way to the contacts of "
     "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
     Missing.BODY_ROOM: "{what} not inside the body that is asked for ({body})",

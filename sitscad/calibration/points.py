@@ -84,9 +84,10 @@ def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Return derivatives of ln f by the force on every axis, in full scales: (n, coils, axes).
+    """Return derivatives of ln f by each force, per full scale: (n, coils, axes).
 
-    Differences are inward for large loads, and where the pad fails outward.
+    They are one-sided differences. The step points to smaller loads if the load exceeds half of full scale. It is
+    reversed if the pad fails there.
     """
     scale, slopes = sensors.range.full_scales, []
     here = np.log(sensors.under(errors, loads))

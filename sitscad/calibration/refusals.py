@@ -44,9 +44,10 @@ Below it, the fit is accepted with a note that its unknowns are unreliable. True
 """
 
 HARDLY = 3.0
-"""Standard deviations of manufacture beyond which an unknown is refused if loads and model disagree, too.
+"""Largest fitted value of an unknown, in standard deviations of manufacture, if loads and model disagree as well.
 
-Tables with all loads halved came to 3.2 to 3.9, and left errors of up to 39 % of the normal force.
+Larger values are refused. Tables in which all loads were entered at half their value reached 3.2 to 3.9, with errors of
+up to 39 % of the normal force.
 """
 
 WORST, WORST_OF_POSES = 25.0, 40.0

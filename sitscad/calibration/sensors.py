@@ -67,7 +67,10 @@ class Chart:
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
-    """Return inductances and resistances by the model, with each pose solved, for the target as in the performance."""
+    """Return the coils' inductances (H) and resistances (ohm) at (n, 6) poses. Each pose is solved, not interpolated.
+
+    The target is held as in the performance.
+    """
     parts = [model.respond(poses[k : k + AT_ONCE], within=model.pad_ends) for k in range(0, len(poses), AT_ONCE)]
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 

@@ -374,7 +374,7 @@ def two_loads_one_reading(sensing: SensingAnalysis, design: Design) -> Iterator[
 
 @where_felt
 def tilt_beside_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield a note if one degree of tilt reads as much more than the noise."""
+    """Yield a note if one degree of tilt changes the reading by more than `BESIDE_NOISE` times the noise."""
     from sitscad.estimates.performance.causes import DEGREE
     from sitscad.estimates.performance_values import unit_of
 

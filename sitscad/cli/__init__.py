@@ -180,7 +180,7 @@ class Commands(click.Group):
 )
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
 def cli() -> None:
-    """Turn one YAML spec into inductive tactile sensors to order, for a jaw, a fingertip or the bench."""
+    """Generate all files of an inductive tactile sensor from one YAML spec, for a jaw, a fingertip or a test bench."""
 
 
 __all__ = ["cli", "main", "run"]

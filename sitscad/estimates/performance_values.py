@@ -73,11 +73,12 @@ PASSING = ("before", "without")  # Words in the causes of errors that calibratio
 
 @record
 class AxisPerformance:
-    """Sensing performance of one axis at a working point. For moments, N is N m; `unit` states which.
+    """Sensing performance of one axis at a working point. For moments, read N m for N; `unit` states the unit.
 
-    `range` (N) ends by `limited_by`, and `full_scale` (N) is the required load. `sensitivity` (Hz/N) is by coil.
-    `resolution` (N) is one sigma of noise at the scan rate. `nonlinearity` is relative to full scale, from the best
-    straight line. `errors` are one sigma (N) by cause.
+    `range` (N) is the largest load, and `limited_by` names its limit. `full_scale` (N) is the required load.
+    `sensitivity` (Hz/N) has one value per coil. `resolution` (N) is one sigma of noise at the scan rate. `nonlinearity`
+    is the deviation from the best straight line, relative to full scale. `errors` maps each cause to its standard
+    deviation (N).
     """
 
     range: float

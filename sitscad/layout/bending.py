@@ -128,10 +128,11 @@ def tail_thickness(fpc: FpcSpec) -> float:
 def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
     """Return the stiffener that brings the contacts to the connector's insertion thickness.
 
-    None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed. The
-    spec may state its thickness. The adhesive then comes with a stock film of this thickness, or is 0. Otherwise the
-    stock film nearest to the needed thickness is chosen, or no stiffener if that is nearer. If this misses the
-    connector's tolerance, the needed thickness is returned with an adhesive of 0.
+    None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed.
+
+    If the spec gives the thickness, the stiffener has this thickness; its adhesive is taken from a stock film of equal
+    thickness, or is 0. Otherwise the stock film nearest to the needed thickness is used, or none if 0 is nearer. If its
+    error exceeds the connector's tolerance, the exact needed thickness is returned, with an adhesive of 0.
     """
     fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:

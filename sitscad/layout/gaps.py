@@ -47,9 +47,9 @@ Item = Trace | Via | Pad | Teardrop
 class Copper:
     """All copper by piece and layer, as arrays of equal length. A via has a piece on each layer.
 
-    `half` is half the width (m). `chain` numbers the conductor. `first` and `last` are the distances (m) along it to
-    both ends of a piece. `reach` (m) is the distance that a contact adds to the joined part. `item` is the index into
-    `items`.
+    `half` is half the width (m). `chain` is the number of the conductor. `first` and `last` are the positions (m) of a
+    piece's ends along its conductor. `reach` (m) is the extra distance along the conductor within which copper counts
+    as joined: half the diagonal of a contact, 0 for tracks. `item` is the index into `items`.
     """
 
     layer: Index

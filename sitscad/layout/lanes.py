@@ -39,9 +39,9 @@ class Ring:
 
     @cached_property
     def half_size(self) -> tuple[float, float]:
-        """Largest distance of the ring from its centre in x and y (m).
+        """Largest distances (m) of the ring's outline from its centre along x and y.
 
-        A corner with a side across from it counts up to the farther side.
+        If the outline is not symmetric (a triangle), the larger side counts.
         """
         if self.coil.outline.is_round:
             radius = 0.5 * self.coil.size[0] + self.offset

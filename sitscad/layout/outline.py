@@ -253,7 +253,7 @@ def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
 
 
 def _about(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
-    """Extend a range at its shorter end until its middle is `middle`, up to a length of `room`."""
+    """Extend the range `low` to `high` on one side until `middle` is its middle, or until its length is `room`."""
     lacks = (middle - low) - (high - middle)
     more = min(abs(lacks), max(0.0, room - (high - low)))
     return (low, high + more) if lacks > 0.0 else (low - more, high)

@@ -216,7 +216,10 @@ def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks:
 
 
 def _whose(rules: DesignRules) -> DesignRules:
-    """Return the rules with their name added to the sources of their own figures, for a profile based on them."""
+    """Return the rules with " (from NAME)" added to the source of each value that these rules define.
+
+    A profile that is based on them names their sources in this way.
+    """
 
     def said(source: str, holder: str) -> str:
         return f"{source} (from {holder})" if holder == rules.name else source

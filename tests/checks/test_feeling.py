@@ -374,7 +374,7 @@ def test_hints_advise_nothing_that_the_spec_has(name):
 
 
 @pytest.mark.slow
-def test_more_shear_than_the_array_tells_apart_reads_alike(bench):
+def test_ambiguous_shear_is_reported(bench):
     """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
     thick = bench.spec.replace("elastomer.thickness", 5e-3)
     (finding,), _ = _judged("SIT407", Design(thick), normal_resolution=1.0, normal_force=1.0, shear_force=1.2)

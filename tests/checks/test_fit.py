@@ -344,7 +344,7 @@ def test_a_target_offset_beside_its_coil_is_told(judge, design):
     assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
 
 
-def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
+def test_offset_target_that_misses_coil_is_reported(judge, design):
     (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
     assert "C1" in found.message and found.measured == approx(4e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []

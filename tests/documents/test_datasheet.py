@@ -249,7 +249,7 @@ def test_the_difference_is_that_of_the_thesis(drawn):
     "three_axis_triangle", "fingertip_foil",
     *(pytest.param(name, marks=pytest.mark.more) for name in ("three_axis_grid", "grasper_4layer")),
 ])
-def test_every_kind_of_array_has_one(name):
+def test_data_sheet_of_each_array_pattern_is_rendered(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     made = render(design.layout, design.estimates, design.response, design.performance, design.sensing.curves, "",
                   incoming(design).board)

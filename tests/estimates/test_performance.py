@@ -158,8 +158,8 @@ def test_what_copper_does_is_what_two_temperatures_read(bench):
     assert point.temperature_causes["copper and other metal"]["normal"] == approx(np.mean(drift) / slope, rel=0.1)
 
 
-def test_a_capacitor_of_another_value_leaves_ratios_to_the_tare_as_they_were(bench):
-    """So does the clock, which all frequencies are counted with."""
+def test_changed_capacitor_keeps_frequency_ratios_to_tare(bench):
+    """The frequency of the clock, to which all frequencies are compared, keeps them as well."""
     wanted = bench.spec.replace("readout.capacitance", f"{1.03e12 * bench.estimates.readout.capacitance:.3f} pF")
     loads = np.array([[0.0, 0.0, 0.0], [bench.spec.requirements.normal_force, 0.3, 0.0]])
     found = [np.log(np.divide(*design.response.under(loads).frequency[::-1])) for design in (bench, Design(wanted))]

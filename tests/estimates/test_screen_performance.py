@@ -31,7 +31,7 @@ def test_screen_resolution_is_within_its_error_of_the_response(name):
     assert warm == approx(exact, rel=0.15, abs=0.0)
 
 
-def test_screen_performance_covers_a_pad_pressed_by_half():
+def test_screen_performance_covers_a_strain_above_45_percent():
     design = Design(sitscad.load(TEMPLATES / "grasper_3p5mm.yaml"))
     screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
     half, full = (abs(point.by_pose[:, 2]).min() for point in screened.sensing.analysis.points[1:])

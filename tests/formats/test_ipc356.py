@@ -78,7 +78,7 @@ def test_columns_of_the_standard():
         assert line[42] in "+-" and line[50] in "+-"
 
 
-def test_what_does_not_fit_is_refused():
+def test_netlist_field_overflow_is_refused():
     board = layouts.two_coils()
     long_net = tuple(replace(via, net="a-net-of-20-characters"[:20]) for via in board.vias)
     coils = tuple(replace(coil, net="a-net-of-20-characters"[:20]) for coil in board.coils)

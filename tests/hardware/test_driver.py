@@ -222,8 +222,8 @@ def test_a_bare_board_is_known_for_one_and_silence_is_told(pad):
     assert wrong == 2 and results == [OK, OK, SILENT, SILENT]
 
 
-def test_exchanged_coils_are_told_where_designs_differ_enough(pad, tmp_path):
-    """Coils that are alike but for their leads are not, and the report says that it cannot know."""
+def test_exchanged_coils_are_reported_if_their_inductances_differ_enough(pad, tmp_path):
+    """Coils that differ in their leads only cannot be told apart, and the report says so."""
     ours = bands(pad.design.estimates.coils, 0.005)
     swapped = [f"coil {k} {ours[2 - k].assembled.design} 4000" for k in (0, 2)]
     assert _tested(pad.run("begin", *swapped, "test")[1])[:3] == (0, 1, 0)

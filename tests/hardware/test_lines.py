@@ -94,7 +94,7 @@ def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sen
 
 @pytest.mark.slow
 @pytest.mark.clients("gcc")
-def test_a_terminal_is_read_as_a_port_and_another_design_s_is_refused(program):
+def test_read_accepts_terminal_port_and_refuses_board_of_other_design(program):
     pytest.importorskip("serial")
     ours, theirs = os.openpty()
     running = subprocess.Popen([program, "-", "-1", "lines"], stdout=ours)

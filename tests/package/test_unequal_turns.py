@@ -99,7 +99,7 @@ def test_a_turn_fewer_lies_between():
         ([], 2, "SIT006", "coil.turns"),
     ],
 )
-def test_lists_of_turns_are_held_against_layers_and_room(turns, layers, rule, key):
+def test_turns_list_that_exceeds_layers_or_room_is_refused(turns, layers, rule, key):
     text = text_of("circle", 5, str(turns).replace("'", ""), layers)
     if rule is None:
         assert sitscad.load_text(text).coil == sitscad.load_text(text_of("circle", 5, 7, layers)).coil

@@ -305,7 +305,7 @@ def test_gaps_between_coils(shape, size, offset, expected):
         ("racetrack", 6.25, False, 6.0),
     ],
 )
-def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
+def test_turns_are_rounded_to_ends_that_shape_permits(shape, turns, whole, nearest):
     assert SHAPES[shape].is_whole(turns) is whole
     assert SHAPES[shape].nearest_turns(turns) == approx(nearest, rel=1e-6)
 

@@ -203,10 +203,10 @@ class Port(Protocol):
 
 
 class LineBoard(Board):
-    """A board of a design behind a microcontroller.
+    """Sensor board that is read over a serial port.
 
-    Unusable lines are counted by kind: `lost`, `corrupted`, `another` (of another sensor). `told` holds the last
-    messages of the firmware for people.
+    `lost`, `corrupted` and `another` count unusable lines: missing, with a wrong checksum, from another sensor. `told`
+    holds the last 8 comment lines ("#") of the firmware.
     """
 
     def __init__(self, design: Design, port: Port) -> None:

@@ -1,4 +1,4 @@
-"""The answer of a study: whether a design meets it, the limits that prevent designs, and the kept designs."""
+"""Result of a study: whether a design meets the requirements, which limits refuse designs, and the selected designs."""
 
 from __future__ import annotations
 

@@ -97,7 +97,10 @@ def base_value(before: Mapping[str, Any], key: str) -> str:
 
 
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
-    """Return a column for each measure except sigmas. It shows the figure under ``values`` of a row."""
+    """Return a text function for each measure, by name, without the measures ``sigma.*``.
+
+    Each function returns the text of the measure's value in a row's ``values``, or a dash.
+    """
     def column(name: str) -> Callable[[Row], str]:
         return lambda row: value_text(name, row["values"][name][0]) if name in row["values"] else NONE
 

@@ -160,7 +160,10 @@ class StudyRequest:
 
     @cached_property
     def base_point(self) -> Point:
-        """Design nearest to the base, evaluated first. It is the base itself if all keys have its values."""
+        """First design that the study evaluates: the design of the search space nearest to the base spec.
+
+        It equals the base if the search space contains the base.
+        """
         return self.space.nearest(self.base.values(()))
 
     @property

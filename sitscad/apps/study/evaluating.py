@@ -303,7 +303,7 @@ DEATHS = 3
 """Number of attempts at a chunk whose worker dies before this is an error."""
 
 NOT_COMPUTED = "not-computed"
-"""Name among the rules for a design with a failed computation."""
+"""Rule name in the results of a design whose computation failed."""
 
 
 Made = TypeVar("Made")

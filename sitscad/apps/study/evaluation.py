@@ -30,15 +30,15 @@ UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
 
 
 BROKEN = 0.05
-"""Least size of a breach, even at the limit, so that two broken rules weigh more than one broken rule."""
+"""Least size of a breach. It is added to the relative distance from the limit, so that two breaches outweigh one."""
 
 
 @record
 class Breach:
-    """Distance of a design from a limit.
+    """Violation of a limit by a design, or a margin below one standard deviation.
 
-    ``measured`` and ``limit`` are SI values in ``unit``, or None if the rule has no figures. ``sigma`` is set if the
-    figure keeps its limit by less than the required one standard deviation: it is the margin in standard deviations.
+    ``measured`` and ``limit`` are SI values in ``unit``; None if the rule has no values. ``sigma`` is the margin in
+    standard deviations if the limit is met with a margin of less than one; else None.
     """
 
     measured: float | None = None

@@ -398,7 +398,7 @@ def rule_titles() -> dict[str, str]:
 
 
 EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
-"""Colours of rules' edges in a field."""
+"""Line colours of the refused regions in the plot of a sweep over two keys, one per rule, repeated in this order."""
 
 
 def _borders(middles: Array) -> Array:

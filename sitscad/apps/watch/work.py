@@ -75,7 +75,10 @@ class Before:
 
 
 def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """Yield the events of all stages of the spec or study at a path. Stages for the page only run if it `serves`."""
+    """Yield one event per completed stage for the spec or study at a path.
+
+    `before` holds results of earlier saves. If `serves` is False, stages that only the web page needs are skipped.
+    """
     if is_study(path):
         yield from _swept(path, before, serves)
         return

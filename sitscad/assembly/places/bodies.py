@@ -312,7 +312,7 @@ MOUNT_PIECES = ("mount", "mount-spacer")
 
 
 def top_height(spec: SensorSpec) -> float:
-    """Return the height of the sensor's uppermost face, with its film."""
+    """Return the height (m) of the sensor's uppermost face, with the encapsulation film."""
     return plates_of(spec).upper + film_thickness(spec.encapsulation)
 
 

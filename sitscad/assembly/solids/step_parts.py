@@ -34,9 +34,10 @@ BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face
 HALF_SLICE = 1e-3
 """Half the length (m) of a slice along the jaw: teeth of grasping faces are up to 2 mm apart."""
 FACE_TOLERANCE = 20e-6
-"""Largest distance (m) of the metal's face from the written face: both values are rounded to 10 um at most.
+"""Largest allowed difference (m) between the metal face in the STEP file and the value in the spec.
 
-The jaw changes the coils' inductance by about 1 % over this distance if the metal is 0.2 mm behind them.
+Both values are rounded to 10 um or finer. The jaw changes the coils' inductance by about 1 % over this distance if the
+metal is 0.2 mm behind the coils.
 """
 SIZE_TOLERANCE, SIZE_SHARE = 0.1e-3, 0.02
 """Largest difference (m, and fraction of the size) of two figures of one part.

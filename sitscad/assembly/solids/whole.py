@@ -527,13 +527,14 @@ def _weight(
 ) -> Weight:
     """Return a solid's mass (kg) with `copper` (m3), and its centre (m). Without a density: no mass, and the reason."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
-    share = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
+    track_fraction = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     entry, of_copper = densities.get(solid.material) or density(solid.material), density("copper")
     assert of_copper is not None
-    mass = None if entry is None else (solid.volume * share - copper) * entry[0] + copper * of_copper[0]
+    mass = None if entry is None else (solid.volume * track_fraction - copper) * entry[0] + copper * of_copper[0]
     value, source = entry or (None, "no density is known: weigh it")
     is_carrier = solid.role in CARRIERS
-    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
+    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, track_fraction, is_carrier,
+                  copper)
 
 
 def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> float:

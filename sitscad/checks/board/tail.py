@@ -1,8 +1,8 @@
 """SIT117, SIT123, SIT124 and SIT126 to SIT130: the tail's bend, its step in thickness, its end and its contacts.
 
-SIT123 checks that the bent part has nothing stiff, straight tracks and enough length. SIT130 checks copper near the
-step at the body's end if the tail has fewer layers. The other rules check the tail's end against the connector, and the
-contacts' finish.
+SIT123 checks that the bent part of the tail is long enough, has straight tracks and has no stiff parts. SIT130 checks
+copper near the step at the body's end if the tail has fewer layers. The other rules check the tail's end against the
+connector, and the contacts' finish.
 """
 
 from __future__ import annotations

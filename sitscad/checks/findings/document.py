@@ -243,9 +243,10 @@ def _finite(value: object) -> object:
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
-    """Return the spec in a ``findings.json``, with a path and a text.
+    """Return the checked spec stored in a ``findings.json``.
 
-    None if the file does not hold exactly one spec.
+    `path` and `text` are those of the spec file, because the JSON file does not contain them. None if the file does not
+    hold exactly one spec.
     """
     import json
 

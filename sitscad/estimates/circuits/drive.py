@@ -30,12 +30,12 @@ class Swing:
 def driven(
     coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
-    """Return coils and settings with the drive codes for all working states, or with the code in the spec.
+    """Return coils and readout settings with the drive codes: the spec's code, or the strongest suitable code.
 
-    The code is the strongest with which every coil stays below the largest amplitude in every working state. The margin
-    is one sigma and the thickest copper delivered. A board has one foil and one plating: all coils share their limits,
-    and no test of the board shows them. If this code leaves a coil below the low-noise window, and separate codes for
-    channels leave none, the channels have separate codes.
+    A suitable code keeps each coil below the largest amplitude in each working state, with a margin of one sigma and
+    with the thickest copper that the fabricator delivers. All coils of a board share one foil and one plating, and no
+    test of the board shows their thickness. Channels have separate codes only if a common code leaves a coil below the
+    low-noise window and separate codes leave none below it.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout

@@ -1,4 +1,7 @@
-"""Inductance changes by a moving target, by correction ratios of an infinite plate, for screening."""
+"""Inductance changes by a moving target, for screening.
+
+Each change is the change by an infinite plate times the ratio of the finite target to this plate.
+"""
 
 from __future__ import annotations
 

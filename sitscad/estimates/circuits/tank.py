@@ -270,10 +270,15 @@ def choose_capacitor(
 ) -> tuple[float, str]:
     """Return the tank capacitor (F) and the reason: the spec's, or the E12 value with the least violation of windows.
 
-    Windows hold over all coils and states. Frequency: within the converter's range less 5 % at either end, and up to
-    0.75 of self-resonance. Parallel resistance: within the data sheet's. Amplitude: within the low-noise window in the
-    working states, with one drive code. Capacitor: from 100 pF. Among values that violate none, the value with the
-    highest parallel resistance is taken, which has the highest frequency.
+    These windows hold for all coils and states:
+
+    * frequency: at least 5 % inside the converter's range, and at most 0.75 of self-resonance
+    * parallel resistance: inside the range of the data sheet
+    * amplitude: inside the low-noise window with one drive code (working states only)
+    * capacitor: at least 100 pF
+
+    Of several values without violation, the value with the highest frequency is chosen, which has the highest parallel
+    resistance.
     """
     if readout.capacitance is not None:
         return readout.capacitance, "given in the spec"

@@ -74,9 +74,9 @@ Full solutions of eleven templates gave 1.7 to 2.1 with the width of round coils
 """
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
-"""Powers of the tracks' width and the films' thickness in the capacitance of winding and leads.
+"""Exponents of track width and film thickness in the capacitance of winding and leads: C ~ width^1 thickness^-0.75.
 
-Full solutions gave 0.75 to 1.1 and -0.65 to -0.8.
+Full solutions gave exponents of 0.75 to 1.1 (width) and -0.65 to -0.8 (thickness).
 """
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
@@ -507,20 +507,21 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
         They are with the distance above, and with the distance below, with and without metal above.
         """
         if around.name not in solved_slopes:
-            above, below = around.above, around.below
+            reflector_above, reflector_below = around.above, around.below
 
             def returned(over: Reflector | None, under: Reflector | None) -> complex:
                 """Return the change by metal (H) there."""
                 return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
 
-            here = returned(above, below)
-            up, down = (0.0 if reflector is None else APART * reflector.distance for reflector in (above, below))
-            lower = _further(below, down)
-            by_below = (returned(above, lower) - here) / down if down else 0j
-            by_above = (returned(_further(above, up), below) - here) / up if up else 0j
+            here = returned(reflector_above, reflector_below)
+            up, down = (0.0 if reflector is None else APART * reflector.distance
+                        for reflector in (reflector_above, reflector_below))
+            lower = _further(reflector_below, down)
+            by_below = (returned(reflector_above, lower) - here) / down if down else 0j
+            by_above = (returned(_further(reflector_above, up), reflector_below) - here) / up if up else 0j
             without_target = by_below
-            if above is not None and down:
-                without_target = (returned(None, lower) - returned(None, below)) / down
+            if reflector_above is not None and down:
+                without_target = (returned(None, lower) - returned(None, reflector_below)) / down
             solved_slopes[around.name] = by_above, by_below, without_target
         return solved_slopes[around.name]
 

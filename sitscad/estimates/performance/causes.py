@@ -164,7 +164,10 @@ upwards.
 BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
 UNTOLD = 0.01
-"""Largest deviation of the linear map's result for 1 N. Least squares leave out loads without a reading."""
+"""Largest deviation from 1 N of the linear map's result for a load of 1 N on an axis.
+
+Beyond it, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
+"""
 
 BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
 

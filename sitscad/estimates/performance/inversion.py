@@ -211,10 +211,10 @@ def solved_range(bench: Bench) -> SolvedRange:
 
 
 def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
-    """Return two places (in full scales) with equal readings by the polynomials.
+    """Yield pairs of loads (in full scales) that give equal readings by the polynomials.
 
-    They are the best pair of a grid. Gauss-Newton steps move the second until its reading is equal, if it stays apart
-    from the first.
+    The pairs of a grid with the nearest readings are refined by Gauss-Newton steps of the second load. Pairs that
+    converge to one load, or whose readings stay different, are dropped.
     """
     lowest, full = scope.lowest, scope.full_scales
     count = {1: 41, 2: 13, 3: 7}[len(lowest)]

@@ -130,9 +130,10 @@ class ResponseModel:
         """Return the response at (n, 6) poses; see `Response`.
 
         Many poses are interpolated if that stays within the stated error, or within `tolerance` (relative to the larger
-        of a change and 1 % of the free inductance). Poses no lower and no farther than the states use the states'
-        solution. With `within` (m, 6), one solution serves all of these poses. Differences between poses then have no
-        step.
+        of a change and 1 % of the free inductance).
+
+        Poses inside the range of the spec's states use the solution of the states. With `within` (m, 6), one solution
+        covers `poses` and `within`, so that results at different poses differ smoothly.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):

@@ -183,7 +183,10 @@ def _missing(
 
 
 def receded(opening: Opening, recess: float) -> Opening:
-    """Return the opening with the metal's faces receded by `recess` (m), and its walls by `WALL` of this."""
+    """Return the opening in metal whose faces recede by `recess` (m).
+
+    The depth decreases by 2 `recess`, but not below `recess`. Each side wall moves outward by `WALL` times `recess`.
+    """
     x, y = (side + 2.0 * WALL * recess for side in opening.size)
     return Opening((x, y), max(opening.depth - 2.0 * recess, recess))
 

@@ -193,7 +193,10 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
-    """Return the joint tolerance of glue lines and of the parts between board or shield and the metal."""
+    """Return the combined thickness tolerance between the board (or shield) and the metal behind it.
+
+    It covers the glue lines and the parts. None if it is zero.
+    """
     tolerances = metal_tolerances(assembly, mount)
     if tolerances is not None:
         return _glued(assembly, lines, tolerances[0])

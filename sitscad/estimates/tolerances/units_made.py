@@ -155,7 +155,7 @@ def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def beside(axis: int) -> Moved:
-    """Return a move of the target along an axis (0: x, 1: y) (m)."""
+    """Return a function that shifts the target of a spec along an axis (0: x, 1: y) by a distance (m)."""
 
     def moved(target: Target, off: float) -> Target:
         x, y = target.offset

@@ -222,7 +222,10 @@ def _into_nuts(depth: float) -> str:
 
 
 def screw_length(thread: str, grip: float) -> int | None:
-    """Return the length (mm) of a metric screw through plastic (m); None for inch threads or beyond the table."""
+    """Return the length (mm) of a metric screw for a plastic thickness `grip` (m).
+
+    None for inch threads, and for lengths beyond the table.
+    """
     if not thread.startswith("M"):
         return None
     diameter = 1e-3 * float(thread.removeprefix("M"))

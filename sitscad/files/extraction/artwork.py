@@ -202,9 +202,9 @@ def _is_artwork(fields: Sequence[str]) -> bool:
 
 
 def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
-    """Return the objects that a Gerber or drill file plots, as gerbonara's.
+    """Return the graphic objects of a Gerber or drill file, as objects of gerbonara.
 
-    Raises ExtractionError for an unsafe file.
+    `fields` are the fields of its file function. Raises ExtractionError if the file is unsafe or cannot be parsed.
     """
     with reading(path.name):
         if fields[0] in DRILLED:

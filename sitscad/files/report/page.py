@@ -253,7 +253,10 @@ def findings_part(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
-    """Return a finding as a line that unfolds; errors are unfolded."""
+    """Return a finding as a collapsible HTML element (<details>); errors start expanded.
+
+    `number` links the finding to its place in the pictures; None if it has no place.
+    """
     line = checked.line(finding.line, finding.file)
     shown = "" if line is None else excerpt(line, finding.column or 1)[0]
     quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""

@@ -52,11 +52,11 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
     """Yield one row per coil; the first row also has the point."""
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
-    turn = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
+    rotation = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
     force = NONE
     if response.force is not None and np.all(np.isfinite(response.force[k])):
         force = ", ".join(_figure(value) for value in response.force[k])
-    point = [*([response.cases[k]] if any(response.cases) else []), place, turn, force]
+    point = [*([response.cases[k]] if any(response.cases) else []), place, rotation, force]
     for c, name in enumerate(response.coils):
         yield [*(point if c == 0 else [""] * len(point)), name,
                *(each.shown(_of_coil(each.value(response)[k], c)) for each in COLUMNS)]

@@ -47,11 +47,17 @@ AT_RESET = {
 }
 """Contents of registers after a reset, if not 0 (7.6.1)."""
 
-SLEEP, ACTIVE_CHANNEL, AUTOSCAN, SEQUENCE = 1 << 13, 14, 1 << 15, 13
-"""Bits of CONFIG: sleep, and the lowest bit of ACTIVE_CHAN.
+SLEEP = 1 << 13
+"""CONFIG: mask of SLEEP_MODE_EN."""
 
-Bits of MUX_CONFIG: scan, and the lowest bit of RR_SEQUENCE.
-"""
+ACTIVE_CHANNEL = 14
+"""CONFIG: lowest bit of ACTIVE_CHAN, for shifts."""
+
+AUTOSCAN = 1 << 15
+"""MUX_CONFIG: mask of AUTOSCAN_EN."""
+
+SEQUENCE = 13
+"""MUX_CONFIG: lowest bit of RR_SEQUENCE, for shifts."""
 
 STATUS_ERRORS = {"ERR_UR": 1 << 13, "ERR_OR": 1 << 12, "ERR_WD": 1 << 11, "ERR_AHE": 1 << 10, "ERR_ALE": 1 << 9}
 """Errors in STATUS (7.6.26)."""

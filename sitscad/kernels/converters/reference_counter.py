@@ -214,10 +214,11 @@ def choose_gain(
 
 @record
 class ReferenceCounter(Conversion):
-    """Settings of one of these converters. A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`.
+    """Settings of a converter that counts against a reference clock (LDC1312 to LDC1614).
 
-    A result of fewer bits shows a part of a conversion: `gain` is the code of OUTPUT_GAIN, and `coil_offsets` are
-    subtracted before, for each coil. They are 0 and empty if a result shows whole conversions.
+    A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. If results have fewer bits than the count, they are a window of
+    it: `gain` is the code of OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0
+    and empty.
     """
 
     reference_frequency: float

@@ -244,7 +244,7 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
 
 
 def _necks_keep(routing: Routing, board: _BoardToRoute) -> bool:
-    """Whether the leads also keep their distance from a given edge on their path to the tail's lanes."""
+    """Whether the leads' paths to the tail's lanes keep their clearance from a board edge that the spec gives."""
     edge = Obstacles(board.artwork.fpc.rules, board.bus.spacing)
     edge.add(board.walls)
     return edge.admits(run.neck for pair in routing.ends for run in pair)

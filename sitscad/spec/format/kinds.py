@@ -463,7 +463,10 @@ def names(kind: str) -> tuple[str, ...]:
 
 @record
 class Preset(Scalar):
-    """The name of a preset of one kind (see `names`). If ``up`` is True, it is read as the preset itself."""
+    """Name of a preset of one kind, one of `names(kind)`.
+
+    With ``up`` (look up), the value is the preset object instead of its name.
+    """
 
     kind: str
     up: bool = False

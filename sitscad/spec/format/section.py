@@ -262,7 +262,10 @@ def preset_or(kind: str, section: type[Section], convert: Callable[[Any], Any] |
 
 
 def section_of(kind: Kind) -> type[Section] | None:
-    """Return the section that a kind of value is, or can be if written out. None for single values."""
+    """Return the section class that a spec value of this kind contains. None for single values.
+
+    It is the class of the value, of its list entries, or of the section that may replace a preset name.
+    """
     if isinstance(kind, Part):
         return kind.section
     if isinstance(kind, ListOf):

@@ -269,9 +269,9 @@ def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
     new = _at(actual, [*parents, last])
     for data in (expected, actual):
         _dropped(data, [*parents, last])
-    for deep in range(len(parents), 0, -1):  # sections that were added with the key
-        if _at(actual, parents[:deep]) == {} and _at(expected, parents[:deep]) is None:
-            _dropped(actual, parents[:deep])
+    for depth in range(len(parents), 0, -1):  # sections that were added with the key
+        if _at(actual, parents[:depth]) == {} and _at(expected, parents[:depth]) is None:
+            _dropped(actual, parents[:depth])
     return repr(expected) == repr(actual) and _is_same(new, read_yaml(f"x: {edit.new}").data["x"])
 
 

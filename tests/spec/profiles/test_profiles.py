@@ -434,7 +434,7 @@ def test_the_documents_profile_loads(folder):
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
-def test_an_installed_profile_is_a_file_as_a_user_writes_one(folder, name):
+def test_installed_profile_equals_its_text_loaded_as_user_profile(folder, name):
     text = (FOLDER / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")
     installed = installed_rules(name).for_foil(18e-6)
     rules = rules_of(folder, text)

@@ -41,7 +41,7 @@ def test_inner_diameter_in_place_of_a_key_gives_the_same_coil(shape, left_out):
     assert (found.trace_width, found.trace_spacing) == approx((120e-6, 100e-6), rel=1e-9)
 
 
-def test_inner_diameter_of_a_circle_is_that_of_its_copper():
+def test_inner_diameter_of_circle_matches_drawn_copper():
     design = spec(inner_diameter=2.345, **TRACK)
     path = wind_coil(design.artwork, design.array.placements[0])[0].path
     nearest = min((point[0] ** 2 + point[1] ** 2) ** 0.5 for point in path.flattened(1e-6))

@@ -104,7 +104,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 
 
 def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
-    """Draw the pair from the side, closed and wide open about its pivot; closed only if the hinge is not known."""
+    """Draw both jaws from the side: closed, and fully open about the pivot if hinge and opening are known."""
     start, heel = jaw_range(layout.body, jaw)
     pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
     turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0

@@ -85,7 +85,7 @@ Lengths are pixels.
 
 
 AXES_AT = 340.0
-"""Place of the axes' sign along the row of the scale bar (pixels)."""
+"""x position (pixels) of the axes symbol in the row of the scale bar."""
 UNDER = 0.3
 """Width of the line that shows a covered track, over the width of the track."""
 
@@ -120,22 +120,22 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     keys = [(_swatch(colour(layer)), f"copper {layer}") for layer in shown]
     if len(shown) > 1:
         keys.append((_under(colour(shown[0]), colour(shown[1])), "lower copper under upper"))
-    keys.append((_line(EDGE, ""), "edge of the board"))
+    keys.append((_line_sign(EDGE, ""), "edge of the board"))
     if layout.spec.fpc.largest is not None:
-        keys.append((_line(LARGEST, LARGEST_DASHES), "fpc.largest"))
+        keys.append((_line_sign(LARGEST, LARGEST_DASHES), "fpc.largest"))
     if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
         keys.append((_swatch(CONTACT), "contacts"))
     if any(sees(via.centre.x) for via in layout.vias):
         keys.append((_swatch(RING), "vias"))
     if any(sees(opening.outline.start.x) for opening in layout.top_openings):
-        keys.append((_line(TOP_OPENING, TOP_DASHES), "top coverlay open"))
+        keys.append((_line_sign(TOP_OPENING, TOP_DASHES), "top coverlay open"))
     if any(sees(opening.outline.start.x) for opening in layout.bottom_openings):
-        keys.append((_line(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
+        keys.append((_line_sign(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
     if plate is not None and sees(plate.outline.outline.start.x):
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
     visible = [bend for bend in bends(layout) if sees(bend.line)]
     labels = dict.fromkeys(f"bend {bend.angle_text} {bend.direction}" for bend in visible)
-    keys += [(_line(BEND, BEND_DASHES), each) for each in labels]
+    keys += [(_line_sign(BEND, BEND_DASHES), each) for each in labels]
     if any(bend.end > bend.start for bend in visible):
         keys.append((_swatch(TAKEN), "taken by bends" if len(visible) > 1 else "taken by the bend"))
     return keys + [
@@ -187,7 +187,7 @@ def _under(upper: str, lower: str) -> Sign:
     return draw
 
 
-def _line(ink: str, dashes: str) -> Sign:
+def _line_sign(ink: str, dashes: str) -> Sign:
     pen = Pen(2.0, ink, tuple(map(float, dashes.split())), round_ends=False)
     return lambda sheet, x, y: sheet.line(x, y - 11.0, x + 26.0, y - 11.0, pen)
 

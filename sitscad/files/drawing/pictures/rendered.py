@@ -327,9 +327,9 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
                 if clash.port is not None:
                     # The port's circle in the cutting plane
                     x, middle, z, radius = clash.port
-                    turns = np.linspace(0.0, 2.0 * math.pi, 97)
+                    angles = np.linspace(0.0, 2.0 * math.pi, 97)
                     places = np.stack(
-                        [np.full(97, x), middle + radius * np.cos(turns), z + radius * np.sin(turns)], axis=1
+                        [np.full(97, x), middle + radius * np.cos(angles), z + radius * np.sin(angles)], axis=1
                     )
                     sheet.draw(polyline([Point(*place) for place in view(places).tolist()]), PORT)
             lowest = min(float(view(mesh.vertices)[:, 1].min()) for mesh in meshes)

@@ -184,7 +184,7 @@ class _CoilFootprint:
         for number, (name, hole) in enumerate(tracks, 3 + len(self.joints)):
             size = length(self.layout.spec.coil.trace_width)
             yield node(
-                f'pad "{number}" smd custom {self._at(hole)} (size {size} {size}) (layers {quoted(name)})',
+                f'pad "{number}" smd custom {self._kicad_position(hole)} (size {size} {size}) (layers {quoted(name)})',
                 "(options (clearance outline) (anchor circle))", node("primitives", *self._strokes(name, hole)),
                 identity(*self.owner, "pad", number),
             )
@@ -196,13 +196,13 @@ class _CoilFootprint:
         stack = [node(f"layer {quoted(name)}", *_form(hole, strokes)) for name, strokes in inner]
         stack.append(node('layer "B.Cu"', *_form(hole, [])))
         return node(
-            f'pad "{number}" thru_hole circle {self._at(hole)} {size}',
+            f'pad "{number}" thru_hole circle {self._kicad_position(hole)} {size}',
             f'(drill {length(hole.drill)}) (layers "*.Cu") (remove_unused_layers no)',
             *([node("padstack", "(mode custom)", *stack)] if any(strokes for _, strokes in inner) else []),
             identity(*self.owner, "pad", number),
         )
 
-    def _at(self, hole: ViaToPlace) -> str:
+    def _kicad_position(self, hole: ViaToPlace) -> str:
         return xy("at", grid(hole.centre), self.origin)
 
     def _strokes(self, name: str, hole: ViaToPlace) -> list[str]:

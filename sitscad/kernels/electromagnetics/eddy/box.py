@@ -66,7 +66,10 @@ class BoxFunctions:
 
 @record(eq=False)
 class BoxClass:
-    """Currents (A) of one parity. `projections` are by axis (see `GradedLine.projections`)."""
+    """Eddy currents (A) of a box with one symmetry: even or odd along x, y and z (`parity`).
+
+    `projections` holds one pair of matrices per axis (see `GradedLine.projections`).
+    """
 
     functions: BoxFunctions
     projections: tuple[tuple[Array, Array], ...]
@@ -119,11 +122,11 @@ class BoxClass:
 
 @record(eq=False)
 class Box:
-    """A box centred on the origin.
+    """Box centred on the origin, for eddy currents on its faces.
 
-    `counts` are the numbers of field points along x, y and z. `shortest` is a wave number (1/m): functions that vary
-    faster along two edges at once are left out. Currents change faster than that only near an edge and across it, not
-    along it.
+    `lines` are the edges along x, y and z; `counts` are the numbers of field points along them. Functions that vary
+    along both edges of a face faster than the wave number `shortest` (1/m) are omitted, because currents vary fast only
+    across a nearby edge.
     """
 
     lines: tuple[GradedLine, ...]

@@ -396,10 +396,10 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
 def _dipoles(
     tracks: Sequence[PolylineTrack], images: Sequence[tuple[float, float, complex]], of: Callable[[Any], Any]
 ) -> tuple[_Dipole, ...]:
-    """Return the coil and its images (`_images`) as dipoles.
+    """Return a point dipole for the coil and for each of its images (`images` from `_images`, with the coil first).
 
-    Areas (m2) are by Gauss's shoelace formula, ends are in m. `of` selects the real or the imaginary part of the
-    strengths.
+    `of` is the function for the real or the imaginary part of a strength. Images whose part is zero are left out. The
+    moment (m2) is the area by Gauss's shoelace formula times the strength.
     """
     areas, ends = [], []
     for track in tracks:

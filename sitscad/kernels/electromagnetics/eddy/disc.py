@@ -31,11 +31,13 @@ from sitscad.kernels.electromagnetics.eddy.graded_line import (
 from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, made_definite
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
-STABLE, BEYOND = 0.3, 21.0
-"""Argument's acosh below which the upward recursion is stable, and extra orders for the downward recursion.
+STABLE = 0.3
+"""Limit of acosh(x) below which the recursion of Q_(n-1/2)(x) towards higher orders n is stable."""
 
-Downwards, the recursion starts BEYOND / acosh orders above the highest (Gil and Segura, Comput. Phys. Commun. 124,
-2000).
+BEYOND = 21.0
+"""Number of extra orders, times acosh(x), above the highest order, at which the downward recursion starts.
+
+Source: Gil and Segura, Comput. Phys. Commun. 124, 2000.
 """
 
 BANDS = (STABLE, 2.0 * STABLE, 4.0 * STABLE, 8.0 * STABLE, math.inf)

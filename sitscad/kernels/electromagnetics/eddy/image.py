@@ -32,9 +32,9 @@ class Folding:
 
     Notes
     -----
-    Currents whose stream function is even or odd across both planes are known from a quarter of the body. The
-    reflection in a level mirror keeps that parity. So a sum over pairs of points becomes a sum over pairs of the
-    quarter. Its kernel adds the inverse distances to a point and to its mirrored points, with their signs.
+    Currents with even or odd stream functions across both planes are determined by one quarter of the body. A mirror
+    parallel to the surface keeps this symmetry. A sum over all pairs of points is therefore a sum over pairs in one
+    quarter. Its kernel sums the inverse distances to a point and to its three mirror images, with signs.
     """
 
     numbers: Index

@@ -61,9 +61,10 @@ class SpiralLayer:
 
 @record
 class Resolution:
-    """Gauss points and strands of the Neumann integral.
+    """Numbers of points in Neumann's integral.
 
-    `around` is for each near approach, `along` is along the spiral, and `strands` is across the width.
+    There are `along` Gauss points along the spiral, `around` Gauss points at each near approach, and `strands` across
+    the width.
     """
 
     around: int = 14

@@ -305,10 +305,10 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
-    """Return rows (n, 5) of arcs in the frame of the direction at their middle, with mirror images and directions.
+    """Return rows (n, 5) of arcs, rows of their mirror images, and directions (n; rad) at the arcs' middles.
 
-    Results: rows, rows of the mirror images, and directions (n; rad). A rotation about the centre leaves the rows
-    unchanged.
+    A row is outward coordinate, lateral coordinate, radius, sense (1 or -1) and angle (rad). Coordinates refer to the
+    direction from the centre to the arc's middle, so equal arcs rotated about the centre have equal rows.
     """
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle

@@ -260,12 +260,13 @@ def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3
     tracks : sequence of Track
         layers of the winding
     strands : tuple[int, int], optional
-        strands across the width for distant pairs of pieces, and for straight pieces that nearly touch. With two or
-        more, tracks with arcs choose one number for all their pieces
+        numbers of strands across the width: for distant pairs of pieces, and for straight pieces that nearly touch. For
+        tracks with arcs, values of two or more are replaced by a single number for all pieces
 
     Notes
     -----
-    Neumann's integral over strands that keep the mean distance (Grover 1946).
+    Neumann's integral over strands, which are placed so that the geometric mean distance of the track is kept (Grover
+    1946).
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
     return _neumann(tracks, layers, strands)

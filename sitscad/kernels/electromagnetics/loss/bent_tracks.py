@@ -49,9 +49,10 @@ At 0.5 the inner edge is a point that would take the whole current. Tighter arcs
 """
 
 CORNER = 0.4
-"""Least distance, in widths, of sides that are not abreast.
+"""Least distance, in track widths, between a cut and the filament of a side in another direction (beyond a corner).
 
-With it, the squared field beyond a corner, summed over a side, equals the field of a filament from half a width on.
+It replaces the width of the side's track. With it, the squared field beyond a corner, summed over a side, equals the
+field of a filament for distances from half a width.
 """
 
 
@@ -245,7 +246,11 @@ def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
 
 
 def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Yield blocks of a run of arcs: nodes (n, 2; m), length (m), turn and direction (rad)."""
+    """Yield the blocks into which consecutive arcs are divided.
+
+    Each block has nodes (n, 2; m), length (m), turning angle (rad) and direction (rad). The direction is at the middle
+    of the block; for a ring it is at the middle of the whole step of `BLOCK` that contains the block.
+    """
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
     radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))

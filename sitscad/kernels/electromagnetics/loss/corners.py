@@ -47,13 +47,13 @@ From the last of `TIGHT` up to it, current crowds to the inner edge faster than 
 """
 
 NEAR = 4.0
-"""Distance, in widths, up to which a loop is distributed and a side has a width.
+"""Distance, in widths, between a loop and a side, up to which the loop is distributed and the side has a width.
 
 Beyond, they are a dipole and a filament.
 """
 
 STRANDS = 4
-"""Filaments across the width of a near side."""
+"""Number of filaments across the width of a side nearer than `NEAR` to a loop."""
 
 CHORD = math.radians(15.0)
 """Angle (rad) of the chords by which arcs contribute flux, about."""

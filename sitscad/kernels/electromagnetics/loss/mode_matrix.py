@@ -1,8 +1,8 @@
-"""Interaction of the modes of parallel tracks: means of the logarithm of the distance over all pairs of tracks.
+"""Interaction matrix of current modes in parallel tracks: mean logarithm of the distance for each pair of tracks.
 
-Modes without net current have local fields, so distant tracks see only the lowest modes of each other. The matrix of
-many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Turns are one
-pitch apart, so most pairs of tracks have the same relative position as others. Each relative position is computed once.
+Modes without net current have short-range fields, so distant tracks need only the lowest modes of each other. The
+matrix of many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Turns
+have one pitch, so many pairs of tracks have equal relative positions. Each relative position is computed once.
 """
 
 from __future__ import annotations
@@ -59,10 +59,11 @@ class Neighbourhood:
 
 @record(eq=False)
 class NearAndFar:
-    """Symmetric matrix of the modes of many tracks, for products with vectors (n modes,) or (n modes, k).
+    """Symmetric mode matrix of many tracks, for products with vectors (n modes,) or (n modes, k).
 
-    `near` holds the blocks of near pairs, with every track in one neighbourhood. `far` (n low, n low; single precision)
-    holds the modes `low` of all other pairs. Both are multiplied by `scale` (n, modes) on either side.
+    `near` holds the full blocks of near pairs; each track belongs to exactly one of its groups. `far` (n low, n low;
+    single precision) holds the lowest modes (indices `low`) of all other pairs. Both are multiplied by `scale` (n,
+    modes) on either side.
     """
 
     near: tuple[Neighbourhood, ...]

@@ -74,7 +74,7 @@ def gained_inductance(
     pull = x * np.log(y + r) + y * np.log(x + r)
     potentials = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
     outside = np.asarray(potentials.reshape(len(middles), -1) / (2.0 * math.pi))
-    before = outside + _echo(middles, area, room, echo)
+    before = outside + _image_potential(middles, area, room, echo)
     # mean potential (m) over the panels of a mouth by unit flux through its own panels, and through the other mouth's
     waves, shapes = [], []
     for side, places in zip(opening.size, borders, strict=True):
@@ -104,7 +104,7 @@ def _borders(side: float, gap: float) -> Array:
     return np.asarray(0.5 * side * (t - 0.5 - 0.5 * np.cos(math.pi * t)))
 
 
-def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
+def _image_potential(middles: Array, area: Array, room: float, echo: float) -> Array:
     """Return the potential (panels, panels; m) that a mirror adds to the potential of flux through the panels.
 
     The mirror is `room` (m) in front of the plane. The sum over images (textbook) is up to a constant.

@@ -30,10 +30,13 @@ SAME = 1e-9
 """Largest difference of corners (m) and directions (rad) between a track and its image: rounding alone."""
 
 SAME_MOMENT = 1e-6
-"""Largest difference of a wave of loops from an image's wave, relative to the sum of their moments."""
+"""Largest relative difference at which two sets of current loops count as images of each other.
+
+It is the difference of their Fourier transforms at `PROBES` over the sum of the loops' moments.
+"""
 
 PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -31.7), (61.1, 53.9)]).T
-"""Waves (2, n; rad over the loops' extent) at which two sets of loops are compared."""
+"""Wave vectors (2, n; rad over the loops' extent) at which the Fourier transforms of two sets of loops are compared."""
 
 
 @record(eq=False)
@@ -89,14 +92,14 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
 
     The first suitable track is taken. Loops, if any, must be images as well.
     """
-    results: list[TrackImage | None] = []
+    track_images: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
-        roots = (m for m in range(n) if results[m] is None and tracks[m].width == track.width)
+        roots = (m for m in range(n) if track_images[m] is None and tracks[m].width == track.width)
         candidates = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
         candidates = (image for image in candidates if image is not None and (
             not loops or _loops_follow(image, loops[image.of], loops[n], centre)))
-        results.append(next(candidates, None))
-    return results
+        track_images.append(next(candidates, None))
+    return track_images
 
 
 def _image(of: int, source: Array, target: Array) -> TrackImage | None:
@@ -297,9 +300,9 @@ class _Directions:
         return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
 
     def about(self, numbers: Array) -> tuple[Array, Array]:
-        """Return directions (rad) over half a turn and their weights (sum 1) for each wave number (n; 1/m).
+        """Return integration directions (rad, half a turn) and weights (sum 1) for each wave number (n; 1/m).
 
-        They are graded about every normal like the lobe of a side at each wave number.
+        Directions are denser near the normals of the sides, where the spectrum of a side has a narrow lobe.
         """
         count = self.count(float(numbers[-1]))
         if not self.normals:
