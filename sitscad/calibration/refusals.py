@@ -31,11 +31,14 @@ STIFF = 2.0
 THINNEST = 0.1
 """Least remaining fraction of the pad's height. Silicone that is pressed further is damaged."""
 
-CONTRADICTED, OUT_OF_LINE = 5.0, 0.3
-"""Limits for a row: standard deviations of its chi-square beside the others, and error in full scales.
+CONTRADICTED = 5.0
+"""Chi-square of a row beside the other rows, in standard deviations, above which the row may be refused.
 
-A row beyond both is refused. Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
+Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
 """
+
+OUT_OF_LINE = 0.3
+"""Error of a row (full scales) above which the row is refused if it exceeds `CONTRADICTED` as well."""
 
 UNSETTLED = 2.5
 """Largest ratio of errors to expected errors for a fit that did not converge.
@@ -150,12 +153,11 @@ LARGEST_CHANGE = 2.0
 
 MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli to compare readings with
 
-UNLIKE, BETTER = 0.3, 0.5
-"""Limits for a suspected order of columns.
+UNLIKE = 0.3
+"""Difference of the readings from the design's (rms, relative) above which another order of columns is suspected."""
 
-The readings differ from the design's by more than the first (rms, relative), and another order of columns reduces this
-to less than the second fraction.
-"""
+BETTER = 0.5
+"""Largest difference in another order of columns, over the difference in the given order, for a refusal."""
 
 ALIKE = 1.05, 0.02
 """Limits for orders that are named together: ratio to the best error, and difference of errors (of the readings).

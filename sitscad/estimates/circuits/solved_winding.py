@@ -66,11 +66,19 @@ thick.
 
 WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this error is reached
 
-ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
-"""Errors relative to the added loss, by shape.
+ALONE = 0.017
+"""Error of the added loss of polygons of one layer, relative to this loss."""
 
-In this order: polygons of one layer; polygons with rounded corners; racetracks; racetracks with ALIKE_ROUNDED turns and
-more, whose halves are computed as equal.
+ROUNDED = 0.017
+"""Error of the added loss of polygons with rounded corners, relative to this loss."""
+
+RACETRACK = 0.003
+"""Error of the added loss of racetracks, relative to this loss."""
+
+LONG = 0.009
+"""Error of the added loss of racetracks with at least ALIKE_ROUNDED turns, whose halves are computed as equal.
+
+It is relative to this loss.
 """
 
 CROSSING = {
@@ -81,13 +89,21 @@ CROSSING = {
 Near corners, where the layers' sides do not lie face to face, the layers are cut at few places. The sharper the corner,
 the larger the error."""
 
-METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
-"""Errors relative to the resistance with metal around: farther, and nearer than `NEAR_DISTANCE` (m).
+METAL = 0.03
+"""Error of the resistance with metal farther than `FADED` times `NEAR_DISTANCE`, relative to the resistance.
 
-Between them the error falls linearly as distance over NEAR_DISTANCE rises from 1 to FADED. Source: round coils over and
-between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py). Other shapes add
-POLYGONS_NEAR_METAL.
+Source: round coils over and between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py).
+Other shapes add POLYGONS_NEAR_METAL.
 """
+
+NEAR = 0.04
+"""Error of the resistance with metal nearer than `NEAR_DISTANCE`, relative to the resistance.
+
+Between both distances the error falls linearly with the distance.
+"""
+
+NEAR_DISTANCE = 0.2e-3
+"""Distance (m) between winding and metal up to which the error is `NEAR`."""
 
 FADED = 1.5
 """Multiple of a distance up to which an error falls to the next one. Sweeps then have no jumps."""
@@ -266,8 +282,11 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
     return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
 
 
-NO_NEARER, HEIGHT_STEP = 1.2, 1.5
-"""Ratios between the steps of distances for which waves are computed, and of heights for which a target is solved."""
+NO_NEARER = 1.2
+"""Ratio of successive distances of metal for which waves are computed."""
+
+HEIGHT_STEP = 1.5
+"""Ratio of successive heights for which a target is solved."""
 
 
 def beside_each_other(

@@ -40,7 +40,7 @@ from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Names of two causes beside `scatter.CAUSES`: error bounds of the effect of metal."""
+"""Names of two causes that are not in `scatter.CAUSES`: error bounds of the effect of metal."""
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}

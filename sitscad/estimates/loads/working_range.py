@@ -214,8 +214,11 @@ def _sheared(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
     return float(np.interp(travel, reached[:count], loads[:count, 1 + axis])) if count else 0.0
 
 
-LOADS, DOUBLED = 25, 8
-"""Number of shear forces in the search, first up to G A, and largest number of doublings of this range."""
+LOADS = 25
+"""Number of shear forces in each range of the search. The first range ends at the force of the linear law."""
+
+DOUBLED = 8
+"""Largest number of doublings of this range."""
 
 
 def held_shear(spec: SensorSpec) -> float:

@@ -129,8 +129,8 @@ class Bench:
 STEP = 1e-3
 """Step of a load, in full scales, for derivatives of the pose: far above the residual of a pose's solution."""
 
-SEARCHED, NARROWED = 33, 3
-"""Number of forces in each interval of the search for the buckling force, and number of searches.
+SEARCHED = 33
+"""Number of forces in each interval of the search for the buckling force."""
 
-The result is within 3e-5 of overload.
-"""
+NARROWED = 3
+"""Number of such searches, each in one interval of the last. The result is within 3e-5 of overload."""

@@ -26,15 +26,23 @@ GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the map's fit, by the nu
 HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the map's test
 MOST_DEGREE = 6  # Highest degree of the map
 
-APART, SAME = 0.1, 1e-3
-"""Distance of loads (in full scales) that count as two, and of readings (in their span) that count as equal."""
+APART = 0.1
+"""Least distance between two loads (in full scales) that count as different loads."""
 
-ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
-"""Distances of readings, in their span, that count as equal; and a step of loads.
+SAME = 1e-3
+"""Largest difference between two readings by the polynomials (over their span) that count as equal."""
 
-`ALIKE` is for the response itself, and `DOUBTED` for a surrogate with errors of some per cent of the span. `NEARBY` is
-the step of a load (in full scales) for the change of its reading.
+ALIKE = 3e-3
+"""Largest difference between two readings by the response (over their span) that count as equal."""
+
+DOUBTED = 1e-2
+"""Largest difference between two readings by a surrogate (over their span) that count as equal.
+
+A surrogate has errors of some per cent of the span.
 """
+
+NEARBY = 1e-2
+"""Step of a load (in full scales) for the derivative of its reading."""
 
 DRAWN = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
@@ -49,16 +57,21 @@ Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that 
 
 TRIED = 12  # Pairs of loads from which the search for equal readings starts
 
-LEAST_TOLD, POLISHED, POLISHING = 4, 8, 8
-"""Numbers of the search for ambiguous loads.
+LEAST_TOLD = 4
+"""Number of places with the least sensitivity that are tested for ambiguous loads."""
 
-They are the places with the least sensitivity that are tested, the pairs of loads tested with the response (including
-those by the polynomials), and the refinement steps.
-"""
+POLISHED = 8
+"""Number of pairs of loads that are refined, by the least sensitivity and by the polynomials together."""
+
+POLISHING = 8
+"""Number of Gauss-Newton steps that refine a pair of loads."""
 
 
-LEAST_SHARE, LEAST_SHARE_REDUNDANT = 1e-10, 1e-4
-"""Least singular values, over the largest, of combinations of terms that are kept.
+LEAST_SHARE = 1e-10
+"""Least singular value, over the largest, of combinations of terms that are kept in a fit."""
+
+LEAST_SHARE_REDUNDANT = 1e-4
+"""The same value for more variables (coils) than outputs (axes).
 
 With more variables than outputs the points lie on a surface. Deviations from it below 1e-4 come from one design's leads
 and manufacture. Coefficients from them err by several full scales on the next unit (four coils, three forces).

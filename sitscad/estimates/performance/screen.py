@@ -30,8 +30,14 @@ from sitscad.spec.places import shared_middles
 NEARLY = 0.08
 """Relative error of noise and drift at the screen level."""
 
-HEIGHTS, PLACES, REACH = 4, 3, 0.25
-"""Number of heights and of places along each axis of the surrogate, and its lateral range (in pad thicknesses)."""
+HEIGHTS = 4
+"""Number of heights of the surrogate."""
+
+PLACES = 3
+"""Number of places of the surrogate along x and along y."""
+
+REACH = 0.25
+"""Lateral range of the surrogate on each side of rest, in pad thicknesses."""
 
 DEEPER = 10
 """Additional heights for each pad thickness that the surrogate goes deeper than `DEPTH`."""

@@ -30,11 +30,11 @@ LEAST_HEIGHT = 40e-6
 Fields of lower points are taken at this height, because tracks are no filaments there.
 """
 
-WIDEST, MOST_NODES = 4.4, 800
-"""Side of the table of a coil's potential, in coil sizes, and its largest number of nodes along a side.
+WIDEST = 4.4
+"""Side of the table of a coil's potential, in coil sizes. Beyond it the coil is a dipole, to 2e-4 of a change."""
 
-Beyond the table the coil is a dipole, to 2e-4 of a change.
-"""
+MOST_NODES = 800
+"""Largest number of nodes along a side of the table of a coil's potential."""
 
 
 MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
@@ -44,19 +44,26 @@ It is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. Heights c
 a change is below 1 % of an inductance. For magnetic metals the extent is `MAGNETIC` times as large.
 """
 
-LEFT_OUT, LEFT_OUT_OF_MAGNETIC = 0.003, 0.006
-"""Largest relative error of a change by leaving out the rest of the target.
+LEFT_OUT = 0.003
+"""Largest error of an inductance change if only a part of the target is solved, relative to the change.
 
-It was compared with targets of 11 sizes (tests/estimates/test_placed.py).
+The part was compared with targets of 11 sizes (tests/estimates/test_placed.py).
 """
 
-STEP, WORTH = 0.5, 0.8
-"""Step of the solved part's half side, in coil sizes, and the fraction of a side from which the whole side is
-solved.
-"""
+LEFT_OUT_OF_MAGNETIC = 0.006
+"""The same error for magnetic targets."""
 
-FARTHEST, STEEPEST = 1.0, math.radians(89.0)
-"""Largest distance (m) from rest and steepest tilt (rad) of a requested pose."""
+STEP = 0.5
+"""Step to which half the side of the solved part of a target is rounded up, in coil sizes."""
+
+WORTH = 0.8
+"""Ratio of the solved part's side to the target's side from which the whole side is solved."""
+
+FARTHEST = 1.0
+"""Largest distance (m) of a requested pose from rest, along each axis."""
+
+STEEPEST = math.radians(89.0)
+"""Largest tilt (rad) of a requested pose about x or y."""
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -58,12 +58,18 @@ change (tests/validation/random_poses.py).
 FRONT_WAVES = 0.1
 """Least relevant wave length between target and metal in front, relative to the coils' width."""
 
-ROOF, ROOF_MAGNETIC, ROOF_WAVES = (0.3, 0.6, 1.5), (0.0, 0.5, 1.5), 24
-"""Depths of the planes that stand for metal in front, and the number of waves of their fit.
+ROOF = (0.3, 0.6, 1.5)
+"""Depths of the planes that stand for metal in front of a target, in skin depths times the metal's permeability.
 
-Depths are in units of the metal's skin depth times its permeability. The fit is 0.5 to 2 % off the reflection of
-steels, brass and copper, and 5 to 10 % off the reflection of magnetic steels.
+Their reflections are fitted to the metal's reflection. The fit differs from it by 0.5 to 2 % for non-magnetic steels,
+brass and copper.
 """
+
+ROOF_MAGNETIC = (0.0, 0.5, 1.5)
+"""The same depths for magnetic steels. The fit differs from their reflection by 5 to 10 %."""
+
+ROOF_WAVES = 24
+"""Number of wave numbers at which the reflections of the planes are fitted."""
 
 MOST_ORDERS = 44
 """Largest order of the currents around a disc."""
@@ -474,17 +480,17 @@ discs of finite elements (tests/validation/test_plates.py). The rest is for a co
 for 95 of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
 """
 
-CLOSE, CLOSE_WIDTHS = 0.01, 1.5
-"""Additional relative error at the copper, and the height, in track widths, at which it has fallen to 0.
+CLOSE = 0.01
+"""Additional relative error of a target at the copper, because two filaments are too few for a near track."""
 
-Near the copper, two filaments are too few for a track.
-"""
+CLOSE_WIDTHS = 1.5
+"""Height of the target over the copper, in track widths, from which this error is 0. It falls linearly up to there."""
 
-WIDE, WIDE_FROM = 0.0002, 8.0
-"""Additional relative error of large targets.
+WIDE = 0.0002
+"""Additional relative error of a large target per length over which the field at the target varies."""
 
-`WIDE` is per length over which the field at the target varies, counted from `WIDE_FROM` lengths on.
-"""
+WIDE_FROM = 8.0
+"""Size of the target, in these lengths, above which `WIDE` counts."""
 
 MUTUAL = 0.0008
 """Error of a mutual inductance's change, relative to the geometric mean of both coils' own changes."""

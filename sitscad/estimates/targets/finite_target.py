@@ -118,11 +118,11 @@ def target_ratios(
     return TargetRatios(ratios, losses, tuple(notes), *errors)
 
 
-ROUGHER, LOSS_ROUGHER = 0.03, 0.3
-"""Additional relative errors of rough ratios of inductance and loss.
+ROUGHER = 0.03
+"""Additional relative error of rough ratios of the inductance change."""
 
-Rough ratios take the loss to have the inductance's ratio.
-"""
+LOSS_ROUGHER = 0.3
+"""Additional relative error of rough ratios of the loss, which equal the ratios of the inductance change."""
 
 
 def _of_gaps(
@@ -313,11 +313,13 @@ def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor:
     return np.asarray(ratios / _resisted(target, rings)[0])
 
 
-RESISTED, LEAKY = 0.3, 0.06
-"""Errors of the ratios of a poor conductor.
+RESISTED = 0.3
+"""Error of the ratios of a poor conductor, relative to the reduction of the ratio by its resistance."""
 
-`RESISTED` is relative to the reduction by its resistance. `LEAKY` is relative to the squared ratio of the sheet's
-length to the coil's (discs of elements of steel and titanium from 0.03 mm on).
+LEAKY = 0.06
+"""Error of the ratios of a poor conductor, relative to the square of the sheet's length over the coil's length.
+
+Both were fitted to discs of finite elements, of steel and titanium from 0.03 mm on.
 """
 
 
@@ -374,12 +376,14 @@ def _shortened(
     return equivalent_rings(shorter, tuple(heights)), less, places
 
 
-ELONGATED, OVAL = 0.06, 0.02
-"""Error of a ratio by shortening the coil, relative to the shortened part of its length.
+ELONGATED = 0.06
+"""Error of a polygon's ratio if the coil is computed as shorter, relative to the removed fraction of its length.
 
-For polygons, and for racetracks. Racetracks up to 17.6 x 3.8 mm are within 1.5 %, rectangles of 16 x 4 mm within 5.6 %
-(tests/estimates/test_response.py).
+Rectangles of 16 x 4 mm are within 5.6 % (tests/estimates/test_response.py).
 """
+
+OVAL = 0.02
+"""The same error for racetracks. Racetracks up to 17.6 x 3.8 mm are within 1.5 % (tests/estimates/test_response.py)."""
 
 
 @lru_cache(maxsize=4)

@@ -51,19 +51,21 @@ It is relative to the product of the missing and the remaining part of the induc
 MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess with 100 % error
 STEP = 0.02  # Recession of the faces for the derivative of Wheeler's rule, over the gap
 
-PRESSED, FARTHEST = 0.6, 3.0
-"""Second height of the target in the solution, relative to its height at rest; and largest change in the growth.
+PRESSED = 0.6
+"""Second height of the target in the solution, relative to its height at rest."""
 
-The change is relative to the change at rest.
-"""
+FARTHEST = 3.0
+"""Largest change by the target, relative to its change at rest, up to which the growth follows the change."""
 
 DIGITS = 9  # Decimal places that are kept: the last digits of a solution depend on the number of threads
 
-BENT, SMALL = 0.5, 0.15
-"""Relative errors of a target's growth.
+BENT = 0.5
+"""Error of the part of a target's growth that follows the change, relative to this part."""
 
-`BENT` is of its increase with the change itself. `SMALL` is of the whole growth, for finite targets: before a jaw that
-is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
+SMALL = 0.15
+"""Error of a target's growth by its finite size, relative to the growth at rest.
+
+Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
 """
 
 

@@ -137,11 +137,11 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, error)
 
 
-UNDRAWN, APART = 0.25, 2e-9
-"""Relative error of inductance and resistance of leads that are not drawn, and an added inductance (H).
+UNDRAWN = 0.25
+"""Relative error of inductance and resistance of leads that are not drawn."""
 
-The inductance is for stubs and for tracks to the contacts, where both tracks are apart (tests/validation).
-"""
+APART = 2e-9
+"""Inductance (H) added to such leads for stubs and tracks to the contacts, which lie apart (tests/validation)."""
 
 
 GRAIN = 20e-6  # Step (m) of rounded widths of undrawn leads for their skin effect

@@ -135,8 +135,11 @@ TOLERANCE = 2e-6
 The remaining error is of second order in this step.
 """
 
-SQUARE, SETTLED = 0.2, 1e-11
-"""Step below which Newton's method converges quadratically, and step below which the next one is not made."""
+SQUARE = 0.2
+"""Step (thicknesses and radians) below which Newton's method converges quadratically."""
+
+SETTLED = 1e-11
+"""Predicted next step (thicknesses and radians) below which the search for a pose ends."""
 
 ROUGHLY = 1e-3
 """Relative tolerance of the strain with which the search for a pose begins."""

@@ -30,14 +30,17 @@ from sitscad.kernels.electromagnetics.special_functions import gauss
 Table = NDArray[np.complex64]
 Returned = Callable[[Array], ComplexArray]
 
-FINE, ROOM = 0.36, 3.6
-"""Grid spacing over the lowest height, and side of the grid over the coil's diameter.
+FINE = 0.36
+"""Grid spacing over the lowest tabulated height."""
 
-If half the diameter plus the reach is larger than the diameter, it takes the diameter's place.
-"""
+ROOM = 3.6
+"""Side of the grid over the coil's diameter, or over half the diameter plus the reach if that is larger."""
 
-LEVELS, OCTAVES = 5, 7
-"""Heights tabulated per octave, and number of octaves (doublings of the lowest height)."""
+LEVELS = 5
+"""Number of heights tabulated per octave (doubling of the height)."""
+
+OCTAVES = 7
+"""Number of tabulated octaves, from the lowest height on."""
 
 STRANDS = 2
 """Filaments across a track, at the Gauss points of its width."""
@@ -54,13 +57,18 @@ AT_ONCE = 8192
 REPEATED = 14
 """Images of images between two mirrors, on each side, that represent the field far away."""
 
-FAR, FAR_BETWEEN, WAVES = 0.5, 0.25, 6
+FAR = 0.5
 """Height above a dipole, in sides of the grid, from which the field of its repetitions is a sum of waves.
 
-FAR_BETWEEN is that height between two mirrors, where many images lie near it. WAVES is the number of waves along x and
-y in each direction. The next wave is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5. At lower heights, the uniform field is in
-error by up to 5e-4 of the coil's field.
+At lower heights, a uniform field stands for the repetitions beyond the nearest, with an error of up to 5e-4 of the
+coil's field.
 """
+
+FAR_BETWEEN = 0.25
+"""The same height between two mirrors, where many images lie near it."""
+
+WAVES = 6
+"""Number of waves along x and y in each direction. The next wave is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5."""
 
 SMOOTH = 24
 """Points along a side of the grid from which the smooth field of the repeated coils is interpolated."""

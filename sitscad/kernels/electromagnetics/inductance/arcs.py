@@ -32,14 +32,25 @@ POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
 The current's direction turns along the arc, so the number grows with the angle.
 """
 
-MIDDLING, MIDDLING_POINTS = 1.5, 8
-"""Distance of an arc's middle from another piece, over its half length, from which MIDDLING_POINTS are enough."""
+MIDDLING = 1.5
+"""Distance of an arc's middle from another piece, over the arc's half length, from which MIDDLING_POINTS are enough."""
 
-APART, SPACED, BESIDE = 0.7, 0.36, 0.07
-"""Distances of two arcs, over the longer half length, from which fewer points are enough.
+MIDDLING_POINTS = 8
+"""Number of points on an arc that is farther than `MIDDLING` from the other piece."""
 
-From APART on each arc needs MIDDLING_POINTS, from SPACED on SPACED_POINTS. From BESIDE on, 16 crowded points outside
-the closed inner integral are enough. The total is then right to 1e-7.
+APART = 0.7
+"""Distance between two arcs, over the longer half length, from which each arc needs MIDDLING_POINTS.
+
+With this distance and the next two, the total is right to 1e-7.
+"""
+
+SPACED = 0.36
+"""Distance between two arcs, over the longer half length, from which each arc needs SPACED_POINTS."""
+
+BESIDE = 0.07
+"""Distance between two arcs, over the longer half length, from which 16 crowded points are enough.
+
+They are for the outer integral; the inner integral is in closed form.
 """
 
 SPACED_POINTS = 12

@@ -25,20 +25,20 @@ AT_ONCE = 16_000
 """Number of distances evaluated at once: these fit into the processor's cache."""
 
 MANY = 60
-"""Number of tracks from which distant tracks see only the lowest modes of each other."""
+"""Number of tracks from which distant pairs of tracks interact by their lowest modes only."""
 
 REACH = 6.0
-"""Distance of centres, in diagonals of the larger cross-section, up to which tracks see all modes of each other."""
+"""Largest distance between two centres, in diagonals of the larger cross-section, at which all modes interact."""
 
 LOW = 2
-"""Highest order, across and through together, of the modes that distant tracks see."""
+"""Highest order, across and through together, of the modes by which distant tracks interact."""
 
 FAR_POINTS = 3
-"""Points across, and at most through, a track at which distant tracks see it: exact for the orders of `LOW`."""
+"""Number of points across a distant track, and largest number through it: exact for the orders of `LOW`."""
 
 
 SAME = 9
-"""Decimal places, relative to the narrowest width, to which relative positions are compared."""
+"""Number of decimal places to which two relative positions are compared, in narrowest widths."""
 
 REPEATED = 8
 """Number of pairs per relative position from which the matrix is multiplied position by position."""

@@ -49,11 +49,17 @@ class LossResolution:
 USUAL = 0.03
 """Default tolerance of R."""
 
-ROUGH, ROUGH_STEPS = 0.1, 5
-"""Tolerance of R from which a single cut and few modes suffice, and the steps of their Lanczos run."""
+ROUGH = 0.1
+"""Relative tolerance of R from which a single cut and few modes suffice."""
 
-LEAST_CUTS, MOST_CUTS = 3, 40
-"""Least number, and approximate largest number, of cuts around a turn."""
+ROUGH_STEPS = 5
+"""Number of Lanczos steps at this tolerance."""
+
+LEAST_CUTS = 3
+"""Least number of cuts around a turn."""
+
+MOST_CUTS = 40
+"""Largest number of cuts around a turn, about."""
 
 HARMONICS = np.arange(1, 80)
 """Harmonics of the azimuth at which crossing layers are evaluated."""
@@ -206,8 +212,11 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
     return MISSED * missed / (1.0 + missed / MISSED_MOST)
 
 
-MISSED, MISSED_MOST = 2.2, 0.3
-"""Misjudged loss for each missed harmonic, and its limit for a large one."""
+MISSED = 2.2
+"""Error of the added loss per amount of missed harmonics, for small amounts (see `missed_crossings`)."""
+
+MISSED_MOST = 0.3
+"""Amount of missed harmonics at which their error has half of its limit `MISSED` x `MISSED_MOST`."""
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:

@@ -39,14 +39,17 @@ DEEPEST = 0.03
 Currents keep to the near face and the side walls.
 """
 
-THICKEST, STOUTEST = 0.15, 0.2
-"""Thickness of a plate, in coil diameters and in its own widths, beyond which more thickness has no effect."""
+THICKEST = 0.15
+"""Thickness of a plate, in coil diameters, beyond which more thickness has no effect."""
 
-LONGEST, OWN_WAY = 0.8, 1.6
-"""Thickness of a magnetic plate, in coil diameters, beyond which more thickness draws in no more field.
+STOUTEST = 0.2
+"""Thickness of a plate, in plate widths, beyond which more thickness has no effect."""
 
-OWN_WAY is the rate at which the field through a plate grows with thickness over width, relative to a thin plate.
-"""
+LONGEST = 0.8
+"""Thickness of a magnetic plate, in coil diameters, beyond which more thickness draws in no more field."""
+
+OWN_WAY = 1.6
+"""Rate at which the field through a plate grows with thickness over width, relative to a thin plate."""
 
 MOST_MODES = 32
 """Largest number of functions along one side, half even and half odd."""
@@ -493,12 +496,17 @@ def sheet_shares(
     return np.minimum(changes / whole[:, None], 1.0)
 
 
-ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 4, 8, 8
-"""Limits of approximate ratios.
+ROUGH_TOP = 7.0
+"""Largest exponent of a wave's decay at the nearest gap in approximate ratios: waves up to exp(-7)."""
 
-Waves up to exp(-7) at the nearest gap, panels of 16 waves, largest number of functions along a side, and nodes in a
-panel of their energies. Twice as many nodes change ratios by 2e-4.
-"""
+ROUGH_PANELS = 4
+"""Number of panels of 16 waves in approximate ratios."""
+
+ROUGH_MODES = 8
+"""Largest number of functions along a side in approximate ratios."""
+
+ROUGH_NODES = 8
+"""Number of nodes in a panel of the functions' energies. Twice as many nodes change approximate ratios by 2e-4."""
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
