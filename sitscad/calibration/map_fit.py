@@ -43,8 +43,11 @@ LEARNT, ASKED = 240, 80  # Numbers of loads to fit a map to, and of other loads 
 
 SEED = 7  # Seed of the noise in the readings at the other loads
 
-SCATTERED, SCATTER_SEED = 64, 8
-"""Number of simulated sensors for the error of the drawn sensor's map on other sensors, and their seed."""
+SCATTERED = 64
+"""Number of simulated sensors, on which the drawn sensor's map is tested for its error on other sensors."""
+
+SCATTER_SEED = 8
+"""Seed of these simulated sensors."""
 
 SOLVED, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
 

@@ -30,8 +30,11 @@ Residuals = Callable[[Array], Array]
 
 STEP = 1e-3  # Step of the differences for derivatives (prior standard deviations)
 
-MOST_STEPS, ENOUGH = 25, 1e-2
-"""Largest number of steps of a fit, and largest last step in standard deviations."""
+MOST_STEPS = 25
+"""Largest number of steps of a fit."""
+
+ENOUGH = 1e-2
+"""Largest last step of a fit, in standard deviations."""
 
 SHORT = 0.1  # Largest step (prior standard deviations) after which derivatives are reused
 
@@ -125,12 +128,14 @@ def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STE
     return np.stack(columns, axis=1)
 
 
-ROUNDS, NEAR, SAME = 6, 0.1, 0.3
-"""Largest number of rounds of a fit, and two limits for its end.
+ROUNDS = 6
+"""Largest number of rounds of a fit. Each uses the scatter from the round before, and a corrected surrogate."""
 
-Each round uses the scatter from the round before, and a corrected surrogate. The fit ends when no value changes by more
-than `NEAR` (prior standard deviations), and the logarithm of the scatter by less than `SAME`.
-"""
+NEAR = 0.1
+"""Largest change of a value in the last round of a fit, in prior standard deviations."""
+
+SAME = 0.3
+"""Largest change of the logarithm of the scatter in the last round of a fit."""
 
 SCATTERS = np.geomspace(1e-4, 1.0, 33)
 """Possible scatters beyond the expected errors: of loads (one sigma, full scales) or of changes in poses (relative).

@@ -53,12 +53,14 @@ Larger values are refused. Tables in which all loads were entered at half their 
 up to 39 % of the normal force.
 """
 
-WORST, WORST_OF_POSES = 25.0, 40.0
-"""Largest ratio of errors to expected errors, for loads and for poses.
+WORST = 25.0
+"""Largest ratio of errors to expected errors in a calibration by loads.
 
-25 corresponds to load errors of a tenth of full scale (hysteresis of a tenth makes 4 to 14). For poses, no errors of
-their own are expected.
+25 corresponds to load errors of a tenth of full scale (hysteresis of a tenth makes 4 to 14).
 """
+
+WORST_OF_POSES = 40.0
+"""Largest ratio of errors to expected errors in a calibration by poses, whose own errors are not expected."""
 
 MOST_NOISE = 0.075  # Largest force error (full scale) of a calibration by the noise of rows without load
 

@@ -34,8 +34,11 @@ from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_STRAIN
 from sitscad.kernels.mechanics.motion import angles, rotations
 from sitscad.spec.sensor import SensorSpec
 
-WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
-"""Weight of a degree along each coordinate of a pose, and largest weighted degree: 151 terms."""
+WEIGHTS = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0)
+"""Weight of a degree along each coordinate of a pose (x, y, z, rx, ry, rz)."""
+
+DEGREE = 6.0
+"""Largest weighted degree of a term of the surrogate: 151 terms."""
 
 CHECKED = 8, 3  # Numbers of sensors, and of loads of each, to compare a surrogate with solved poses
 FAR = 0.02  # Height (m) at which a target of a few millimetres has no effect: 1e-6 of its change at rest
@@ -176,11 +179,11 @@ SOLVED_WELL = 0.003
 It is the largest difference from another solver (tests/validation/random_poses.csv).
 """
 
-LEAST_SURE, NOT_FITTED = 0.2, 0.1
-"""Least width of a surrogate about a fitted sensor, and its width in unknowns that are not fitted.
+LEAST_SURE = 0.2
+"""Least width of a surrogate about a fitted sensor, in prior standard deviations."""
 
-Both are in prior standard deviations.
-"""
+NOT_FITTED = 0.1
+"""Width of this surrogate in unknowns that are not fitted, in prior standard deviations."""
 
 DRAWN, SEED = 40, 15  # Number of simulated sensors for the box of poses, and their seed
 

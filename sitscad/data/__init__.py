@@ -42,9 +42,9 @@ def cited_by_field(table: Mapping[str, Mapping[str, str]]) -> str:
 
 
 def is_unverified(source: str, *fields: str) -> bool:
-    """Return whether a source was not seen.
+    """Return whether a source was not read by the project: it begins with "unverified: ".
 
-    In a text of several sources, any unseen source counts. With `fields`, only the sources of these fields count.
+    In a text of several sources, any such source counts. With `fields`, only the sources of these fields count.
     """
     if fields:
         return any(f"{field}: {UNVERIFIED}" in source for field in fields)

@@ -65,7 +65,11 @@ class Copper:
 
 @record
 class Nearness:
-    """Two pieces of copper closer than `asked` (m): centre distance and half widths (m), place, and items."""
+    """Two pieces of copper nearer than the minimum gap `asked` (m).
+
+    `distance` (m) is the distance of their centre lines, `half_one` and `half_other` (m) are half their widths, and `x`
+    and `y` (m) are the place.
+    """
 
     one: Item
     other: Item

@@ -129,12 +129,11 @@ def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
 
 BODY = "board's body"  # What is pressed on where nothing lies on the board
 
-MOST_OF_IT, HALF_OF_IT = 0.9, 0.5
-"""Fractions of the pressed area that need support.
+MOST_OF_IT = 0.9
+"""Supported fraction of the pressed area from which only a strip at the edges lacks support. It hardly bends."""
 
-Above the first, only a strip at the edges lacks support, and it hardly bends. Below the second the board cannot even be
-glued flat.
-"""
+HALF_OF_IT = 0.5
+"""Supported fraction of the pressed area below which the board cannot even be glued flat."""
 
 
 @record

@@ -39,12 +39,15 @@ FACE_TOLERANCE = 20e-6
 Both values are rounded to 10 um or finer. The jaw changes the coils' inductance by about 1 % over this distance if the
 metal is 0.2 mm behind the coils.
 """
-SIZE_TOLERANCE, SIZE_SHARE = 0.1e-3, 0.02
-"""Largest difference (m, and fraction of the size) of two figures of one part.
+SIZE_TOLERANCE = 0.1e-3
+"""Largest difference (m) between a size in the STEP file and in the spec, for small sizes.
 
-They are about the general tolerances of drawings (ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30 mm; from
-memory, unverified).
+It and `SIZE_SHARE` are about the general tolerances of drawings (ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30
+mm; from memory, unverified).
 """
+
+SIZE_SHARE = 0.02
+"""Largest difference between a size in the STEP file and in the spec, as a fraction of the size, for large sizes."""
 LEAST_OF_SIZE = 2 / 3
 """Smallest size of a slice, as a fraction of the written size.
 
@@ -56,12 +59,15 @@ EDGE = 0.1e-3
 """Depth (m) below the face at which its width is measured."""
 TEETH = 0.5e-3
 """Depth (m) below the face down to which metal counts as face: the depth of teeth."""
-MOST_MISSING, FAR_TOO_MUCH = 0.10, 0.25
-"""Fraction of the metal under the coils that may be missing, or in excess.
+MOST_MISSING = 0.10
+"""Fraction of the metal under the coils that may be missing or in excess, compared with the jaw in the spec.
 
 The jaw removes up to half of a coil's inductance. A tenth of the metal changes the inductance by up to 5 %. Holes of
 pins and rivets are smaller.
 """
+
+FAR_TOO_MUCH = 0.25
+"""Fraction of the metal under the coils above which missing or excess metal is an error, not a warning."""
 
 
 def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:

@@ -157,8 +157,11 @@ def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencie
 POINTS = 6
 
 
-LOWEST, BAND = 1e6, 11.0
-"""Lowest frequency (Hz) and frequency ratio of the first band, 1 to 11 MHz. Other bands have the same ratio."""
+LOWEST = 1e6
+"""Lowest frequency (Hz) of the first band."""
+
+BAND = 11.0
+"""Ratio of the highest to the lowest frequency of each band: the first is 1 to 11 MHz."""
 
 HIGHEST = 0.999999 * LOWEST * BAND  # Last frequency (Hz) of the first band, which most converters do not reach
 

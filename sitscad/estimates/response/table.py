@@ -105,7 +105,7 @@ def response_table(model: ResponseModel) -> ResponseTable:
 def _free(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
     """Return polynomials of a free target's response to forces and moments, with their solved points.
 
-    The points are inputs (n, 5; N, N m) and values.
+    The points are inputs (n, 5: normal force, two shear forces, two moments; N, N m) and values.
     """
     moments = np.array([each or max(scope.moments) for each in scope.moments])
     high = BEYOND * np.array([scope.normal, scope.shear, scope.shear, *moments])

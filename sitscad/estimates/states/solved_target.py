@@ -28,11 +28,13 @@ from sitscad.kernels.electromagnetics.resonator import oscillate
 from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
-MOST, MAGNETIC = 800.0**3, 1100.0**3
-"""Largest work (`solving_work`) for which a target is solved for its states: one or two seconds.
+MOST = 800.0**3
+"""Largest work (`solving_work`) for which a target is solved for its states: one or two seconds."""
 
-For magnetic metals the limit is higher (three or four seconds), because their ratios to an infinite plate may have the
-wrong sign of the change.
+MAGNETIC = 1100.0**3
+"""The same limit for magnetic metals: three or four seconds.
+
+It is higher because their ratios to an infinite plate may have the wrong sign of the change.
 """
 
 

@@ -28,12 +28,15 @@ from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
 
-ERROR, PER_DEPTH = 0.06, 0.5
-"""Relative error of the missing part of the inductance, and its increase per skin depth over the shorter side.
+ERROR = 0.06
+"""Relative error of the part of the inductance that is missing by the window.
 
 Slabs of surface currents and round holes of finite elements in steel differ by up to 0.03
 (tests/validation/test_window.py).
 """
+
+PER_DEPTH = 0.5
+"""Increase of this error per ratio of skin depth to the opening's shorter side."""
 
 WALL = 0.75
 """Fraction of a skin depth that counts at the opening's walls, compared with the jaw's face.

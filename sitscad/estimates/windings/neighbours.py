@@ -65,8 +65,11 @@ def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
     return relative * abs(pair.inductance) + ends
 
 
-ROUGH_MUTUAL, ORDERS = 0.15, 8
-"""Relative error of mutual inductances by moments, for coils that do not touch; and number of moments per coil."""
+ROUGH_MUTUAL = 0.15
+"""Relative error of mutual inductances by moments, for coils that do not touch."""
+
+ORDERS = 8
+"""Number of moments per coil."""
 
 
 def rings_beside_each_other(

@@ -110,8 +110,11 @@ class Ogden:
         return more - (self.exponent - NEO_HOOKEAN) * linear * strain
 
 
-MOST_STRAIN, LEAST_STRAIN = 0.40, -0.20
-"""Strains beyond which the fitted stiffness curves are constant, so that an extrapolation cannot reverse."""
+MOST_STRAIN = 0.40
+"""Compressive strain above which the fitted stiffness curves are constant, so that an extrapolation cannot reverse."""
+
+LEAST_STRAIN = -0.20
+"""Strain (negative: tension) below which the fitted stiffness curves are constant."""
 
 FIT_SIGMA = 0.025
 """Relative standard deviation of a bare pad's force (tests/mechanics/test_pad.py with
@@ -125,9 +128,11 @@ Pads with a shape factor of 1.5 agree with finite elements within 4.5 % root mea
 3.2 %. The doubled value holds beyond: a square of ten thicknesses differs by 3 % from finite elements of third degree.
 """
 
-RIM_SIGMA, FILM_SIGMA = 0.03, 0.08
-"""Further relative standard deviations: for a pad that is wider than its target, and for the part of the force in a
-film.
+RIM_SIGMA = 0.03
+"""Further relative standard deviation of the force of a pad that is wider than its target."""
+
+FILM_SIGMA = 0.08
+"""Relative standard deviation of the part of the force in a film.
 
 Films were fitted to elements of third degree, which are up to 8 % stiffer than elements of fourth degree after a thin
 stiff film has buckled.

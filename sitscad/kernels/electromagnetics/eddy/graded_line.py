@@ -84,8 +84,11 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
     return first, second, third, fourth
 
 
-FAR, ERF_STEPS = 6.0, 512
-"""Argument from which erf is 1 to rounding, and tabulated values of erf per unit of its argument."""
+FAR = 6.0
+"""Argument from which erf is 1 to rounding."""
+
+ERF_STEPS = 512
+"""Number of tabulated values of erf per unit of its argument."""
 
 
 @lru_cache(maxsize=1)
@@ -107,8 +110,14 @@ def _erf(x: Array, falling: Array) -> Array:
     return np.asarray(_known_erf()[place.astype(np.intp)] + 2.0 / math.sqrt(math.pi) * falling * series)
 
 
-RATIO, FINER, DEGREE = 1.7, 6, 3
-"""Growth of knot distances from the ends inwards, nodes for each knot, and degree of the splines."""
+RATIO = 1.7
+"""Ratio of successive knot distances, from the ends of the line inwards."""
+
+FINER = 6
+"""Number of Gauss nodes for each knot."""
+
+DEGREE = 3
+"""Degree of the splines."""
 
 PARITIES = (1, -1)
 

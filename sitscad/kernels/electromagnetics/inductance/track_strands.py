@@ -286,10 +286,10 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    """Return rows (n, 5) of sides in the frame of their own direction, with mirror images and directions.
+    """Return rows (n, 5) of sides, rows of their mirror images, and directions (n; rad).
 
-    Results: rows, rows of the mirror images, and directions (n; rad). A rotation about the centre leaves the rows
-    unchanged.
+    A row is start and end along the side, lateral coordinate, and the mitres at start and end. Coordinates refer to the
+    direction of the side, so equal sides rotated about the centre have equal rows.
     """
     step = track.ends - track.starts
     tangents = step / np.hypot(step[:, 0], step[:, 1])[:, None]

@@ -61,12 +61,15 @@ CHORD = math.radians(15.0)
 FAR_METAL = 1.0
 """Distance of metal, in widths, from which a single place represents a loop."""
 
-SPREAD, SPREAD_WHOLE = 0.14, 0.34
-"""Standard deviation, in widths, of each of a loop's eight places, and of the single place that represents all.
+SPREAD = 0.14
+"""Standard deviation, in widths, of each of the eight places over which a loop is distributed.
 
-With it, two loops above each other have the mutual inductance of the conformal map, within 1 % from 0.3 to 1
-width (tests/validation/corner_flow.py).
+With it, two loops above each other have the mutual inductance of the conformal map, within 1 % from 0.3 to 1 width
+(tests/validation/corner_flow.py).
 """
+
+SPREAD_WHOLE = 0.34
+"""Standard deviation, in widths, of the single place that represents a whole loop (metal from `FAR_METAL` on)."""
 
 BLOCK = 40_000
 """Number of pairs of corners and sides evaluated at once."""

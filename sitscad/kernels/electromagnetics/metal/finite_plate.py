@@ -286,7 +286,7 @@ def _sheet_depth(plate: FinitePlate, outer: float) -> float:
 
 
 def _counted_thickness(plate: FinitePlate, outer: float) -> float:
-    """Return the part (m) of a plate's thickness that matters (see THICKEST and STOUTEST)."""
+    """Return a plate's thickness (m), limited to the thickness that has an effect (see THICKEST and STOUTEST)."""
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 

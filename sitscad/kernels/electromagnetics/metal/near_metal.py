@@ -36,8 +36,11 @@ from sitscad.kernels.electromagnetics.metal.current_spectrum import wave_numbers
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, returned_waves
 from sitscad.kernels.electromagnetics.special_functions import j1
 
-STEPS, ROUGH_STEPS = 5, 2
-"""Steps of the block Krylov run, each adding up to three vectors, and steps for screening."""
+STEPS = 5
+"""Number of steps of the block Krylov run. Each adds up to three vectors."""
+
+ROUGH_STEPS = 2
+"""Number of these steps in screening."""
 
 MIDDLE = 3e6
 """Frequency (Hz) of the reflection that defines the subspace."""

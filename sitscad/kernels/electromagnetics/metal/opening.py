@@ -24,8 +24,11 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 
-LEAST, MOST = 8, 28
-"""Smallest and largest number of panels along a side of the opening."""
+LEAST = 8
+"""Smallest number of panels along a side of the opening."""
+
+MOST = 28
+"""Largest number of panels along a side of the opening."""
 
 WAVES = 3
 """Waves of the channel along a side, for each panel along the side."""
