@@ -275,7 +275,7 @@ def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, 
 BEYOND = 6.0  # Largest difference of two columns of one coil (standard deviations of the converter's noise)
 
 CAPACITOR = 0.01
-"""Relative difference of inductances at rest above which they were computed with another capacitor's value."""
+"""Relative difference of two columns' inductances at rest from which a remark names another capacitor's value."""
 
 
 def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:

@@ -103,12 +103,13 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
-"""Strain limits, and the multiple of the pad's sigma that bounds this stiffness up to each
-(tests/mechanics/test_pad.py).
+"""Rows of a largest strain, and the tilt stiffness's sigma over the pad's sigma up to this strain.
+
+Source: finite elements (tests/mechanics/test_pad.py).
 """
 
 SMALL_TILT = 3e-3
-"""Moment of these differences, over modulus, area and thickness.
+"""Moment of the numerical derivatives of the tilt, over shear modulus, area and thickness.
 
 It tilts a pad by some thousandths of a radian.
 """

@@ -183,7 +183,7 @@ def tilt_cause(angle: float) -> str:
 
 
 SMALL_TILT = 1e-3
-"""Tilt (rad) for the moment of a small tilt."""
+"""Tilt (rad) whose moment is the numerical derivative of the moment by a tilt."""
 
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 """Directions of tilts: about x and y, either sign."""

@@ -43,7 +43,7 @@ DEEPER = 10
 """Additional heights for each pad thickness that the surrogate goes deeper than `DEPTH`."""
 
 AMPLY = 1.02
-"""Depth of the surrogate relative to the pressed state's."""
+"""Depth of the surrogate over the target's depth at the required force."""
 
 LIFTED = 0.1
 """Height of the surrogate above rest, in pad thicknesses, for edges that a tilt lifts."""

@@ -22,7 +22,10 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 FARTHER = 1.3
-"""Ratio between the steps of reach for which a target is solved: one solution serves many poses. See `HEIGHT_STEP`."""
+"""Ratio of successive lateral reaches for which a target is solved: one solution serves many poses.
+
+See `HEIGHT_STEP`.
+"""
 
 LEAST_HEIGHT = 40e-6
 """Least height (m) over the copper's mid-plane at which a field is taken.

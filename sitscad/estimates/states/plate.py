@@ -353,8 +353,8 @@ def solving_work(
 DISCS, IMAGES = 50.0, 12.0
 """Work for discs, in units of `solving_work`.
 
-`DISCS` is for one function of one order at one point. `IMAGES` is for the image of the currents of one order, for two
-points at which they are taken.
+`DISCS` is the work for each function, order and point. `IMAGES` is the work for the image of the currents, for each
+order and each pair of points at which they are taken.
 """
 
 

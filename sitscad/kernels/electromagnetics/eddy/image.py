@@ -148,9 +148,9 @@ The number is doubled until at most a third of the combinations is relevant. The
 """
 
 FURTHER = 6
-"""Images of images between two mirrors, on each side.
+"""Number of images of images between two mirrors, on each side.
 
-Leaving out the next ones costs 1e-4 of a front plate's effect.
+Leaving out the next images costs 1e-4 of a front plate's effect.
 """
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
