@@ -76,7 +76,7 @@ PARALLEL = 0.99
 """Least cosine of the angle between pieces that count as parallel."""
 
 CHORDS = 8
-"""Chords that stand for half a turn of an arc."""
+"""Number of chords that represent half a turn of an arc."""
 
 SLOPE_STEP = 1e-3
 """Relative step of the width of a numerical slope."""

@@ -41,12 +41,12 @@ SAGITTA = 5e-8
 """Largest distance (m) between an arc and its chords."""
 
 QUARTER_SEGMENTS = 16
-"""Chords of a quarter of a round end: 0.05 um at a radius of 50 um."""
+"""Number of chords of a quarter of a round end: 0.05 um at a radius of 50 um."""
 
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
 _HEAD = 4096
-"""Bytes at the beginning of a file that are searched for a zero byte, which shows that it is no text."""
+"""Number of bytes at the beginning of a file that are searched for a zero byte, which shows that it is no text."""
 
 UNLISTED = "Drillmap"
 """File function of a drawing, which job files do not list."""

@@ -23,25 +23,25 @@ MAX_STATEMENT = 2000
 """Longest statement of a Gerber file, or line of a drill file, in characters. Reading time grows with the square."""
 
 MAX_DIGITS = 10
-"""Most digits of a whole number: enough for 10 m in nanometres."""
+"""Largest number of digits of a whole number: enough for 10 m in nanometres."""
 
 MAX_OBJECTS = 100_000
 """Largest number of objects that one file draws."""
 
 MAX_LINES = 300_000
-"""Most lines of a drill file: enough for a panel of a thousand boards with 300 holes each."""
+"""Largest number of lines of a drill file: enough for a panel of a thousand boards with 300 holes each."""
 
 MAX_POINTS = 10_000_000
-"""Most corners of all objects of one file together, with arcs as chords."""
+"""Largest number of corners of all objects of one file together, with arcs as chords."""
 
 MAX_PAIRS = 1_000_000
-"""Most pairs of objects of one file whose bounding boxes overlap. Each pair takes about 10 us to join."""
+"""Largest number of pairs of objects of one file whose bounding boxes overlap. Each pair takes about 10 us to join."""
 
 MAX_DISTANCE = 1e3
 """Largest distance (m) of any point from the origin, centres of arcs included."""
 
 MAX_CORNERS = 12
-"""Most corners of a polygon aperture: the Gerber format's own limit (specification 2024.05, section 4.4.5)."""
+"""Largest number of corners of a polygon aperture: the Gerber format's limit (specification 2024.05, section 4.4.5)."""
 
 
 class ExtractionError(ValueError):

@@ -17,7 +17,7 @@ from sitscad.basics.record import record
 Exponents = NDArray[np.int64]
 
 POINTS_A_TERM = 1.5
-"""Points for each term of a polynomial in a least-squares fit.
+"""Number of points for each term of a polynomial in a least-squares fit.
 
 With fewer points the polynomial oscillates between them.
 """
@@ -26,7 +26,7 @@ PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of Halton's sequence."""
 
 AT_ONCE = 2000
-"""Places at which a polynomial of several variables is evaluated at once, so that intermediate arrays stay in cache."""
+"""Number of places at which a polynomial of several variables is evaluated at once: the arrays stay in cache."""
 
 
 @lru_cache(maxsize=64)

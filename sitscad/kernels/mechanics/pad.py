@@ -151,7 +151,7 @@ FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
 """Numbers of a pose that a load changes: all, the place, or the height only."""
 
 SHEAR_STEPS = 4
-"""Steps in which shear and moments are applied after the normal force.
+"""Number of steps in which shear and moments are applied after the normal force.
 
 A soft pad needs more than one step to converge.
 """

@@ -21,7 +21,7 @@ from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, read
 BOM = "\ufeff"
 
 USUAL_INDENT = 2
-"""Spaces by which a section's keys are indented if the text has no indented section to copy from."""
+"""Number of spaces by which a section's keys are indented if the text has no indented section to copy from."""
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _QUOTES = ("'", '"')

@@ -43,7 +43,7 @@ OCTAVES = 7
 """Number of tabulated octaves, from the lowest height on."""
 
 STRANDS = 2
-"""Filaments across a track, at the Gauss points of its width."""
+"""Number of filaments across a track, at the Gauss points of its width."""
 
 LATTICE_REST = 9.0336217 - 4.0 - math.sqrt(2.0)
 """Sum of 1/n^3 over the square lattice without its origin and the eight neighbours.
@@ -52,10 +52,10 @@ The whole sum is 4 zeta(3/2) beta(3/2) = 9.0336 (Borwein et al. 2013).
 """
 
 AT_ONCE = 8192
-"""Points interpolated at once, so that intermediate arrays stay in a processor's cache."""
+"""Number of points interpolated at once, so that intermediate arrays stay in a processor's cache."""
 
 REPEATED = 14
-"""Images of images between two mirrors, on each side, that represent the field far away."""
+"""Number of images of images between two mirrors, on each side, that represent the field far away."""
 
 FAR = 0.5
 """Height above a dipole, in sides of the grid, from which the field of its repetitions is a sum of waves.
@@ -71,7 +71,7 @@ WAVES = 6
 """Number of waves along x and y in each direction. The next wave is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5."""
 
 SMOOTH = 24
-"""Points along a side of the grid from which the smooth field of the repeated coils is interpolated."""
+"""Number of points along a side of the grid from which the smooth field of the repeated coils is interpolated."""
 
 
 @record

@@ -22,7 +22,7 @@ from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, answer
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 
 AT_ONCE = 100_000
-"""Points at which fields are evaluated together."""
+"""Number of points at which fields are evaluated together."""
 
 NOTHING = 1e-11
 """Response of a class of currents, relative to the largest, below which the class is left out (approximate)."""

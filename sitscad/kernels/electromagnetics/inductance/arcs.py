@@ -56,7 +56,7 @@ They are for the outer integral; the inner integral is in closed form.
 SPACED_POINTS = 12
 
 SAMPLES = 9
-"""Points of each arc from which the distance of two arcs is estimated."""
+"""Number of points of each arc from which the distance of two arcs is estimated."""
 
 CLEAR = 5.0
 """Distance, in widths, from which the clearance of strands is constant: the last row of its table."""

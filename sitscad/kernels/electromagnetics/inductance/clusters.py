@@ -28,7 +28,7 @@ APART = 2.0
 """Distance of two clusters' boxes, over the larger half side, from which nodes replace points."""
 
 ORDER = 8
-"""Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
+"""Number of nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
 
 
 ALIKE = 1e-10

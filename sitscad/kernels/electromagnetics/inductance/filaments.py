@@ -20,7 +20,7 @@ TOUCHING = 1e-12
 """Least distance (m) assumed between filaments, so that crossing filaments do not divide by zero."""
 
 AT_ONCE = 60_000
-"""Products of points and segments processed at once, which fit a processor's cache."""
+"""Number of pairs of points and segments processed at once, which fit a processor's cache."""
 
 
 @record(eq=False)

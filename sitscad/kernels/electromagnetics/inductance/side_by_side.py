@@ -46,7 +46,7 @@ NEAR = 0.2
 """Track width over a part's distance from the other winding above which a track needs three strands."""
 
 HEADINGS = 128
-"""Directions in which an outline's reach is evaluated, besides the normals of its straight sides."""
+"""Number of directions in which an outline's reach is evaluated, besides the normals of its straight sides."""
 
 SAMPLED = math.radians(6.0)
 """Angle (rad) between the points of a curve at which its reach is evaluated."""

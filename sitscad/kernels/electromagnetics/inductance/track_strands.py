@@ -27,7 +27,7 @@ THICK = 0.25
 """Thickness over width from which pieces on two layers are taken at two heights."""
 
 BLOCK = 60_000
-"""Pairs of pieces processed at once, which fit a processor's cache."""
+"""Number of pairs of pieces processed at once, which fit a processor's cache."""
 
 
 @record(eq=False)
@@ -232,7 +232,7 @@ SPACE = 3_000_000
 """Number of possible pair codes up to which pairs are counted in a table. Above, they are sorted."""
 
 AT_ONCE = 500_000
-"""Pairs numbered at once."""
+"""Number of pairs of pieces numbered at once."""
 
 
 @record(eq=False)

@@ -27,10 +27,13 @@ APART = 1.0
 """Distance of a filament from a box of points, in half sides of the box, from which the nodes are used."""
 
 ORDER = 5
-"""Nodes along the longest side of a box. With `APART`, the error is 1e-3 of the field of the nearest such filaments."""
+"""Number of nodes along the longest side of a box.
+
+With `APART`, the error is 1e-3 of the field of the nearest filaments that are interpolated.
+"""
 
 LINE = 5
-"""Points on the middle line of a box from which distances are measured."""
+"""Number of points on the middle line of a box from which distances are measured."""
 
 WORTH = 3.0
 """Number of points per node from which interpolation saves time."""

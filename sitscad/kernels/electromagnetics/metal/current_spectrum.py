@@ -27,7 +27,7 @@ More than the smallest number is used only for metal nearer than some pitches.
 
 
 AT_ONCE = 100_000
-"""Waves times radii processed at once. A single block of all waves took a gigabyte near metal."""
+"""Number of pairs of waves and radii processed at once. A single block of all waves took a gigabyte near metal."""
 
 
 @record(eq=False)

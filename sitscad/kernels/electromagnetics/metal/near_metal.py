@@ -254,7 +254,10 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 
 AT_ONCE = 100_000
-"""Waves times points of the cuts processed at once. A single block of all waves took a gigabyte near metal."""
+"""Number of pairs of waves and points of the cuts processed at once.
+
+A single block of all waves took a gigabyte near metal.
+"""
 
 
 @record(eq=False)

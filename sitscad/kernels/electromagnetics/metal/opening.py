@@ -31,10 +31,10 @@ MOST = 28
 """Largest number of panels along a side of the opening."""
 
 WAVES = 3
-"""Waves of the channel along a side, for each panel along the side."""
+"""Number of waves of the channel along a side, for each panel along the side."""
 
 IMAGES = 4
-"""Images of each mirror in the other that are summed one by one."""
+"""Number of images of each mirror in the other that are summed one by one."""
 
 
 @record

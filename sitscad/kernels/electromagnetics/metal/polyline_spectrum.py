@@ -170,7 +170,7 @@ Copies turned or mirrored by 15 degrees then need no other directions.
 """
 
 AT_ONCE = 12_000
-"""Waves times nodes processed at once, which stay in a processor's cache."""
+"""Number of pairs of waves and nodes processed at once, which stay in a processor's cache."""
 
 ROUNDING = 1e-8
 """Angle (rad) between a wave and a side's normal below which the difference of the side's ends is lost in rounding."""
