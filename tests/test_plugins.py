@@ -77,7 +77,7 @@ def ran(*words):
 
 
 @pytest.mark.slow
-def test_a_rule_of_ones_own_is_told_listed_explained_ignored_and_waived(spec):
+def test_a_rule_of_ones_own_is_reported_listed_explained_ignored_and_waived(spec):
     found = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
     (finding,) = [each for each in found["specs"][0]["findings"] if each["rule"] == "LAB001"]
     assert finding["severity"] == "warning" and finding["limit"] == 0.5 and finding["unit"] == "m"
@@ -258,7 +258,7 @@ def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed)
 
 
 @pytest.mark.parametrize("where", ["import", "apply"])
-def test_what_takes_long_is_told_by_name(plugin, spec, monkeypatch, caplog, where):
+def test_what_takes_long_is_reported_by_name(plugin, spec, monkeypatch, caplog, where):
     monkeypatch.setattr("sitscad.package.plugins.guard.SLOW", 0.05)
     file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
     if where == "import":
@@ -269,7 +269,7 @@ def test_what_takes_long_is_told_by_name(plugin, spec, monkeypatch, caplog, wher
     assert [float(seconds) for seconds in told[:2]] == [0.05, 0.1] and len(told) < 5, caplog.text
 
 
-def test_what_is_quick_is_not_told(spec, caplog):
+def test_what_is_quick_is_not_reported(spec, caplog):
     ran("check", spec, "--hints", "none", "--plugin", EXAMPLE)
     assert not caplog.text
 

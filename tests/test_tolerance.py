@@ -23,6 +23,6 @@ def test_what_has_no_size_is_what_it_is():
     assert approx(None, abs=1.0) != 0.0
 
 
-def test_a_tolerance_is_said():
+def test_a_tolerance_is_reported():
     with pytest.raises(TypeError, match="say rel or abs"):
         approx(1.0)

@@ -46,7 +46,7 @@ HEAD = "normal_N,shear_x_N,C1_counts,C2_counts\n"
         ("# rotation: free\n" + HEAD + "0,0,5,6\n# rotation: held\n1,0,7,8\n", "4:1", "'held' here, 'free' on line 1"),
     ],
 )
-def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words):
+def test_what_cannot_be_read_is_reported_with_its_place(tmp_path, text, place, words):
     with pytest.raises(BenchError) as error:
         _read(tmp_path, text)
     assert str(error.value).startswith(f"{tmp_path / 'bench.csv'}:{place} ")

@@ -128,7 +128,7 @@ def test_every_table_of_the_header_is_used(tmp_path, sensors, hidden):
 
 
 @pytest.mark.clients("gcc")
-def test_faults_are_told(tmp_path, foretold):
+def test_faults_are_reported(tmp_path, foretold):
     tare = foretold.map.rest
     counts = np.floor([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare, 0.9 * tare])
     result, forces, _ = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)

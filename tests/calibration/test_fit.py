@@ -73,7 +73,7 @@ def test_the_stated_error_holds_and_is_not_slack(calibrated, truth):
     assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
 
 
-def test_error_of_a_measured_unit_is_told_in_the_measure_of_the_data_sheet_too(calibrated, foretold):
+def test_error_of_a_measured_unit_is_reported_in_the_measure_of_the_data_sheet_too(calibrated, foretold):
     """95 % stood for a calibrated unit beside one sigma in the data sheet's table."""
     sigma, sure = calibrated.unit_errors
     assert "one sigma" in sigma.of and "95 %" in sure.of
@@ -144,7 +144,7 @@ def test_one_figure_for_what_a_tare_leaves(foretold):
     assert page.count("not calibrated") == 1 and "one sigma N" not in page
 
 
-def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
+def test_the_other_way_of_loading_is_reported_with_what_it_reads(sensors, foretold):
     """A map for a target that tilts as it likes, on one that a face keeps level: shear moves it less."""
     ((axis, force, read),) = foretold.turned
     assert axis == "shear_x" and force == sensors.range.shear and 0.3 * force < read < force

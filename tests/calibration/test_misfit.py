@@ -27,7 +27,7 @@ def level(design):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_readings_of_a_level_target_are_told_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
+def test_readings_of_a_level_target_are_reported_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
     """Found with a simulated unit: the wrong way of loading left 1.7 times the stated error, without a word."""
     held = simulated(level, hidden, foretold.plan.loads, np.random.default_rng(3))
     wrong = turned_fit(sensors, lambda: level, held, fit_model(sensors, held))
@@ -244,7 +244,7 @@ def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated)
     assert np.all(worn.map.error > 1.6 * calibrated.map.error)
 
 
-def test_unknowns_far_off_are_told_by_their_distance_with_amount_and_cause():
+def test_unknowns_far_off_are_reported_by_their_distance_with_amount_and_cause():
     """The farthest first, relative ones without a unit, and none at the bound itself."""
     units_of = {"gap": "m", "modulus": "1", "capacitor.C1": "1"}
     known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]

@@ -154,7 +154,7 @@ def _twice(sensors, bench, scale):
 
 
 @pytest.mark.parametrize(("scale", "words"), [(1.0, "agree within"), (1.05, "times the converter's noise")])
-def test_of_two_readings_counts_are_used_and_a_difference_is_told(table, sensors, bench, scale, words):
+def test_of_two_readings_counts_are_used_and_a_difference_is_reported(table, sensors, bench, scale, words):
     read, points = _read(table, sensors, _twice(sensors, bench, scale))
     assert points.frequency == approx(bench.frequency, rel=1e-7)
     one, other = second_readings(read, points, sensors)

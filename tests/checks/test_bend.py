@@ -131,7 +131,7 @@ def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, c
     assert short(advised, of_length(float(named) - 0.5)) is not None
 
 
-def test_a_tail_as_long_as_its_bend_needs_is_not_told(advised):
+def test_a_tail_as_long_as_its_bend_needs_is_not_reported(advised):
     assert short(advised, spec("length: 19, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
 
 
@@ -143,7 +143,7 @@ def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
     assert found.severity is Severity.ERROR and not found.fixes
 
 
-def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(advised):
+def test_no_room_to_bend_is_reported_even_where_no_radius_is_stated(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
     (found,) = advised("SIT123", silent, lay_out(silent))

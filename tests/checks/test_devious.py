@@ -302,7 +302,7 @@ def usual(letter):
 
 
 @pytest.mark.parametrize("row", TOLD, ids=named)
-def test_what_should_not_pass_is_told(row):
+def test_what_should_not_pass_is_reported(row):
     letter, changes, asked = row
     design = Design(rewritten_spec(base(letter), changes.items()))
     for word in asked.split() if asked else ():
@@ -360,7 +360,7 @@ def test_every_range_has_bounds_a_reason_and_something_to_look_at():
                 here = getattr(here, part, None)
 
 
-def test_rules_of_ones_own_are_told_once():
+def test_rules_of_ones_own_are_reported_once():
     spec = base("B").replace(rules(trace_width="5 um", via_drill="5 um", annular_ring="5 um", hole_to_hole="5 um"))
     (found,) = told(Design(spec))
     assert all(word in found for word in ("trace_width", "via_drill", "annular_ring", "hole_to_hole"))

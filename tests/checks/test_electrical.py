@@ -377,7 +377,7 @@ def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     assert note.detail.count("trace width") == 2 and not re.search(r"drive code \d", note.hint)
 
 
-def test_one_amplitude_near_both_ends_is_said_of_each(judge, design, estimates) -> None:
+def test_one_amplitude_near_both_ends_is_reported_for_each(judge, design, estimates) -> None:
     spec = design()
     numbers = scattered(estimates(spec), amplitude=0.2)
     alike = replace(numbers.coils[0].states["rest"], amplitude=1.5)

@@ -211,7 +211,7 @@ def test_an_open_coil_is_refused(judge, good):
     assert "C2" in found.message and found.severity is Severity.ERROR
 
 
-def test_an_odd_coil_without_a_way_out_is_told_once(judge, design):
+def test_an_odd_coil_without_a_way_out_is_reported_once(judge, design):
     spec = design(
         coil__layers=1, fpc={"stackup": [{"copper": "35 um"}, {"dielectric": "25 um", "material": "polyimide"}]}
     )
@@ -256,7 +256,7 @@ def test_array_without_room_for_leads_names_its_gap_and_the_needed_gap():
     assert "without leads" in found.detail
 
 
-def test_a_shortfall_of_the_layout_is_told_in_its_words(judge, good):
+def test_a_shortfall_of_the_layout_is_reported_in_its_words(judge, good):
     spec, layout = good
     told = Shortfall(Missing.LEAD_ROOM, have=1.0, need=2.0)
     (found,) = judge("SIT113", spec, replace(layout, shortfalls=(told,)))
@@ -339,7 +339,7 @@ def test_part_size(judge, good):
 
 
 @pytest.mark.parametrize(("parts", "told"), [("auto", False), ([1, 2], False), ([3, 4], True)])
-def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts, told):
+def test_a_panel_that_the_fabricator_does_not_make_is_reported(judge, design, parts, told):
     spec = design(fpc__panel={"parts": parts})
     found = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
     assert bool(found) == told

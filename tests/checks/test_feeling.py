@@ -83,7 +83,7 @@ def test_a_resolution_that_errors_exceed_is_warned_of_until_an_error_is_allowed(
     assert _judged("SIT414", bench, **allowed) == ([], [])
 
 
-def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_that_is_not_told(bench):
+def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_that_is_not_reported(bench):
     def together(**needs):
         asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
         design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
@@ -122,7 +122,7 @@ def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
     assert rule.mend.rstrip(".") in found.hint and not found.fixes
 
 
-def test_what_is_reached_stands_beside_what_is_asked(bench):
+def test_what_is_reached_is_shown_beside_what_is_asked(bench):
     """A resolution that passed was silent."""
     wanted = {"tilt": 0.05, "tilt_error": 1.0, "normal_resolution": 0.1, "crosstalk": 0.5}
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
@@ -163,7 +163,7 @@ def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_fe
 
 
 @pytest.mark.parametrize(("needs", "end"), [({}, 30.0), ({"temperature_range": (-20.0, 45.0)}, -20.0)])
-def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, end):
+def test_what_temperature_does_to_zero_is_shown_beside_what_is_felt(bench, needs, end):
     """It was most of what three sensors of a new user were off by, and every line of what is felt was met."""
     wanted = {"normal_resolution": 0.1, **needs}
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
@@ -382,7 +382,7 @@ def test_ambiguous_shear_is_reported(bench):
     assert _judged("SIT407", bench, normal_resolution=1.0, shear_force=0.5) == ([], [])
 
 
-def test_nothing_to_feel_is_said(bench):
+def test_nothing_to_feel_is_reported(bench):
     aside = bench.spec.replace("target.offset", [16e-3, 0])
     design = Design(aside)
     found, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)

@@ -52,7 +52,7 @@ def test_the_good_design_passes(number, judge, design, drawn):
 
 
 @pytest.mark.parametrize("aside", [{"turn": "left"}, {"offset": 8}])
-def test_a_tail_that_leaves_the_ports_circle_is_told(aside, judge, design, drawn):
+def test_a_tail_that_leaves_the_ports_circle_is_reported(aside, judge, design, drawn):
     spec = design(**{f"fpc__tail__{key}": value for key, value in aside.items()})
     (found,) = judge("SIT301", spec, drawn(spec))
     assert (found.severity, found.key) == (Severity.WARNING, "fpc.tail")
@@ -112,7 +112,7 @@ def test_a_tail_that_bends_at_every_grasp_has_one_layer(judge, design, layers, s
 
 
 @pytest.mark.parametrize(("layers", "severity"), [(2, Severity.WARNING), (1, Severity.NOTE)])
-def test_static_tail_that_bends_at_every_grasp_is_told_as_a_dynamic_one_would_be(layers, severity, judge, design):
+def test_static_tail_that_bends_at_every_grasp_is_reported_as_a_dynamic_one_would_be(layers, severity, judge, design):
     """Only the assembly steps said so, after the boards were bought."""
     hinged = {"mount__jaw__hinge": 8, "mount__jaw__opening": "60 deg", "mount__jaw__port_diameter": 20,
               "fpc__tail__layers": layers}
@@ -334,7 +334,7 @@ def test_target_of_a_single_coil_covers_it(judge, design):
     assert judge("SIT306", design(array=None, target__size=6)) == []
 
 
-def test_a_target_offset_beside_its_coil_is_told(judge, design):
+def test_a_target_offset_beside_its_coil_is_reported(judge, design):
     """Only its size was held against the coil: with no force required, a target beside every coil passed in silence."""
     for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
         (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
@@ -353,7 +353,7 @@ def test_offset_target_that_misses_coil_is_reported(judge, design):
     assert "C2, C4" in found.message
 
 
-def test_a_target_between_the_coils_is_told(judge, design):
+def test_a_target_between_the_coils_is_reported(judge, design):
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
     (found,) = judge("SIT306", design(array=grid, target__size=5))
     assert found.key == "target.size" and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
@@ -560,7 +560,7 @@ def test_a_coarser_process_needs_thicker_pieces(judge, design):
     assert judge("SIT314", design(mount={"kind": "bench-plate", "standoff": 2}, shield=None)) == []
 
 
-def test_a_board_wider_than_the_jaw_s_true_face_is_told_and_held_by_its_seat(judge, design):
+def test_a_board_wider_than_the_jaw_s_true_face_is_reported_and_held_by_its_seat(judge, design):
     """4.712 mm on a face of 4.386 mm passed in silence, for the bar that the jaw is milled from is 4.8 mm wide."""
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.7}
     (note,) = judge("SIT301", design(mount=jaw))

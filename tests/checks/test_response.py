@@ -94,7 +94,7 @@ def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
 
 
 @pytest.mark.parametrize(("shear", "severity"), [(1.0, Severity.ERROR), (None, Severity.WARNING)])
-def test_a_coil_that_feels_nothing_is_told_with_what_it_costs(shear, severity, design, estimates, judge):
+def test_a_coil_that_feels_nothing_is_reported_with_what_it_costs(shear, severity, design, estimates, judge):
     """With one of two coils lost shear is a normal force: that was a warning of the steps alone."""
     spec = design(requirements__shear_force=None if shear is None else f"{shear} N")
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
@@ -124,7 +124,7 @@ def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     assert judge("SIT215", spec, None, answers(estimates, spec, (31.0, 31.0))) == []
 
 
-def test_what_was_not_estimated_is_said(design, estimates, verdicts):
+def test_what_was_not_estimated_is_reported(design, estimates, verdicts):
     spec = design()
     found, skipped = verdicts("SIT215", spec, None, estimates(spec))
     assert found == [] and "no change" in skipped[0].reason

@@ -158,7 +158,7 @@ def test_a_soft_finger_over_all_of_a_foil_is_said_not_to_be_judged(thickness, mo
     assert not found and ["a soft finger over all" in one.reason for one in undecided] == [True] * is_said
 
 
-def test_a_foil_that_bends_is_told_with_the_thickness_that_does_not():
+def test_a_foil_that_bends_is_reported_with_the_thickness_that_does_not():
     (told,) = bends("50 um")
     assert told.severity is Severity.WARNING and told.measured > 1.0 and told.key == "target.thickness"
     enough = re.search(r"([\d.]+) um", told.hint)

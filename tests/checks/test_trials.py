@@ -188,7 +188,7 @@ def test_search_tries_one_family_unless_it_is_long():
 
 
 @pytest.mark.slow
-def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
+def test_a_warning_that_gets_worse_is_reported_and_no_reason_to_leave_an_error():
     """Conversions of less time mend the bandwidth, and of the few steps over the load still fewer are left."""
     faint = design(
         "circle", 8, 14.5, 2, 100, 100, "generic-fine",

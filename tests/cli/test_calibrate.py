@@ -14,7 +14,7 @@ from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 
 
-def test_a_bad_table_is_told_by_its_place(run, pair, tmp_path):
+def test_a_bad_table_is_reported_by_its_place(run, pair, tmp_path):
     (tmp_path / "bench.csv").write_text("normal_N,C1_counts,C2_counts\n0,5,6\n1,7,nan\n")
     done = run("calibrate", pair, "bench.csv")
     assert (done.code, done.out) == (2, "")

@@ -256,7 +256,7 @@ def test_a_picture_that_cannot_be_is_a_usage_error(run, options, why):
     assert said.code == 2 and why in said.err
 
 
-def test_the_boards_size_is_told_before_anything_is_built(run):
+def test_the_boards_size_is_reported_before_anything_is_built(run):
     """A round coil's board is a rectangle: that was seen only after a build."""
     board = json.loads(run("check", "--format", "json", "good.yaml").out)["specs"][0]["board"]
     layout = sitscad.lay_out(sitscad.load("good.yaml"))

@@ -99,7 +99,7 @@ def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):
     assert (done.code, done.out) == (0, "")
 
 
-def test_a_last_line_without_an_end_is_told_as_patches_do(run, slips):
+def test_a_last_line_without_an_end_is_reported_as_patches_do(run, slips):
     slips.write_bytes(SLIPS.rstrip().encode())
     lines = run("check", "--diff", "slips.yaml").out.splitlines()
     assert lines.count("\\ No newline at end of file") == 2
@@ -233,7 +233,7 @@ def test_what_makes_no_sense_together_is_wrong_usage(run, slips, name):
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"", b"a: [1, 2\n", b"- 1\n", b"a: 1\na: 2\n" * 3])
-def test_what_is_no_spec_is_told_and_left(run, tmp_path, content):
+def test_what_is_no_spec_is_reported_and_left(run, tmp_path, content):
     path = tmp_path / "odd.yaml"
     path.write_bytes(content)
     assert run("check", "--fix", "odd.yaml").code == 2

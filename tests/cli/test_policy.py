@@ -104,7 +104,7 @@ def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
     ("SIT104", "names rules in vain: no finding of SIT104 is"),
     ("SIT104, SIT201, SIT301", "no finding of SIT104, SIT201 is"),
 ])
-def test_spare_names_beside_one_that_silences_are_told(run, good, more, said):
+def test_spare_names_beside_one_that_silences_are_reported(run, good, more, said):
     good.write_text(waived(good.read_text(), "trace_width", f"SIT103, {more} their quotation"))
     spec = spec_of(run, "good.yaml")
     (warning,) = [finding for finding in spec["findings"] if finding["rule"] == "SIT020"]

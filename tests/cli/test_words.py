@@ -47,7 +47,7 @@ def test_rules_show_every_severity(run):
 
 
 @pytest.mark.parametrize(("tolerance", "said"), [("1e-9", True), ("1e-2", False)])
-def test_a_tolerance_that_no_method_meets_is_said(run, tolerance, said):
+def test_a_tolerance_that_no_method_meets_is_reported(run, tolerance, said):
     """It was said on stderr alone: a program that read the JSON and the exit code learnt nothing of it."""
     done = run("estimate", "good.yaml", "--format", "json", "--tolerance", tolerance)
     assert done.code == int(said)
@@ -64,7 +64,7 @@ def test_a_point_whose_stated_error_is_above_the_tolerance_says_so():
         assert any("tolerance of 1e-09" in note for note in notes) == said
 
 
-def test_a_method_that_misses_the_tolerance_is_said(run):
+def test_a_method_that_misses_the_tolerance_is_reported(run):
     done = run("estimate", "good.yaml", "--method", "spiral-neumann", "--tolerance", "1e-9")
     assert "the method spiral-neumann does not meet a tolerance of 1e-09" in done.err
 

@@ -195,7 +195,7 @@ def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
     assert 2.1e-3 < scanned < 3.6e-3
 
 
-def test_converters_share_coils_alike():
+def test_converters_share_coils_equally():
     """Table 43 allows 35 MHz to one channel: a fifth coil alone held all to 20 MHz; of six, four had the least time."""
     shares = presets.converter("ldc1614").shares
     assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 10, 13)] == [

@@ -178,7 +178,7 @@ OWN = "{kind: custom}"
         ("grasper_4layer", "pins", ("Drill two holes of 1.31 mm", "Glue the tail down")),
     ],
 )
-def test_how_the_mount_is_fastened_is_said(template, mount, words):
+def test_how_the_mount_is_fastened_is_reported(template, mount, words):
     from sitscad.spec.load import rewritten_spec
     from sitscad.spec.yaml.source import read_yaml
 
@@ -506,7 +506,7 @@ def test_check_states_the_outer_size_of_plate_and_cap(name):
 
 
 @pytest.mark.parametrize("kind", ["bench-plate", "custom"])
-def test_whether_the_part_below_may_be_of_metal_is_said(kind):
+def test_whether_the_part_below_may_be_of_metal_is_reported(kind):
     spec = sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")
     spec = spec if kind == "bench-plate" else spec.replace({"mount": {"kind": kind}})
     said = in_one_line(sitscad.lay_out(spec))

@@ -110,7 +110,7 @@ def test_four_coils_a_converter(coils, converters):
     assert (rows["converter"]["quantity"], rows["capacitor"]["quantity"]) == (str(converters), str(coils))
 
 
-def test_no_capacitor_found_is_said():
+def test_no_capacitor_found_is_reported():
     none = SimpleNamespace(readout=SimpleNamespace(capacitance=None, capacitance_reason="no value fits both windows"))
     row = rows_of(full(), none)["capacitor"]
     assert row["part"] == "none found" and "no value fits" in row["note"]

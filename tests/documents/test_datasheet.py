@@ -125,7 +125,7 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
     assert "before calibration" not in page
 
 
-def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
+def test_crosstalk_is_reported_for_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
     """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
     told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
     found = plan_calibration(bench.response, is_held=True)

@@ -339,7 +339,7 @@ def bend_findings(bend, select="SIT123"):
         ("{kind: dynamic, radius: 2}", Severity.WARNING, "40 thicknesses"),
     ],
 )
-def test_a_bend_where_or_as_it_cannot_be_is_told(bend, severity, said):
+def test_a_bend_where_or_as_it_cannot_be_is_reported(bend, severity, said):
     (found,) = bend_findings(bend)
     assert found.severity is severity and said in found.message
     assert found.key.startswith("fpc.tail.bend.") and found.line == 4
@@ -354,7 +354,7 @@ def test_the_room_that_a_misplaced_bend_is_told_is_room(at):
         assert not bend_findings(f"{{at: {place:.3f}}}")
 
 
-def test_a_bend_that_fits_is_not_told():
+def test_a_bend_that_fits_is_not_reported():
     assert not bend_findings("{at: 12, radius: 3, angle: 30 deg, direction: up}")
     assert bend_length(bent("{angle: 180 deg}").spec.fpc) == approx(2 * bend_length(bent("static").spec.fpc), rel=1e-6)
 
@@ -376,7 +376,7 @@ def test_a_bend_that_is_none_is_refused(bend, said):
     assert said in f"{finding.message} {finding.hint}"
 
 
-def test_a_wide_bend_inside_a_port_is_told():
+def test_a_wide_bend_inside_a_port_is_reported():
     text = BENT.format(bend="{at: 12, radius: 5}") + "target: {shape: square, size: 4}\n"
     spec = load_text(text + "elastomer: {material: ecoflex-00-50, size: 4, thickness: 1}\nmount: {jaw: generic-5mm}\n")
     found = [f for f in check(spec, replace(bent("{at: 12, radius: 5}"), spec=spec)).findings if f.rule == "SIT308"]

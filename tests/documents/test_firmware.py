@@ -269,7 +269,7 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
     assert table["conversion_capacitance_F"] == approx(capacitance, rel=1e-6)
 
 
-def test_clock_and_reference_are_told_apart():
+def test_clock_and_reference_are_distinguished():
     """One coil: 40 MHz at CLKIN, and 20 MHz that are counted; the header's f_REF could be read as either."""
     header, table = rendered(estimate(lay_out(load_text(RACETRACK.replace("CABLE", "scan_rate: 500 Hz"), "long.yaml"))))
     assert "f_CLK 40 MHz at CLKIN; FREF_DIVIDER 2 makes of it f_REF 20 MHz" in header

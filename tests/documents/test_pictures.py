@@ -167,7 +167,7 @@ def test_readme_compares_the_contacts_with_the_connector():
     assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
 
 
-def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
+def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_reported():
     board = layouts.thin_tail(layouts.two_coils(4))
     assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
     text = " ".join(fabrication_notes.readme(board).split())
@@ -323,7 +323,7 @@ def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}
 
 
-def test_edges_that_read_alike_have_one_ordinate():
+def test_edges_that_read_equally_have_one_ordinate():
     """Body and outline, a ten thousandth of a millimetre apart, stood twice at one corner, forked."""
     from sitscad.files.drawing.frame import View, ordinates
     from sitscad.files.drawing.sheet import Sheet

@@ -78,7 +78,7 @@ def test_concentric_arcs_repeat_all_round():
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1e-6, 0.3), st.floats(0.0, 2 * math.pi))
-def test_pieces_that_lie_otherwise_are_told_apart(moved, angle):
+def test_pieces_that_lie_otherwise_are_distinguished(moved, angle):
     square = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
 
@@ -93,7 +93,7 @@ def test_pieces_that_lie_otherwise_are_told_apart(moved, angle):
     assert kinds_of([*square[:2], (-1.0 - moved, 1.0), *square[3:], square[0]]) > 6
 
 
-def test_tracks_of_one_outline_that_lie_otherwise_are_told_apart():
+def test_tracks_of_one_outline_that_lie_otherwise_are_distinguished():
     one = layers("octagon", 2.0, 1, 0.3e-3)[0]
     shifted = [one, one.shifted(15e-3, 0.0), one.shifted(18e-3, 0.0)]
     assert winding_inductance(shifted) == approx(one_by_one(shifted), rel=1e-6)

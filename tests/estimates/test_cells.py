@@ -145,7 +145,7 @@ def row() -> Design:
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
+def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_reported(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
     ends, middle = row.cells.skin.table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
@@ -206,7 +206,7 @@ def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
 
 
 @pytest.mark.slow
-def test_cells_that_overlap_or_nearly_touch_are_told():
+def test_cells_that_overlap_or_nearly_touch_are_reported():
     def said(size: float) -> list[str]:
         wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
         return [f.severity.value for f in sitscad.check(wanted.spec, hints="none").findings if f.rule == "SIT328"]

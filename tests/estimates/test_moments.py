@@ -98,7 +98,7 @@ def test_what_moments_contradict_is_refused_by_name(more, rule, key):
 
 
 @pytest.mark.parametrize(("moment", "severity"), [("4.5 N mm", None), ("6 N mm", "warning"), ("1000 N m", "error")])
-def test_moment_beyond_what_the_pad_bears_is_told(moment, severity):
+def test_moment_beyond_what_the_pad_bears_is_reported(moment, severity):
     """The template's pad bears 5.1 N mm; 1000 N m passed `check`, and its data sheet could not be written."""
     text = CELL.replace("moment_x: 4 N mm", f"moment_x: {moment}")
     assert text.count(moment) == 1

@@ -179,7 +179,7 @@ def test_two_loads_of_one_reading_are_found():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("shear", [1.2, 1.5, 2.0])
-def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
+def test_loads_that_read_equally_are_found_however_wide_the_range(shear):
     """The papers of these said "one load to a reading: yes" beside a finding of two that read alike: their search moved
     the second load onto the first. By the response itself, asked here, there are hundreds of such pairs.
     """

@@ -135,7 +135,7 @@ def _readings(bench, loads):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
-def test_three_levels_of_simulated_units_read_alike(name):
+def test_three_levels_of_simulated_units_read_equally(name):
     """One sigma of each cause, by the response, by a calibration's chart, and of a design that
     is worked out anew, of what all causes together do.
     """

@@ -84,7 +84,7 @@ def test_netlist_lines_out_of_their_columns_are_refused():
         marks_of_ipc_d_356("P  UNITS CUST 7\n")
 
 
-def test_a_netlist_is_told_from_other_texts():
+def test_a_netlist_is_reported_from_other_texts():
     assert is_ipc_d_356(NETLIST)
     assert not is_ipc_d_356(HEAD)
     # the end of a PDF whose table of contents happens to begin at that byte: a package with one could not be verified

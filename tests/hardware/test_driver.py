@@ -108,7 +108,7 @@ def test_a_coil_is_stale_once_others_were_read_twice_since(pad):
         ("coil 1 8.423e6 2000", AMPLITUDE),
     ],
 )
-def test_faults_of_a_coil_are_told_at_once(pad, changed, status):
+def test_faults_of_a_coil_are_reported_at_once(pad, changed, status):
     """Out of band, range and watchdog are faults: such counts make no tare. Amplitude is a warning, and counts hold."""
     if status == OVER:
         changed = "coil 1 81e6 4000"
@@ -118,7 +118,7 @@ def test_faults_of_a_coil_are_told_at_once(pad, changed, status):
     assert rows[-1] == (["0"] if status == AMPLITUDE else ["2"])
 
 
-def test_a_bus_without_answer_and_a_strange_part_are_told(pad):
+def test_a_bus_without_answer_and_a_strange_part_are_reported(pad):
     assert pad.run("nack 0 1", "begin")[0][0] == str(BUS)
     assert pad.run("register 0 7F 3054", "begin")[0][0] == str(IDENTITY)
     assert pad.run("register 0 7E 0000", "begin")[0][0] == str(IDENTITY)
@@ -213,7 +213,7 @@ def test_a_single_wrong_result_accuses_no_coil(pad):
     assert {row[0] for row in pad.run("begin", *["settle 3", "glitch 0 2", "test"] * 12)[2::2]} == {"0"}
 
 
-def test_a_bare_board_is_known_for_one_and_silence_is_told(pad):
+def test_a_bare_board_is_known_for_one_and_silence_is_reported(pad):
     free = [coil.states["free"] for coil in pad.design.estimates.coils]
     bare = [f"coil {k} {one.frequency} {one.parallel_resistance}" for k, one in enumerate(free)]
     assert _tested(pad.run("begin", *bare, "test")[1])[:2] == (0, 0)

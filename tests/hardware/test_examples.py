@@ -200,7 +200,7 @@ def micropython(pad, monkeypatch):
 
 
 @pytest.mark.clients("gcc")
-def test_the_micropython_module_sets_up_and_reads_alike(pad, micropython):
+def test_the_micropython_module_sets_up_and_reads_equally(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design, faults="reset@0.05"))

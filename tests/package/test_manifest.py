@@ -103,7 +103,7 @@ def test_what_is_not_a_manifest_is_said_to_be_none_in_plain_words(tmp_path, text
         assert words not in str(said.value), said.value
 
 
-def test_changed_added_linked_and_missing_files_are_told_apart(tmp_path):
+def test_changed_added_linked_and_missing_files_are_distinguished(tmp_path):
     manifest = _package(tmp_path, same=b"1", changed=b"2", missing=b"3", linked=b"4")
     (tmp_path / "changed").write_bytes(b"!")
     (tmp_path / "missing").unlink()

@@ -127,7 +127,7 @@ def test_the_calibration_takes_those_counts_and_refuses_results_at_their_ends(pa
 
 
 @pytest.mark.slow
-def test_a_signal_below_a_step_of_twelve_bits_is_told_with_its_step():
+def test_a_signal_below_a_step_of_twelve_bits_is_reported_with_its_step():
     """120 mN are 36 steps of an LDC1614, and one of an LDC1314: longer conversions would not make that finer."""
     assert "SIT215" not in {f.rule for f in sitscad.check(spec_of("ldc1614", normal_force="0.12 N")).findings}
     spec = spec_of("ldc1314", normal_force="0.12 N")

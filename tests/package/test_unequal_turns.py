@@ -119,7 +119,7 @@ def test_a_broken_turn_of_one_layer_is_named_where_it_stands():
     assert found.column == text_of("square", 5, [7, 6.3], 2).splitlines()[2].index("6.3") + 1
 
 
-def test_the_other_coils_of_an_array_are_wound_alike():
+def test_the_other_coils_of_an_array_are_wound_equally():
     array = "{pattern: line, count: 2, pitch: 5.2}"
     spec = sitscad.load_text(text_of("circle", 4, [7.75, 6.75, 7.75, 6.75], 4, array), "x.yaml")
     layout = sitscad.lay_out(spec)

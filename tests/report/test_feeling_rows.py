@@ -24,7 +24,7 @@ def test_an_axis_that_no_reading_tells_has_no_figures():
     [(0.01, "0.01 N (0.5 %)"), (0.5, "0.5 N (25 %)"), (20.1, "more than 10 times full scale"),
      (math.inf, "more than 10 times full scale")],
 )
-def test_errors_are_told_beside_full_scale(error, words):
+def test_errors_are_reported_beside_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
     assert of_full_scale(error, 2.0) == words
 

@@ -61,7 +61,7 @@ def test_whole_text_is_one_line_a_finding_with_its_source_detail_and_hint():
 
 
 @pytest.mark.parametrize(("fail_on", "told"), [("error", 0), ("warning", 1), ("note", 2)])
-def test_what_fails_the_command_is_told_in_full(fail_on, told):
+def test_what_fails_the_command_is_reported_in_full(fail_on, told):
     milder = CheckedSpec("a.yaml", TEXT, (replace(NOTE, hint="so"), WEAK))
     text = as_text([milder], OutputOptions(fail_on=Severity(fail_on)))
     assert text.count("hint: ") == told
@@ -100,7 +100,7 @@ def test_colours_are_added_around_the_same_text():
         assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
-def test_several_specs_are_told_apart():
+def test_several_specs_are_distinguished():
     text = as_text([CHECKED, CheckedSpec("b.yaml", "", ())], WHOLE)
     assert "a b.yaml: not checked: SIT301" in text
     assert text.endswith("not ok: 1 error, 1 note in 2 specs; 2 rules not checked\n")

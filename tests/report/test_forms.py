@@ -86,7 +86,7 @@ def test_a_line_of_any_length_is_quoted_in_part(form):
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_file_name_that_is_no_utf_8_is_told(form):
+def test_a_file_name_that_is_no_utf_8_is_reported(form):
     name = os.fsdecode(b"n\xff.yaml")
     said = FINDING_FORMATS[form]((CheckedSpec(name, "a: 1\n", (replace(TURNS, line=1, column=1),)),), FEW)
     assert "SIT201" in said

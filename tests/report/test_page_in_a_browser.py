@@ -200,7 +200,7 @@ def test_a_sensor_without_a_target_has_neither_view(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
+def test_a_cell_is_chosen_and_its_neighbours_are_reported(tmp_path):
     """Two cells joined by a web: either is pushed, and the other one's coil says what it changes at most."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")

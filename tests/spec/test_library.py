@@ -247,7 +247,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("field", WRONG)
-def test_what_lays_out_estimates_and_checks_refuses_it_alike(field):
+def test_what_lays_out_estimates_and_checks_refuses_it_equally(field):
     spec = replace(BENCH, coil=replace(BENCH.coil, **{field: WRONG[field]}))
     drawn = replace(sitscad.lay_out(BENCH), spec=spec)
     for call in (

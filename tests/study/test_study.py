@@ -153,7 +153,7 @@ def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folde
     assert answer.found.full[first].values == answer.base.values
 
 
-def test_warnings_that_a_study_accepts_are_told_beside_the_designs_that_have_them(answered):
+def test_warnings_that_a_study_accepts_are_reported_beside_the_designs_that_have_them(answered):
     """They vanished, though check --strict refuses them."""
     _, answer = answered
     first = answer.kept[0]
@@ -266,7 +266,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_goal_that_nothing_decides_is_said(folder):
+def test_a_goal_that_nothing_decides_is_reported(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
     assert [goal.measure for goal in answer.alike] == ["rate"]
@@ -289,7 +289,7 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
 
 
 @pytest.mark.slow
-def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
+def test_the_answer_is_reported_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
     folder, capsys, monkeypatch
 ):
     from sitscad.apps.study.running import StudyRun
@@ -661,7 +661,7 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     assert "cannot be drawn" in said
 
 
-def test_the_best_that_was_reached_is_told_where_nothing_refuses_alone(folder):
+def test_the_best_that_was_reached_is_reported_where_nothing_refuses_alone(folder):
     asked = sitscad.Study.load(folder / "study.yaml").asked
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
     one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
@@ -1092,7 +1092,7 @@ def test_wilson_is_the_published_interval():
     assert wilson(10, 10)[1] == approx(1.0, rel=1e-12) and wilson(0, 10)[0] == 0.0
 
 
-def test_what_a_calibration_takes_away_is_told_apart(answered):
+def test_what_a_calibration_takes_away_is_distinguished(answered):
     judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
     found = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
                      + (("rp",) if values["rp"] < 1.0 else ()))

@@ -151,7 +151,7 @@ def test_a_capital_is_never_taken_for_milli(written, meant):
     [("98.6 degF", "37 degC"), ("212 F", "100 degC"), ("-40 \N{DEGREE SIGN}F", "-40 degC"), ("310 K", "36.85 degC"),
      ("309.456 K", "36.306 degC"), ("98 degF", "36.6666666667 degC")],
 )
-def test_a_temperature_on_another_scale_is_said_in_the_one_that_is_read(written, celsius):
+def test_a_temperature_on_another_scale_is_reported_in_the_one_that_is_read(written, celsius):
     """Not the same number with another unit: 98 degrees Celsius is no body's temperature."""
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, "temperature")
@@ -196,7 +196,7 @@ def test_candidate_out_of_range_is_removed():
 
 
 @pytest.mark.parametrize("dimension", sorted(set(UNITS) - {"length"}))
-def test_a_missing_unit_is_told_in_plain_english(dimension):
+def test_a_missing_unit_is_reported_in_plain_english(dimension):
     with pytest.raises(UnitError) as caught:
         parse_quantity("7", dimension)
     article = "an" if dimension[0] in "aeio" else "a"

@@ -77,7 +77,7 @@ def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, 
 
 
 @pytest.mark.parametrize(("layers", "is_told"), [(1, True), (2, False)])
-def test_a_large_coil_close_to_its_target_is_told(layers, is_told):
+def test_a_large_coil_close_to_its_target_is_reported(layers, is_told):
     """Two layers have so much capacitance of their own that what the target adds is within its tenth."""
     spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
     layout = lay_out(spec)

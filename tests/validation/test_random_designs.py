@@ -152,7 +152,7 @@ def test_a_straight_bar_of_the_yardstick_against_ruehli():
     )
 
 
-def test_identical_layers_are_computed_alike():
+def test_identical_layers_are_computed_equally():
     coil = next(c for c in (designs.design("hexagon", k) for k in range(99)) if len(c.drawn) == 2)
     own = [tracks_mutual_inductance(t, t) for t in coil.drawn]
     assert own[0] == approx(own[1], rel=1e-10)

@@ -24,7 +24,7 @@ def test_500_steps_of_a_pose_have_no_jump(design, name):
 
 
 @pytest.mark.parametrize("name", DESIGNS)
-def test_neighbouring_designs_read_alike(name):
+def test_neighbouring_designs_read_equally(name):
     of_change, of_error = jumps(*by_design(name, 4, span=0.01))
     assert of_change < 3e-4 and of_error < 0.05
 

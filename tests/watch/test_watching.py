@@ -41,7 +41,7 @@ def _verdict(*findings: dict[str, object]) -> Event:
     return Event("findings", {"counts": {"error": 0, "warning": len(findings), "note": 0}, "findings": list(findings)})
 
 
-def test_only_what_has_changed_is_said():
+def test_only_what_has_changed_is_reported():
     first = _verdict(_finding("SIT103", 4, "narrow"), _finding("SIT215", 6, "weak"))
     then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
     found = changes(then, first)

@@ -407,7 +407,7 @@ def test_a_key_in_the_wrong_section_is_told_its_home():
     assert "did you mean readout.scan_rate?" in finding.hint
 
 
-def test_a_decimal_comma_in_braces_is_told():
+def test_a_decimal_comma_in_braces_is_reported():
     (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {shape: circle, trace_spacing: 0,1}\n")
     assert finding.rule == "SIT013" and "decimal" in finding.hint
     (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {true: 1}\n")

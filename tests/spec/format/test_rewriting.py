@@ -91,7 +91,7 @@ def test_what_is_no_mapping_is_refused():
             rewritten(text, [Edit("a", "1")])
 
 
-def test_edits_are_told_as_they_are_written():
+def test_edits_are_reported_as_they_are_written():
     (quoted,) = completed(TEXT, [Edit("coil.trace_spacing", "120 um")])
     assert quoted == Edit("coil.trace_spacing", '"0.12 mm"', '"0.1 mm"')
     assert rewritten(TEXT, [quoted]) == rewritten(TEXT, [Edit("coil.trace_spacing", "120 um")])

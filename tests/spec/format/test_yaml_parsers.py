@@ -40,13 +40,13 @@ def same(text):
 
 
 @pytest.mark.parametrize("name", templates.names())
-def test_every_template_is_read_alike_by_both_parsers(name):
+def test_every_template_is_read_equally_by_both_parsers(name):
     assert same(templates.read(name))
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=14).map("".join))
 @settings(max_examples=300, deadline=None)
-def test_texts_out_of_pieces_are_read_alike(text):
+def test_texts_out_of_pieces_are_read_equally(text):
     same(text)
     same("a: 1\nb:\n  " + text)
     same("a: [1, " + text + "]\n")

@@ -308,7 +308,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_what_is_wrong_with_a_profile_is_said_at_its_own_line(folder, fault):
+def test_what_is_wrong_with_a_profile_is_reported_at_its_own_line(folder, fault):
     text, rule, line, column = FAULTS[fault]
     (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
     spec = write(folder, "ours.yaml", ours=text)
@@ -345,7 +345,7 @@ def test_bytes_that_are_no_text_have_their_place(folder):
         ("generic-flex.yaml", "SIT011", "not there"),
     ],
 )
-def test_a_file_that_cannot_or_must_not_be_read_is_said_in_the_spec(folder, name, rule, words):
+def test_a_file_that_cannot_or_must_not_be_read_is_reported_in_the_spec(folder, name, rule, words):
     import os
 
     (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
@@ -501,7 +501,7 @@ def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
     assert (thicker.trace_width, thicker.sources["trace_width"]) == (approx(76.2e-6, rel=1e-6), "ours.yaml line 5")
 
 
-def test_a_table_is_the_whole_one_and_a_thicker_foil_is_told(folder):
+def test_a_table_is_the_whole_one_and_a_thicker_foil_is_reported(folder):
     spec = write(folder, "ours.yaml", stackup="flex-2l-35um", ours=NINE)
     rules = load(spec).fpc.rules
     assert [row.copper for row in rules.track_lines] == [9e-6, 18e-6]
@@ -551,7 +551,7 @@ def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path,
         ("based_on: none\nvia_drill: 0.2\n", "SIT003", "based_on"),
     ],
 )
-def test_tables_that_contradict_themselves_are_told_at_their_line(folder, text, rule, key):
+def test_tables_that_contradict_themselves_are_reported_at_their_line(folder, text, rule, key):
     findings = refused(write(folder, "ours.yaml", ours=text)).findings
     assert (rule, key) in [(finding.rule, finding.key) for finding in findings]
     assert all(finding.file and finding.file.endswith("ours.yaml") and finding.line for finding in findings)

@@ -127,7 +127,7 @@ def test_the_factor_that_is_missing_is_the_one_that_mends_it(shape, turned, plac
     assert told(shape, array(factor - 3e-4)) is not None
 
 
-def test_coils_in_one_place_are_told_apart():
+def test_coils_in_one_place_are_distinguished():
     with pytest.raises(SpecError) as caught:
         array_of("square", "pattern: explicit, centres: [[1, 1], [1, 1]]")
     assert [(f.rule, f.hint) for f in caught.value.findings] == [("SIT014", "move them apart")]
