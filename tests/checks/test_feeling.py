@@ -378,7 +378,7 @@ def test_ambiguous_shear_is_reported(bench):
     """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
     thick = bench.spec.replace("elastomer.thickness", 5e-3)
     (finding,), _ = _judged("SIT407", Design(thick), normal_resolution=1.0, normal_force=1.0, shear_force=1.2)
-    assert "read alike" in finding.message and finding.severity is Severity.NOTE
+    assert "equal readings" in finding.message and finding.severity is Severity.NOTE
     assert _judged("SIT407", bench, normal_resolution=1.0, shear_force=0.5) == ([], [])
 
 

@@ -114,7 +114,7 @@ def test_overlapping_pieces_are_found_with_volume(hinged, pieces):
     film = next(s for s in pieces if s.name == "encapsulation")
     both = film.shape & next(s for s in sunk if s.name == "opposing-jaw").shape
     assert fault.value == approx(sum(part.volume for part in both.solids()) * 1e-9, rel=1e-9)
-    assert findings[0].rule == "SIT320" and "stand in each other" in findings[0].message and findings[0].place
+    assert findings[0].rule == "SIT320" and "overlap" in findings[0].message and findings[0].place
 
 
 def test_post_over_opposing_jaw_blocks_opening(hinged, pieces):

@@ -381,8 +381,8 @@ def notes(points: Sequence[Performance], calibration: Calibration | None = None)
         first, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
                       for load in full.ambiguous)
         moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
-        yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {first}; and {other}. No map tells "
-               "them apart.")
+        yield (f"Two loads (normal, shear along x, along y{moments}) give equal readings: {first}; and {other}. "
+               "No map can distinguish them.")
     remarks = [*full.notes, *(calibration.sensors.range.notes if calibration is not None else ()),
             *(f"the map in calibration/ is {note}" for note in (calibration.notes if calibration is not None else ())
               if note.startswith("made for"))]
