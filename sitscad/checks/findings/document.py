@@ -243,10 +243,9 @@ def _finite(value: object) -> object:
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
-    """Return the checked spec stored in a ``findings.json``.
+    """Return the checked spec stored in a ``findings.json``. None if the file does not hold exactly one spec.
 
-    `path` and `text` are those of the spec file, because the JSON file does not contain them. None if the file does not
-    hold exactly one spec.
+    `path` and `text` come from the spec file, because the JSON file does not contain them.
     """
     import json
 

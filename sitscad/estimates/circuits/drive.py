@@ -32,9 +32,9 @@ def driven(
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
     """Return coils and readout settings with the drive codes: the spec's code, or the strongest suitable code.
 
-    A suitable code keeps each coil below the largest amplitude in each working state, with a margin of one sigma and
-    with the thickest copper that the fabricator delivers. All coils of a board share one foil and one plating, and no
-    test of the board shows their thickness. Channels have separate codes only if a common code leaves a coil below the
+    A suitable code keeps each coil below the largest amplitude in each working state. The margin is one sigma and the
+    thickest copper that the fabricator delivers. All coils of a board share one foil and one plating, and no test of
+    the board shows their thickness. Channels have separate codes only if a common code leaves a coil below the
     low-noise window and separate codes leave none below it.
     """
     if readout.drive_code is None or readout.high_current:

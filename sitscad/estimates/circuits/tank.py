@@ -275,10 +275,10 @@ def choose_capacitor(
 
     These windows hold for all coils and states:
 
-    * frequency: at least 5 % inside the converter's range, and at most 0.75 of self-resonance
-    * parallel resistance: inside the range of the data sheet
-    * amplitude: inside the low-noise window with one drive code (working states only)
-    * capacitor: at least 100 pF
+    * frequency: at least 5 % inside the converter's range, and at most 0.75 of self-resonance.
+    * parallel resistance: inside the range of the data sheet.
+    * amplitude: inside the low-noise window with one drive code (working states only).
+    * capacitor: at least 100 pF.
 
     Of several values without violation, the value with the highest frequency is chosen, which has the highest parallel
     resistance.

@@ -216,9 +216,9 @@ def choose_gain(
 class ReferenceCounter(Conversion):
     """Settings of a converter that counts against a reference clock (LDC1312 to LDC1614).
 
-    A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. If results have fewer bits than the count, they are a window of
-    it: `gain` is the code of OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0
-    and empty.
+    A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. A result with fewer bits than the count is a window of the count:
+    `gain` is the code of OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0 and
+    empty.
     """
 
     reference_frequency: float
