@@ -1,8 +1,8 @@
 """Interaction matrix of current modes in parallel tracks: mean logarithm of the distance for each pair of tracks.
 
-Modes without net current have short-range fields, so distant tracks need only the lowest modes of each other. The
-matrix of many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Turns
-have one pitch, so many pairs of tracks have equal relative positions. Each relative position is computed once.
+Modes without net current have short-range fields, and distant tracks need only the lowest modes of each other. The
+matrix of many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Because
+turns have one pitch, many pairs of tracks have equal relative positions. Each relative position is computed once.
 """
 
 from __future__ import annotations
