@@ -119,7 +119,7 @@ def pair_in_words(near: Nearness) -> str:
 
 def copper_of(layout: Layout) -> Copper:
     """Return the copper of a whole layout."""
-    positions = dict(_stands(layout))
+    positions = dict(_conductor_positions(layout))
     items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.all_pads, *layout.teardrops)
     rows: list[Row] = []
     columns: list[tuple[int, float, int, float, float, float, int]] = []
@@ -334,7 +334,7 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
             way += length
 
 
-def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
+def _conductor_positions(layout: Layout) -> Iterator[tuple[int, _Stand]]:
     """Yield the identity of each item of the layout and its position along its coil's conductor."""
     positions: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):

@@ -240,7 +240,7 @@ def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]
     margin, jaw = artwork.fpc.margin[0], artwork.jaw
     # a longer body may come out too long
     room = jaw.length - 2.0 * artwork.fpc.rules.outline_tolerance if jaw else math.inf
-    return _about(artwork.array.middle[0], first - margin, last + margin, room)
+    return _centred_range(artwork.array.middle[0], first - margin, last + margin, room)
 
 
 def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
@@ -249,10 +249,10 @@ def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
         return Breadth(box[1], box[3])
     margin, jaw = artwork.fpc.margin[1], artwork.jaw
     low, high = needed.low - margin, needed.high + margin
-    return Breadth(*_about(artwork.array.middle[1], low, high, jaw.width if jaw else math.inf))
+    return Breadth(*_centred_range(artwork.array.middle[1], low, high, jaw.width if jaw else math.inf))
 
 
-def _about(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
+def _centred_range(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
     """Extend the range `low` to `high` on one side until `middle` is its middle, or until its length is `room`."""
     lacks = (middle - low) - (high - middle)
     more = min(abs(lacks), max(0.0, room - (high - low)))

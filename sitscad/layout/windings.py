@@ -198,11 +198,11 @@ class _StubRoom:
 
     def __init__(self, points: dict[int, Array], spacing: float, least_spacing: float) -> None:
         self.points, self.wanted, self.asked = points, spacing, least_spacing
-        self._ways: dict[int, Array] = {}  # from each point along the turn to its end (m)
+        self._stub_paths: dict[int, Array] = {}  # from each point along the turn to its end (m)
         self.alike: dict[int, int] = {}  # for each layer, the first layer with the same position
         for layer, turn in points.items():
             steps = np.hypot(*np.diff(turn, axis=0).T)
-            self._ways[layer] = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+            self._stub_paths[layer] = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
             earlier = ((k, points[k]) for k in self.alike.values())
             same = (k for k, p in earlier if p.shape == turn.shape and np.all(np.abs(p - turn) <= 1e-12))
             self.alike[layer] = next(same, layer)
@@ -217,27 +217,27 @@ class _StubRoom:
             return None
         key = self.alike[end.layer], place
         if key not in self._known:
-            paths = enumerate(_ways(end, place, self.wanted))
+            paths = enumerate(_stub_paths(end, place, self.wanted))
             self._known[key] = next((k for k, path in paths if self.admits(end, path)), None)
         which = self._known[key]
-        return None if which is None else polyline(next(islice(_ways(end, place, self.wanted), which, None)))
+        return None if which is None else polyline(next(islice(_stub_paths(end, place, self.wanted), which, None)))
 
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
         """Whether a stub keeps the wanted distance away from its turn's end, and the least distance everywhere."""
         turns, points = self.points[end.layer], _spread(corners)
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
-        if off.any() and _nearer(turns[_beside(turns, points[off], self.wanted)], points[off], self.wanted).any():
+        if off.any() and _nearer(turns[_near_points(turns, points[off], self.wanted)], points[off], self.wanted).any():
             return False
-        beside = _beside(turns, points[~off], self.asked)
+        beside = _near_points(turns, points[~off], self.asked)
         near = _nearer(turns[beside], points[~off], self.asked)
         if not near.any():
             return True
         steps = np.hypot(*(points - np.concatenate([[end.point], points[:-1]])).T)
-        way = self._ways[end.layer][beside, None] + np.cumsum(steps)[~off]
+        way = self._stub_paths[end.layer][beside, None] + np.cumsum(steps)[~off]
         return not np.any(near & (way >= ALONG * self.asked))
 
 
-def _beside(points: Array, centres: Array, reach: float) -> Index:
+def _near_points(points: Array, centres: Array, reach: float) -> Index:
     """Return the points in the bounding box of others, grown by a reach (m). Only these can be within the reach."""
     if not len(centres):
         return np.empty(0, dtype=np.intp)
@@ -255,7 +255,7 @@ def _nearer(first: Array, second: Array, distance: float) -> Flags:
     return np.asarray(across < (distance - ROUNDING) ** 2)
 
 
-def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
+def _stub_paths(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
     """Yield paths from an inner end to a hole: straight, or round one corner."""
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]

@@ -109,7 +109,7 @@ class Origin:
             self.complain(remarks, "SIT017", key, f"{name} lies outside the spec's folder", hint)
         elif not is_there:
             state = "is not a file" if path.exists() else "is not there"
-            self.complain(remarks, "SIT011", key, f"the {what} file {name} {state}", _beside(self.folder, like))
+            self.complain(remarks, "SIT011", key, f"the {what} file {name} {state}", _files_like(self.folder, like))
         elif path in self.chain:
             files = (self._below_root(each) for each in (*self.chain[self.chain.index(path) :], path))
             message = f"the profiles lead back to where they began: {' -> '.join(files)}"
@@ -176,7 +176,7 @@ FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",)}
 """Kinds of file that a spec can name, with their endings."""
 
 
-def _beside(folder: Path, like: str) -> str:
+def _files_like(folder: Path, like: str) -> str:
     """Return a hint that lists the files in a folder with the same kind as an example."""
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
@@ -211,11 +211,11 @@ def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks:
         name = _FALLBACK
     if inner is None:
         rules = installed_rules(name)
-        return _whose(rules) if foil is None else rules.for_foil(foil)
+        return _with_named_sources(rules) if foil is None else rules.for_foil(foil)
     return _Profile(*inner, remarks).rules(foil)
 
 
-def _whose(rules: DesignRules) -> DesignRules:
+def _with_named_sources(rules: DesignRules) -> DesignRules:
     """Return the rules with " (from NAME)" added to the source of each value that these rules define.
 
     A profile that is based on them names their sources in this way.

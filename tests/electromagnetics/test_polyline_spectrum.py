@@ -16,9 +16,9 @@ from sitscad.kernels.electromagnetics.metal import polyline_spectrum as polyline
 from sitscad.kernels.electromagnetics.metal.figures import Rows, figures
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import (
-    _beside,
     _Directions,
     _Mitred,
+    _off_normals,
     chorded,
     images,
     polyline_spectrum,
@@ -105,7 +105,7 @@ def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
     turned = [np.array([[0.0], [1.0]]), np.array([[1e-6], [1.0]])]
     sides = np.array([(1.0, 0.0), (0.0, 1.0)])
     shape = _Mitred(track, np.zeros(2), None)
-    across, beside = (shape.waves(np.array([3e3]), _beside(unit, sides)) for unit in turned)
+    across, beside = (shape.waves(np.array([3e3]), _off_normals(unit, sides)) for unit in turned)
     assert np.all(np.isfinite(across)) and across == approx(beside, abs=1e-8)
     assert abs(across[0, 0]) == approx(2 * MM, rel=0.02)
 

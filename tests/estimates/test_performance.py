@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.estimates.loads.working_range import WorkingRange, axes_told_apart
-from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
+from sitscad.estimates.performance.inversion import _ambiguous_loads, best_fitted, fitted
 from sitscad.estimates.performance_values import FORCES
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -170,10 +170,10 @@ def test_two_loads_of_one_reading_are_found():
     """A reading that turns back: x - x^2 is alike at 0.2 and 0.8."""
     x, one_axis = np.linspace(0.0, 1.0, 40)[:, None], WorkingRange(("normal",), 1.0, 0.0)
     folded = fitted(x, x - x**2, 2)
-    for pair in _alike(folded, one_axis):
+    for pair in _ambiguous_loads(folded, one_axis):
         one, other = np.sort(np.concatenate(pair))
         assert other - one > 0.05 and one + other == approx(1.0, abs=2e-3)
-    assert not list(_alike(fitted(x, x + 0.2 * x**2, 2), one_axis))
+    assert not list(_ambiguous_loads(fitted(x, x + 0.2 * x**2, 2), one_axis))
 
 
 @pytest.mark.few(1)

@@ -178,7 +178,8 @@ def support(layout: Layout) -> Support | None:
         return None
     body = layout.body_outline
     name, path = pressed_on(plates_of(layout.spec), layout.body, body)
-    return Support(name, enclosed_area(path), _on(path, *carriers), enclosed_area(body), _on(body, *carriers))
+    return Support(name, enclosed_area(path), _supported_area(path, *carriers), enclosed_area(body),
+                   _supported_area(body, *carriers))
 
 
 def width_under(layout: Layout) -> float | None:
@@ -187,7 +188,7 @@ def width_under(layout: Layout) -> float | None:
     return None if carriers is None or carriers[0] is None else carriers[0][3] - carriers[0][1]
 
 
-def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
+def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> float:
     """Return the area (m2) of a convex closed path over a carrier's box, less the area over a window in the box."""
 
     def within(box: Box | None) -> float:

@@ -161,14 +161,14 @@ class SolvedRange:
         The other bench computes only loads whose readings are nearly equal by this bench.
         """
         ranged = self.bench.range
-        pairs = islice(chain(self._unseen(), _alike(self.forward, ranged)), POLISHED)
+        pairs = islice(chain(self._insensitive_loads(), _ambiguous_loads(self.forward, ranged)), POLISHED)
         nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
         polished = (judge._polished(*pair, ALIKE) for pair in nearly)
         loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
         return next(((_load(first), _load(second)) for first, second in loads), None)
 
-    def _unseen(self) -> Iterator[tuple[Array, Array]]:
+    def _insensitive_loads(self) -> Iterator[tuple[Array, Array]]:
         """Return two places (in full scales) on either side of the least sensitivity, along the insensitive direction.
 
         There the readings reverse, or nearly so.
@@ -223,7 +223,7 @@ def solved_range(bench: Bench) -> SolvedRange:
     return SolvedRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
 
 
-def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
+def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
     """Yield pairs of loads (in full scales) that give equal readings by the polynomials.
 
     The pairs of a grid with the nearest readings are refined by Gauss-Newton steps of the second load. Pairs that

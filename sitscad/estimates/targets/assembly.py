@@ -106,7 +106,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
         """Return the state of a target lowered straight by a force (N), with pad thickness `gap` (m) left."""
         assert over is not None
         state = State(name, Pose(z=gap - over.lower), pushed)
-        return _around(over, lines, state, behind)
+        return _surroundings(over, lines, state, behind)
 
     def between(state: str, cause: str, less: float, more: float) -> None:
         ranges[state, cause] = at_gap(state, less), at_gap(state, more)
@@ -119,7 +119,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
             refused |= {name: MOVED_SIDEWAYS} if is_loaded else {}
         elif not kind.is_pressed:
             if over is not None or behind is not None:
-                around.append(_around(over, lines, State(name, REST_POSE), behind))
+                around.append(_surroundings(over, lines, State(name, REST_POSE), behind))
             if over is not None:
                 thicknesses[name] = over.lower
             if over is not None and spec.elastomer is not None and sigmas.get(PAD):
@@ -191,11 +191,11 @@ def _is_seen(first: Surroundings, second: Surroundings) -> bool:
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
     """Return the surroundings of the coils at rest. None if no target has an effect."""
-    around = _around(plates_of(spec).target, target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
+    around = _surroundings(plates_of(spec).target, target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
 
 
-def _around(over: Body | None, lines: float, state: State, behind: Reflector | None) -> Surroundings:
+def _surroundings(over: Body | None, lines: float, state: State, behind: Reflector | None) -> Surroundings:
     # `lines` are the glue below the target (m)
     if over is None or over.metal is None or state.pose is None:
         return Surroundings(state, None, behind)

@@ -106,9 +106,9 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
     squares = 0.0  # resistance (ohm) of one square of each lead track
-    paths = _ways(coil)
+    paths = _straight_pieces(coil)
     facing = [(trace, *beside) for first, second in (paths, paths[::-1]) for line, trace in first
-              if (beside := _beside(line, second, 5.0 * trace.width)) is not None]
+              if (beside := _nearest_parallel(line, second, 5.0 * trace.width)) is not None]
     for trace in coil.series:
         if not isinstance(trace, Trace) or trace.role is Role.WINDING:
             continue
@@ -293,7 +293,7 @@ def _distinct(points: Sequence[Place]) -> list[Place]:
     return distinct
 
 
-def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
+def _straight_pieces(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
     """Return all straight pieces of the incoming and of the outgoing track."""
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
@@ -308,7 +308,9 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
     return way_in, way_out
 
 
-def _beside(line: Piece, pieces: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
+def _nearest_parallel(
+    line: Piece, pieces: list[tuple[Piece, Trace]], reach: float
+) -> tuple[float, float, Trace] | None:
     """Return overlap (m), distance (m; less than `reach`) and trace of the nearest piece parallel to a line."""
     (x, y), _ = line
     length, candidates = math.dist(*line), []
@@ -347,9 +349,9 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
 
     Each incoming piece faces the nearest parallel outgoing piece, beside or above it.
     """
-    (way_in, way_out), total = _ways(coil), 0.0
+    (way_in, way_out), total = _straight_pieces(coil), 0.0
     for line, trace in way_in:
-        if (beside := _beside(line, way_out, 10.0 * trace.width)) is None:
+        if (beside := _nearest_parallel(line, way_out, 10.0 * trace.width)) is None:
             continue
         length, lateral, other = beside
         width = min(trace.width, other.width)

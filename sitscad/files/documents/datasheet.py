@@ -74,7 +74,7 @@ def render(
     reached = None if calibration is None else MapFigures(calibration.map.end, calibration.crosstalk)
     report = PerformanceReport(performance, layout.spec, reached)
     content = Content(
-        layout.spec.name, layout.spec.issue, _about(layout.spec.cell_placements, performance),
+        layout.spec.name, layout.spec.issue, _description(layout.spec.cell_placements, performance),
         _lines(axis_table(report)), sensor(performance, layout, estimates, cells), cells,
         [] if calibration is None else list(calibration.error_rows),
         "" if calibration is None else calibration.errors_are, _lines(error_table(performance)),
@@ -203,7 +203,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
     return [first, *[(whole - first) / (count - 1)] * (count - 1)]
 
 
-def _about(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
+def _description(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
     """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' by cell."""
     cells, coils = len(placements), counted(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in points[-1].axes)

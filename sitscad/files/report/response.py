@@ -32,7 +32,7 @@ def response_text(
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
     glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
-    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
+    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_notes(response)])]
     blocks += performance_blocks(performance, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -72,7 +72,7 @@ def _figure(value: float) -> str:
     return f"{round(float(value), 9) + 0.0:.4g}"
 
 
-def _said(response: Response) -> Iterator[str]:
+def _notes(response: Response) -> Iterator[str]:
     """Yield the notes of all points, each note once."""
     numbers: dict[str, int] = {}
     for remarks in response.notes:

@@ -189,10 +189,10 @@ def nearest_pairs(
     else:
         blocks = _blocks(grown)
         others_blocks = blocks if same else _blocks(other_grown)
-        around = np.array([_around(other_grown[block]) for block in others_blocks])
+        around = np.array([_enclosing_box(other_grown[block]) for block in others_blocks])
         pairs = []
         for block in blocks:
-            near = np.flatnonzero(_touch(_around(grown[block])[None], around)[0])
+            near = np.flatnonzero(_touch(_enclosing_box(grown[block])[None], around)[0])
             if near.size:
                 beside = np.concatenate([others_blocks[k] for k in near])
                 row, column = np.nonzero(_touch(grown[block], other_grown[beside]))
@@ -229,7 +229,7 @@ def _blocks(boxes: Array) -> list[Index]:
     return [order[part] for part in slices(len(order), _BLOCK)]
 
 
-def _around(boxes: Array) -> Array:
+def _enclosing_box(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 

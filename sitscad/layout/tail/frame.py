@@ -415,18 +415,18 @@ class FrameStretch:
     def centre(self) -> Point:
         """Centre of an arc."""
         assert self.radius is not None
-        return _beside(self.origin, self.heading, self.radius)
+        return _shifted_left(self.origin, self.heading, self.radius)
 
     def place(self, point: Point) -> Point:
         """Map a point of the straight tail to its place on this stretch."""
         length = point.x - self.begin
         if self.radius is None:
             cosine, sine = round(math.cos(self.heading), 15), round(math.sin(self.heading), 15)  # exact along an axis
-            return _beside(self.origin.shifted(length * cosine, length * sine), self.heading, point.y)
-        return _beside(self.centre, self.heading + length / self.radius, point.y - self.radius)
+            return _shifted_left(self.origin.shifted(length * cosine, length * sine), self.heading, point.y)
+        return _shifted_left(self.centre, self.heading + length / self.radius, point.y - self.radius)
 
 
-def _beside(point: Point, heading: float, distance: float) -> Point:
+def _shifted_left(point: Point, heading: float, distance: float) -> Point:
     """Return a point at a distance (m) to the left of another along a heading.
 
     Exact if the heading is along an axis.

@@ -443,7 +443,7 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
     directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in cores[0] for b in cores[1]]
     angles = [angle + turn for angle in directions for turn in (0.0, math.pi)]
-    return max(_apart(cores[0], cores[1], angle) for angle in angles) - 2.0 * radius
+    return max(_gap_along(cores[0], cores[1], angle) for angle in angles) - 2.0 * radius
 
 
 def _core_points(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
@@ -451,7 +451,7 @@ def _core_points(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
     return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
 
 
-def _apart(first: list[Point], second: list[Point], angle: float) -> float:
+def _gap_along(first: list[Point], second: list[Point], angle: float) -> float:
     cosine, sine = math.cos(angle), math.sin(angle)
     farthest = max(x * cosine + y * sine for x, y in first)
     return min(x * cosine + y * sine for x, y in second) - farthest

@@ -89,7 +89,7 @@ def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bod
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("fit-section"):
         _section(sheet, layout, jaw, pair, view, shown)
-    views = _beside(layout, jaw, {fault.rule: fault for fault in sized})
+    views = _extra_views(layout, jaw, {fault.rule: fault for fault in sized})
     for slot, draw in enumerate(views):
         with sheet.group(f"fit-view-{slot + 1}"):
             draw(sheet, TOP - SLOT * slot)
@@ -199,7 +199,7 @@ def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View
 Draw = Callable[[Sheet, float], None]
 
 
-def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
+def _extra_views(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     """Return the views beside the section (along the jaw, at the hinge, through the shaft) whose rules fail."""
     views: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:

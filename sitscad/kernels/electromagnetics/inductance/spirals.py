@@ -190,8 +190,8 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     r1 = ra - b * theta
     r2 = r1 + step
     weight = weight * ((b * b + r1 * r2) * np.cos(v)[..., None] + b * step * np.sin(v)[..., None])
-    first_strands = _beside(r1, b, first.width / unit, strands)
-    second_strands = _beside(r2, b, second.width / unit, strands)
+    first_strands = _normal_strands(r1, b, first.width / unit, strands)
+    second_strands = _normal_strands(r2, b, second.width / unit, strands)
     return _over_strands(first_strands, second_strands, v, step, 1.0, extra, weight, levels_apart)
 
 
@@ -202,7 +202,7 @@ def _over_strands(
     first: Sequence[Strand], second: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
-    """Return the sum (over the unit of length) of `weight` over distance, for all pairs of strands (`_beside`).
+    """Return the sum (over the unit of length) of `weight` over distance, for all pairs of strands (`_normal_strands`).
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def _over_strands(
     return total
 
 
-def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
+def _normal_strands(radius: Array, b: float, width: float, count: int) -> list[Strand]:
     """Return the strands beside a centre line r(theta) = r0 - b theta, along its normal, with lengths in one unit.
 
     Each strand has its weight, its coordinates along radius and azimuth, its offset outwards, and its length over the
@@ -306,7 +306,8 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     radius_sum = (ra + rb - b * total_angle)[..., None]
     r1, r2 = 0.5 * (radius_sum + gap), 0.5 * (radius_sum - gap)
     weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * radius_sum * np.sin(v)[..., None])
-    first_strands, second_strands = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
+    first_strands, second_strands = (_normal_strands(radius, b, track_width, strands)
+                                     for radius, track_width in zip((r1, r2), widths, strict=True))
     return _over_strands(first_strands, second_strands, v, -gap, -1.0, extra, weight, levels_apart)
 
 

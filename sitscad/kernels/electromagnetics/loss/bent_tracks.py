@@ -329,7 +329,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
     point = tangential[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
-    chords, own_chords = _seen(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
+    chords, own_chords = _acting_chords(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
     filaments = _straight(chords, own_chords, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
     root = np.sqrt(cut.length)
     total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
@@ -368,7 +368,7 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
 
 
-def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
+def _acting_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     """Return chords that act on a cut at places (n, 2; m), and the indices of the cut's own chords.
 
     Distant arcs have fewer chords.

@@ -102,8 +102,8 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
     flat = scale.ravel()
     first, second = np.triu_indices(len(scale), 1)
     mutual = np.empty((len(scale), *scale.shape, scale.shape[1]))  # (tracks, tracks, modes, modes)
-    examples, way = _ways(cut, first, second)
-    for part, block in _each(_mutual_logs(cut, modes, first[examples], second[examples]), way):
+    examples, way = _relative_positions(cut, first, second)
+    for part, block in _blocks_by_pair(_mutual_logs(cut, modes, first[examples], second[examples]), way):
         i, j = first[part], second[part]
         mutual[i, j] = block
         mutual[j, i] = np.swapaxes(block, 1, 2)
@@ -125,8 +125,8 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
     low = np.array([k for k, (a, b) in enumerate(modes.orders) if a + b <= LOW], dtype=np.intp)
     coarse = np.zeros((count, low.size, count, low.size), dtype=np.float32)
     i, j = np.nonzero(np.triu(~near, 1))
-    examples, way = _ways(cut, i, j)
-    for part, block in _each(_mutual_logs(cut, few, i[examples], j[examples], low), way):
+    examples, way = _relative_positions(cut, i, j)
+    for part, block in _blocks_by_pair(_mutual_logs(cut, few, i[examples], j[examples], low), way):
         coarse[i[part], :, j[part], :] = block
         coarse[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
     root = math.sqrt(MU0 / (2.0 * math.pi))
@@ -139,9 +139,9 @@ def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhoo
     Tracks of one height share the blocks of all relative positions. If few positions repeat, every track has its own.
     """
     i, j = np.nonzero(np.triu(near, 1))
-    examples, way = _ways(cut, i, j)
+    examples, way = _relative_positions(cut, i, j)
     numbers = np.arange(len(near))
-    alone, section = _ways(cut, numbers, numbers)
+    alone, section = _relative_positions(cut, numbers, numbers)
     groups = np.unique(np.round(cut.height / cut.width.min(), SAME), return_inverse=True)[1]
     if REPEATED * len(examples) > len(i):
         examples, way, alone, section, groups = np.arange(len(i)), np.arange(len(i)), numbers, numbers, numbers
@@ -159,7 +159,7 @@ def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhoo
     return tuple(neighbourhoods)
 
 
-def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
+def _relative_positions(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
     """Return one example of each relative position of pairs of tracks, and the number of the position of every pair."""
     size = float(cut.width.min())
     sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
@@ -172,7 +172,7 @@ def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
     return examples, way
 
 
-def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
+def _blocks_by_pair(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
     """Yield slices of the pairs with the block (modes, modes) of every pair, some pairs at once."""
     for part in slices(way.size, AT_ONCE // max(blocks[0].size, 1) if len(blocks) else 1):
         yield part, blocks[way[part]]

@@ -75,14 +75,14 @@ class CoaxialRings:
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
         """Return the field's spectrum (planes, wave numbers; m) at several planes (m), as in `spectrum`."""
-        k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._alike
+        k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._ring_table
         waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
             waves = waves - np.exp(-k * (z + heights - 2.0 * floor))
         return np.asarray(((j1(k * radii) @ turns) * waves).sum(axis=2))
 
     @cached_property
-    def _alike(self) -> tuple[Array, Array, Array]:
+    def _ring_table(self) -> tuple[Array, Array, Array]:
         """Distinct radii and distinct heights (m), and turns times radius at every pair of radius and height."""
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))

@@ -150,7 +150,7 @@ class CrowdingNearMetal:
 
     def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
         """Return the reflectors above and below that represent these in the search of the subspace."""
-        return _about(above, self.levels[1], self.nearest), _about(below, -self.levels[0], self.nearest)
+        return _stand_in(above, self.levels[1], self.nearest), _stand_in(below, -self.levels[0], self.nearest)
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
         """Return weights (H) of products of waves (frequencies, wave numbers).
@@ -161,7 +161,7 @@ class CrowdingNearMetal:
         return [0.5 * MU0 * self.weights * part for part in coefficients]
 
 
-def _about(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
+def _stand_in(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
     """Return the reflector that represents a reflector in the search of the subspace.
 
     It is a mirror, unless the reflector is magnetic, at about the same distance from the nearest mid-plane (`level`,
@@ -284,10 +284,10 @@ class _Reduced:
         """
         changes = np.empty(frequencies.size, dtype=np.complex128)
         for some in slices(frequencies.size, AT_ONCE // self.waves.size):
-            changes[some] = self._some(frequencies[some], [part[some] for part in waves])
+            changes[some] = self._changes_at(frequencies[some], [part[some] for part in waves])
         return changes
 
-    def _some(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
+    def _changes_at(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         # `changes` at a few frequencies
         parts = _Waves(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
         products = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)

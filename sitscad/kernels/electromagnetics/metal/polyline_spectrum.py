@@ -254,7 +254,7 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
     """
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
-    flat = _beside(unit.reshape(2, -1), tangents)
+    flat = _off_normals(unit.reshape(2, -1), tangents)
     spectra = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
     for n, (shape, image) in enumerate(zip(shapes, follows, strict=True)):
         directions = None if image is None else image.directions(angle)
@@ -320,7 +320,7 @@ class _Directions:
         return np.concatenate(angles, axis=1), np.concatenate(weights, axis=1)
 
 
-def _beside(unit: Array, tangents: Array) -> Array:
+def _off_normals(unit: Array, tangents: Array) -> Array:
     """Return directions (2, n; no unit), with those normal to a side within rounding turned slightly.
 
     In these directions the nodes' waves cancel.
