@@ -176,8 +176,8 @@ def compare(
         neighbours open.
     measured
         A file with the measured impedance, or a `Measurement`. A file is Touchstone of one port (``.s1p``), or a table
-        (CSV) whose head names the frequency and R and X, L and R, L and Q, or Z and phase, with units. The coils of a
-        layout are measured at their contacts.
+        (CSV). The table's head names the frequency and R and X, L and R, L and Q, or Z and phase, with units. The coils
+        of a layout are measured at their contacts.
     name
         Name of the layout's coil, the first if None.
     meter_error
