@@ -63,7 +63,7 @@ def wound_by_us(design: Design) -> Iterator[Verdict]:
     """The coil against our winder."""
     size = max(design.spec.coil.size)
     if size > LARGEST_COIL:
-        yield Violation("the coil is too large for our winder", "a smaller coil", "coil", size, LARGEST_COIL, "m")
+        yield violated("winder", "coil", size, LARGEST_COIL, "m")
 
 
 '''
@@ -75,6 +75,7 @@ INSERTIONS = {
         ("RULES: tuple[Rule, ...]", RULE),
         ('    rule_of("SIT207"', '    rule_of("SIT290", wound_by_us),\n'),
     ),
+    "data/messages.csv": (("SIT301,flat-body,", "SIT290,winder,the coil is {measured:m} large,use a smaller coil,\n"),),
     "data/rules.csv": (("SIT301,", "SIT290,our-winder,warning,,Our winder takes it.,It has to.,Smaller.,us\n"),),
     "data/elastomers.csv": (
         ("ecoflex-00-30,", "our-silicone,00-40,platinum,1070,30 kPa,12 kPa,,1.5 GPa,2.42,0.1,0.1,0.05,3411 ppm/K,"
@@ -132,7 +133,7 @@ print(json.dumps({
     },
     "response_Hz": sitscad.respond(design, loads=[[1.0, 0.0, 0.0]]).frequency[0].tolist(),
     "not_checked": [f"{one.rule} {one.reason}" for one in result.not_checked],
-    "table": [row[1] for row in state_table(design.estimates).rows],
+    "table": [row[1] for row in state_table(design.estimates.coils, 20.0).rows],
     "sheet": json.loads(figures_for_programs(report, None)),
     "notes": list(design.performance[-1].notes),
     "firmware": {name: data.decode() for name, data in files.items() if name.endswith((".h", ".json"))},

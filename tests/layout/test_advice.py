@@ -17,7 +17,7 @@ from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point, polyline
-from sitscad.layout import _attempt, lay_out
+from sitscad.layout import _attempt, arrange, lay_out
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.routing.escape import BUDGET, SearchLimit, _BranchSearch
 from sitscad.spec import presets
@@ -247,6 +247,6 @@ def test_insufficient_outline_is_not_suggested_as_body():
     """The hint proposed an edit and said in the same sentence that it fails."""
     small = CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 9.4}")
     spec = load_text(small)
-    assert room_rules._as_body(spec, spec.fpc.largest) == ""
+    assert arrange(room_rules._as_asked(spec, spec.fpc.largest).spec).shortfalls
     roomy = load_text(CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 16}"))
-    assert "fpc.body" in room_rules._as_body(roomy, roomy.fpc.largest)
+    assert not arrange(room_rules._as_asked(roomy, roomy.fpc.largest).spec).shortfalls

@@ -20,6 +20,7 @@ CHEAPLY = {
     "tests/benchmarks/run.py": ("--quick",),
     "tests/benchmarks/scaling.py": ("--designs", "4"),
     "tests/benchmarks/watch_latency.py": ("bench_7mm", "--saves", "1"),
+    "tests/samples/rule_examples.py": (),
     "tests/validation/accuracy.py": ("--only", "no comparison of that name"),
     "tests/validation/calibrated_units.py": ("--templates", "bench_7mm", "--points", "5", "--units", "1"),
     "tests/validation/calibration_points.py": ("--sensors", "1", "--templates", "grasper_4layer", "--jobs", "1"),

@@ -55,8 +55,8 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         )
 
 
-def serving_codes(design: Design, sigmas: float) -> list[int]:
-    """Return the drive codes that keep the amplitudes of all coils and states in the low-noise window.
+def serving_codes(design: Design, sigmas: float, coil: str | None = None) -> list[int]:
+    """Return the drive codes that keep the amplitudes of all coils (or of one `coil`) in the low-noise window.
 
     Each amplitude keeps both limits by some standard deviations of manufacture, and the upper limit with the thickest
     copper. The code nearest to the present code is first.
@@ -66,6 +66,8 @@ def serving_codes(design: Design, sigmas: float) -> list[int]:
     states = {(coil.name, name): state for coil in design.estimates.coils for name, state in coil.states.items()}
     ends = []  # the smallest and the largest amplitude of each reading, and the drive current for which they hold
     for reading in readings:
+        if coil is not None and reading.coil != coil:
+            continue
         margin, scatter = sigmas * (reading.sigma or 0.0), states[reading.coil, reading.state].spread
         thickest = 0.0 if scatter is None else (
             reading.value * scatter.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
@@ -86,6 +88,16 @@ def serving_code(design: Design, margins: tuple[float, ...] = (NEAR, 0.0)) -> tu
         if codes := serving_codes(design, margin):
             return codes[0], margin
     return None, 0.0
+
+
+def _code_hint(design: Design, serving: int | None, margin: float) -> str:
+    """Return the case of the hint: a drive code that serves, a code for each coil, or none."""
+    if serving is not None:
+        return "code-serves-margin" if margin else "code-serves"
+    coils = [coil.name for coil in design.estimates.coils]
+    is_apart = design.spec.readout.drive_code is not None and len(coils) > 1 and all(
+        serving_codes(design, 0.0, coil) for coil in coils)
+    return "code-apart" if is_apart else "code-none"
 
 
 def _window(design: Design) -> dict[str, float]:
@@ -131,9 +143,9 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         code = _code(design, largest)
         serving, margin = serving_code(design)
-        hint = "code-none" if serving is None else "code-serves-margin" if margin else "code-serves"
+        hint = "swing-weakest" if code == 0 else _code_hint(design, serving, margin)
         yield beyond_limit(
-            "swing-high", largest, high, "V", CODE_KEY, hint="swing-weakest" if code == 0 else hint, source=source,
+            "swing-high", largest, high, "V", CODE_KEY, hint=hint, source=source,
             details=() if readout.drive_code is None else ("code-set",), code=code, serving=serving, margin=margin,
             low=converter.limit("amplitude_optimum_min"), high=high,
             load=converter.limit("parallel_resistance_max"), cite=converter.source_of("cite_drive"),
@@ -180,7 +192,7 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
     changes = [*[distance] * bool(distance), "more turns"]
     # its states differ, the coils differ, or R_P is too low even for the strongest drive
     if is_set:
-        hint = "code-none" if serving is None else "code-serves-margin" if margin else "code-serves"
+        hint = _code_hint(design, serving, margin)
     elif code == len(design.spec.readout.device.drive_currents) - 1:
         hint = "weak-drive"
         # the amplitude is the drive's current times R_P

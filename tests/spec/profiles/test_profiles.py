@@ -175,19 +175,19 @@ def messages(spec, *rules):
 def test_a_finding_names_the_profile_that_holds_the_figure(folder):
     """With the one that is based on it, where that is what the spec names; a user's with file and line."""
     said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
-    assert "wellpcb (which takes that from generic-flex) asks 152.4 um" in said["wellpcb"]
-    assert "coiled tracks generic-flex asks 152.4 um" in said["generic-flex"]
+    assert "minimum 152.4 um (wellpcb (which takes that from generic-flex))" in said["wellpcb"]
+    assert "minimum 152.4 um (generic-flex)" in said["generic-flex"]
     loop = "coil_trace_width: 0.2\ncoil_trace_spacing: 0.2\n"
     own = load(write(folder, "ours.yaml", ours="based_on: shop.yaml\nvia_drill: 0.2\n", shop=f"name: a shop\n{loop}"))
-    assert "a shop (shop.yaml line 3) asks 200 um" in messages(own, "SIT103")["SIT103"]
+    assert "minimum 200 um (a shop (shop.yaml line 3))" in messages(own, "SIT103")["SIT103"]
     inline = load(write(folder, "{coil_trace_width: 0.2, coil_trace_spacing: 0.2}"))
-    assert "the spec (line 4) asks 200 um" in messages(inline, "SIT103")["SIT103"]
+    assert "minimum 200 um (the spec (line 4))" in messages(inline, "SIT103")["SIT103"]
     assert own.fpc.rules.holders["via_drill"] == "ours (ours.yaml line 2)"
     assert own.fpc.rules.holders["hole_to_hole"] == "generic-flex"
     table = "trace_width_18um: 0.2\ntrace_spacing_18um: 0.25\n"
     rows = messages(load(write(folder, "ours.yaml", ours=table)), "SIT101", "SIT102")
-    assert "ours (ours.yaml line 1) makes 200 um" in rows["SIT101"]
-    assert "ours (ours.yaml line 2) makes 250 um" in rows["SIT102"]
+    assert "minimum 200 um (ours (ours.yaml line 1))" in rows["SIT101"]
+    assert "minimum 250 um (ours (ours.yaml line 2))" in rows["SIT102"]
 
 
 def test_every_figure_of_every_installed_profile_has_its_holder():
