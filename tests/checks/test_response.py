@@ -80,7 +80,7 @@ def test_the_target_that_is_advised_reaches_every_coil():
     wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
     spec = sitscad.load_text(wide, "line4.yaml")
     numbers = sitscad.estimate(sitscad.lay_out(spec))
-    found = responses(Design(spec, None, numbers))
+    found = responses(numbers.coils, numbers.readout.conversion)
     most = max(abs(one.change) for one in found)
     assert all(abs(one.change) > 0.5 * most for one in found)
 
@@ -179,7 +179,8 @@ def test_json_gives_every_coils_signal():
 def test_steps_are_those_of_the_frequency():
     """A change by the converter's formula stood over a step of the inductance at the contacts: 39.5 for 35 steps."""
     design = sitscad.Design(sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml"))
-    (coil,), (signal,), (judged,) = design.estimates.coils, signals(design.estimates), responses(design)
+    (coil,), (signal,) = design.estimates.coils, signals(design.estimates)
+    (judged,) = responses(design.estimates.coils, design.estimates.readout.conversion)
     rest, pressed = coil.states["rest"], coil.states["pressed"]
     wanted = (pressed.frequency - rest.frequency) / design.estimates.readout.conversion.resolution(rest.frequency)
     assert signal.steps == approx(wanted, rel=1e-9) and judged.steps == approx(wanted, rel=1e-9)

@@ -13,7 +13,7 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, PartsError, backing_of
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Backing, PartsError, backing_of
 from sitscad.assembly.places.column import PrintLimit, print_limit
 from sitscad.assembly.places.fit import heads_above
 from sitscad.assembly.places.jaws import section
@@ -50,8 +50,9 @@ from sitscad.estimates.loads.gluing import (
     open_adhesives,
     piece_press,
 )
+from sitscad.kernels.geometry.convex import Box
 from sitscad.spec import presets
-from sitscad.spec.mount import HolePattern, Jaw, Mount, Retention, TolerancesDocument
+from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention, TolerancesDocument
 from sitscad.spec.resolver.sensor import toleranced_sizes
 from sitscad.spec.sensor import SensorSpec
 
@@ -68,7 +69,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         if rest < wall.value - ROUNDING:
             yield _too_little("window-wall", wall, rest, "mount.jaw.fenestration", details=unverified(jaw), long=long,
                               wide=wide)
-    if joint is not None and not _stands_on_metal(design.spec):
+    if joint is not None and not _stands_on_metal(backing_of(design.spec)):
         yield violated("joint-on-nothing", "mount.retention", kind=joint.kind)
     elif joint is not None and joint.kind == "dovetail":
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
@@ -87,13 +88,13 @@ def _too_little(
     return violated(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
 
 
-def _stands_on_metal(spec: SensorSpec) -> bool:
+def _stands_on_metal(backing: Backing) -> bool:
     """Whether a printed piece lies on the jaw's metal."""
     try:
-        backing_of(spec).shield_that_fits()
+        backing.shield_that_fits()
     except PartsError:
         return True  # a shield without room has its own finding
-    spans, seat = backing_of(spec).spans, backing_of(spec).seat_heights
+    spans, seat = backing.spans, backing.seat_heights
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
@@ -281,19 +282,20 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         worst = min(worst, (min(between, heads), i, k))
     short, first, second = worst
     if short >= -ROUNDING:
-        yield from _under_board(design, pattern)
+        yield from _under_board(pattern, adapter_needed(design.layout), board_boxes(design.layout))
         return
     apart = math.dist(pattern.holes[first].at, pattern.holes[second].at)
     yield violated("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
                    holes=(first + 1, second + 1), moved=f"mount.holes.{second}.at", missing=-short)
 
 
-def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
-    """Yield a finding on the hole farthest under the board if its place requires a second piece for the given holes."""
-    layout, holes = design.layout, adapter_needed(design.layout)
+def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
+    """Yield a finding on the hole farthest under the board if `holes` require a second piece below the board.
+
+    `boxes` are the boxes of the board.
+    """
     if not holes or pattern.name != "written out":
         return
-    boxes = board_boxes(layout)
     room, k = min((beside_board(boxes, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
     needed = holes[k].head / 2 + BESIDE_HEAD
     yield violated("hole-under-board", _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,

@@ -74,7 +74,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         yield complaint("overhang-target", plate, pad.outline(), "elastomer.size", over, plate.footprint.box,
                         pad.footprint.box)
-    low = max(lowest(spec), key=lambda each: each.footprint.hangs_over(body), default=None)
+    low = max(lowest(plates_of(spec)), key=lambda each: each.footprint.hangs_over(body), default=None)
     overlap = -math.inf if low is None else low.footprint.hangs_over(body)
     if low is None or overlap + round_it <= ROUNDING:
         return
@@ -97,7 +97,9 @@ def _onto_body(design: Design) -> tuple[Family, ...]:
     spec, body = design.spec, design.layout.body_outline
 
     def lying(fixes: Iterable[Fix]) -> Iterator[Fix]:
-        return (fix for fix in fixes if lies(fix.spec, body))
+        for fix in fixes:
+            if lies(plates_of(fix.spec), film_thickness(fix.spec.encapsulation), body):
+                yield fix
 
     return (lambda: lying(larger_pad(spec)), lambda: lying(pad_under_target(spec)), lambda: _widened(design),
             lambda: lying(cut_to_board(spec, body)))
@@ -107,16 +109,16 @@ def _widened(design: Design) -> Iterator[Fix]:
     """Yield larger bodies that carry the plates, with an elastomer that carries the target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
-    layout, lows = design.layout, lowest(changed)
+    layout, lows, film = design.layout, lowest(plates_of(changed)), film_thickness(changed.encapsulation)
     if changed.fpc.body is not None and lows:
-        over = max(low.footprint.hangs_over(layout.body_outline) for low in lows)
-        over += film_thickness(changed.encapsulation)
+        over = max(low.footprint.hangs_over(layout.body_outline) for low in lows) + film
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
         edge = fix.spec.body_outline
-        if fix.edits and edge is not None and lies(fix.spec, edge):
+        if fix.edits and edge is not None and lies(plates_of(fix.spec), film, edge):
             yield replace(fix, edits=(*fix.edits, *also))
         return
-    now, needed = changed.fpc.margin, more_margin(changed, layout.body)
+    now, places = changed.fpc.margin, [low.footprint for low in lows]
+    needed = more_margin(places, film, changed.fpc, changed.coil.trace_width, layout.body)
     for factor in FACTORS:
         margin = tuple(round(present + factor * (more - present), 9) for present, more in zip(now, needed, strict=True))
         if max(margin) <= MOST_MARGIN:

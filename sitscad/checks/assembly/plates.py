@@ -7,7 +7,7 @@ the board's body.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -15,6 +15,7 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import (
     Body,
+    Plates,
     film_thickness,
     plates_of,
 )
@@ -28,10 +29,12 @@ from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Undecided, Verdict, own_limits, rule_of, violated
 from sitscad.data import rows
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.convex import Footprint, beyond
+from sitscad.kernels.geometry.convex import Box, Footprint, beyond
 from sitscad.kernels.geometry.path import Path, Point, rectangle
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
+from sitscad.layout.board import Layout
 from sitscad.layout.tail.frame import CORNER_RADIUS
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import footprint
@@ -41,9 +44,9 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """Largest margin and longest side (m) in a spec."""
 
 
-def lowest(spec: SensorSpec) -> tuple[Body, ...]:
+def lowest(plates: Plates) -> tuple[Body, ...]:
     """Return the plates that lie directly on the board."""
-    return plates_of(spec).elastomers or plates_of(spec).targets
+    return plates.elastomers or plates.targets
 
 
 def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
@@ -51,13 +54,12 @@ def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by
 
 
-def lies(spec: SensorSpec, body: Path) -> bool:
-    """Whether each target lies on its elastomer, and the elastomer with its film on a body's outline."""
-    pad, plate = plates_of(spec).elastomer, plates_of(spec).target
+def lies(plates: Plates, film: float, body: Path) -> bool:
+    """Whether each target lies on its elastomer, and the elastomer with its film (m) on a body's outline."""
+    pad, plate = plates.elastomer, plates.target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    film = film_thickness(spec.encapsulation)
-    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest(spec))
+    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest(plates))
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
@@ -81,21 +83,25 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
         yield Fix(tuple(Edit(f"{name}.offset", "[0, 0]") for name in moved), replace(spec, **back))
 
 
-def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
-    """Return the margin (m) with which the lowest plate and its film lie on a body with rounded corners."""
-    here = [low.footprint for low in lowest(spec)]
-    boxes = [grown(plate.box, film_thickness(spec.encapsulation)) for plate in here]
+def more_margin(
+    here: Sequence[Footprint], film: float, fpc: FpcSpec, trace_width: float, body: Box
+) -> tuple[float, float]:
+    """Return the margin (m) with which the lowest plates `here` and their film lie on a body with rounded corners.
+
+    `film` is the film's thickness (m), `trace_width` the width of the coils' tracks (m).
+    """
+    boxes = [grown(plate.box, film) for plate in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
-    radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
+    radius = max(CORNER_RADIUS, fpc.rules.copper_to_edge + trace_width / 2)
 
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return max(plate.hangs_over(larger) for plate in here) + film_thickness(spec.encapsulation) <= 0.0
+        return max(plate.hangs_over(larger) for plate in here) + film <= 0.0
 
     beside = _least(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
-            for now, side in zip(spec.fpc.margin, more, strict=True))
+            for now, side in zip(fpc.margin, more, strict=True))
     return x, y
 
 
@@ -108,13 +114,15 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
         if spec.elastomer is not None:
             yield from _cut(spec, spec.elastomer, body, grain)
         elif spec.target is not None:
-            for edits, plate in _fitting("target", spec, spec.target, body, film_thickness(spec.encapsulation), grain):
+            here, film = footprint(spec, spec.target), film_thickness(spec.encapsulation)
+            for edits, plate in _fitting("target", here, spec.target, body, film, grain):
                 yield Fix(edits, replace(spec, target=plate))
 
 
 def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
     for pad in (*(c.spec.elastomer for c in larger_pad(spec) if c.spec.elastomer), now):
-        for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec.encapsulation), grain):
+        film = film_thickness(spec.encapsulation)
+        for below, smaller in _fitting("elastomer", footprint(spec, pad), pad, body, film, grain):
             if smaller == now:
                 below = ()
             elif smaller == pad:
@@ -123,19 +131,19 @@ def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Itera
                 yield Fix(below, replace(spec, elastomer=smaller))
                 continue
             outline = footprint(spec, smaller).outline()
-            for on_top, plate in _fitting("target", spec, spec.target, outline, 0.0, grain):
+            here = footprint(spec, spec.target)
+            for on_top, plate in _fitting("target", here, spec.target, outline, 0.0, grain):
                 if below or on_top:
                     yield Fix((*below, *on_top), replace(spec, target=plate, elastomer=smaller))
 
 
 def _fitting(
-    key: str, spec: SensorSpec, plate: Plate, on: Path, around: float, grain: float
+    key: str, here: Footprint, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """Yield a plate reduced, in place, to what an outline carries with a film around it.
+    """Yield a plate reduced, in its place `here`, to the size that an outline carries with a film around it.
 
     The first plate keeps its shape, the second is a rectangle.
     """
-    here = footprint(spec, plate)
     if here.hangs_over(on) + around <= ROUNDING:
         yield (), plate
         return
@@ -236,14 +244,17 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     pitch = _line_pitch(array)
     coil = _largest_coil(design.spec.array.placements, design.spec.coil.size, target.rotation)
 
-    hint, fixes = _larger(design.spec, target, pitch, coil)
+    hint, size = _larger(target, pitch, coil)
+    fixes: tuple[Family, ...] = () if size is None else (partial(larger_target, design.spec, *size),)
     if not is_as_long_as_line(design.spec.array, design.spec.target):
         yield from _beside_line_length(design, hint, fixes)
     for case, axis in (("target-narrow", 1),) if pitch else (("target-short", 0), ("target-narrow", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
             yield violated(case, "target.size", target.size[axis], coil[axis], "m", hint=hint, fixes=fixes)
     if any(target.offset):
-        yield from _aside(design.spec, target, coil)
+        here = footprint(design.spec, target)
+        middle = footprint(design.spec, replace(target, offset=(0.0, 0.0)))
+        yield from _aside(array, target, here, middle, coil, (partial(over_the_middle, design.spec),))
     elif pitch is None:
         # a target in the middle of several coils may reach none of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
@@ -289,15 +300,17 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 
 
 def _larger(
-    spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float]
-) -> tuple[str, tuple[Family, ...]]:
-    """Return the case of a hint, and changes, for a target as long as the distance of two coils, or as a coil."""
+    target: Target, pitch: float | None, coil: tuple[float, float]
+) -> tuple[str, tuple[float, float] | None]:
+    """Return the case of a hint and the size (m) of a target as long as the distance of two coils, or as a coil.
+
+    The size is None for a rotated target over two coils in a line.
+    """
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
-        return "target-line-turned", ()
+        return "target-line-turned", None
     length = pitch or max(target.size[0], coil[0])
     across = target.size[1] if target.outline.is_long or not pitch else 0.0  # a single size is no larger than required
-    return ("target-line" if pitch else "target-coil",
-            (lambda: larger_target(spec, length, max(across, coil[1])),))
+    return "target-line" if pitch else "target-coil", (length, max(across, coil[1]))
 
 
 def _line_pitch(array: ArraySpec) -> float | None:
@@ -311,22 +324,27 @@ def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
-def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Iterator[Verdict]:
-    """Yield a finding on coils that an offset target covers less: the whole coil if single, otherwise the centres."""
-    here, middle = footprint(spec, target), footprint(spec, replace(target, offset=(0.0, 0.0)))
-    if len(spec.array.placements) == 1:
-        place = here.place_of(Point(*spec.array.middle))
+def _aside(
+    array: ArraySpec, target: Target, here: Footprint, middle: Footprint, coil: tuple[float, float],
+    fixes: tuple[Family, ...],
+) -> Iterator[Verdict]:
+    """Yield a finding on coils that an offset target covers less: the whole coil if single, otherwise the centres.
+
+    `here` is the target's footprint in place, `middle` its footprint without the offset.
+    """
+    if len(array.placements) == 1:
+        place = here.place_of(Point(*array.middle))
         over = max(abs(place[k]) + 0.5 * (coil[k] - max(target.size[k], coil[k])) for k in (0, 1))
-        names = [spec.array.placements[0].name] if over > ROUNDING else []
+        names = [array.placements[0].name] if over > ROUNDING else []
         case, over_coil = "target-aside", min(over, coil[0], coil[1])
     else:
         outlines, slack = (here.outline(), middle.outline()), 0.5 * TARGET_LENGTH_TOLERANCE * min(coil)
-        beside = {p.name: [beyond(o, Point(*p.centre)) for o in outlines] for p in spec.array.placements}
+        beside = {p.name: [beyond(o, Point(*p.centre)) for o in outlines] for p in array.placements}
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
         names, over = list(lost), max(lost.values(), default=0.0)
         case, over_coil = "target-aside-middles", over
     if names:
-        yield violated(case, "target.offset", over, 0.0, "m", fixes=(partial(over_the_middle, spec),),
+        yield violated(case, "target.offset", over, 0.0, "m", fixes=fixes,
                        offset=pair(target.offset), coils=names, over=over_coil)
 
 
@@ -433,6 +451,8 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     ratio of resolutions. On two templates the ratios differed by 1 to 15 % from the ratios of `SensingAnalysis`,
     for targets of 0.7 to 1.9 times the distance.
     """
+    from sitscad.estimates.loads.working_range import full_normal
+
     target, pad = design.spec.target, design.spec.elastomer
     assert target is not None and pad is not None
     middle = (0.0, 0.0)  # an offset has its own finding
@@ -443,14 +463,17 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     if pad.size != target.size:
         size = carrying(footprint(spec, pad), footprint(spec, other))
         wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
-    now, then = (_signals(design, changed, shear) for changed in (spec, replace(spec, target=other, elastomer=wide)))
+    force = design.spec.requirements.normal_force or full_normal(design.spec)
+    loads = 0.5 * force, shear or SHEAR_SHARE * force
+    now, then = (_signals(replace(design.layout, spec=changed), *loads)
+                 for changed in (spec, replace(spec, target=other, elastomer=wide)))
     if now is None or then is None or not all((*now, *then)):
         return None
     return LengthGain(then[0] / now[0], then[1] / now[1])
 
 
-def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, float] | None:
-    """Return the change (H) of the coils' sum by half of the normal force, and of their difference by the shear force.
+def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float] | None:
+    """Return the change (H) of the coils' sum by a normal force (N), and of their difference by a shear force (N).
 
     None if the pad yields sideways under a force.
     """
@@ -458,13 +481,11 @@ def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, flo
 
     from sitscad.estimates.circuits.moved_target import target_effects
     from sitscad.estimates.loads.pad import pushed
-    from sitscad.estimates.loads.working_range import full_normal
 
-    force = design.spec.requirements.normal_force or full_normal(design.spec)
-    poses, notes = pushed(spec, np.array([(0.0, shear or SHEAR_SHARE * force, 0.0), (0.5 * force, 0.0, 0.0)]))
+    poses, notes = pushed(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
     if any(notes) or not np.isfinite(poses).all():
         return None
     moves, heights = [(0.0, 0.0), (float(poses[0, 0]), 0.0)], [0.0, float(poses[1, 2])]
-    changes = target_effects(replace(design.layout, spec=spec), moves, heights, FREQUENCY)
+    changes = target_effects(layout, moves, heights, FREQUENCY)
     moved = changes[0, 1] - changes[0, 0]
     return float(abs((changes[1, 0] - changes[0, 0]).sum())), float(abs(moved[0] - moved[1]))

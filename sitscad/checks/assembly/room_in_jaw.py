@@ -26,7 +26,6 @@ from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box
-from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
@@ -220,7 +219,8 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         x0, y0, x1, y1 = design.layout.body
 
         def passes(less: float) -> bool:
-            return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
+            narrow = replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))
+            return _pair(measures(narrow)).margin >= 0.0
 
         # 0 if no narrower board suffices
         return (_least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None) or 0.0
@@ -248,9 +248,9 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     )
 
 
-def _pair(layout: Layout) -> Measure:
-    """Return the closed pair's measure for a layout in a jaw. The shield must fit."""
-    return next(measure for measure in measures(layout) if measure.name == CLOSED_PAIR)
+def _pair(fit: tuple[Measure, ...]) -> Measure:
+    """Return the closed pair's measure. The fit must be for a layout in a jaw in which the shield fits."""
+    return next(measure for measure in fit if measure.name == CLOSED_PAIR)
 
 
 def _height_to_take_off(design: Design, pair: Measure) -> float:
@@ -264,7 +264,7 @@ def _height_to_take_off(design: Design, pair: Measure) -> float:
 
     def passes(less: float) -> bool:
         thinner = replace(spec, elastomer=replace(pad, thickness=pad.thickness - less))
-        return float(getattr(_pair(replace(design.layout, spec=thinner)), counted)) <= pair.limit
+        return float(getattr(_pair(measures(replace(design.layout, spec=thinner))), counted)) <= pair.limit
 
     return _least_that(passes, over, pad.thickness) or over
 

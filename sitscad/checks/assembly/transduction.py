@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
+from sitscad.assembly.places.bodies import film_thickness, plates_of
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
@@ -313,7 +314,7 @@ def _has_room(spec: SensorSpec, scale: float, body: Path) -> bool:
     assert target is not None
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
-    return lies(larger, body)
+    return lies(plates_of(larger), film_thickness(larger.encapsulation), body)
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:

@@ -15,13 +15,15 @@ from sitscad.checks.fixes import moves
 from sitscad.checks.fixes.search import GROWTH, Costly, Family, Fix, Growing, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.convex import beyond
-from sitscad.kernels.geometry.path import bounding_box, rectangle
+from sitscad.kernels.geometry.convex import Box, beyond
+from sitscad.kernels.geometry.path import Path, bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 100e-6
@@ -47,7 +49,7 @@ def _with_need(spec: SensorSpec, lack: Shortfall) -> Shortfall:
         return lack
     for growth in GROWTHS:
         size = (spec.coil.size[0] + growth, spec.coil.size[1] + growth)
-        if moves.inner_vias_fit(replace(spec, coil=replace(spec.coil, size=size))):
+        if moves.inner_vias_fit(replace(spec, coil=replace(spec.coil, size=size)).artwork):
             return no_inner_room(int(dict(lack.facts)["count"]), lack.have, lack.have + growth)
     return lack
 
@@ -56,21 +58,23 @@ GROWTHS = (50e-6, 100e-6, 200e-6, 400e-6)
 """Growths (m) of a coil to try, to find the room that its inner vias and stubs need."""
 
 
-def lead_gap(spec: SensorSpec) -> tuple[float, float] | None:
+def lead_gap(
+    placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules
+) -> tuple[float, float] | None:
     """Return the gap (m) between the two nearest coils, and the gap that one more via or lead needs.
 
     None for a single coil.
     """
-    placements, (length, width) = spec.array.placements, spec.coil.size
+    length, width = coil.size
     if len(placements) == 1:
         return None
     a, b = min(combinations(placements, 2), key=lambda pair: math.dist(pair[0].centre, pair[1].centre))
     gap = math.dist(a.centre, b.centre) - length
-    if spec.coil.outline.is_long:
+    if coil.outline.is_long:
         dx, dy = b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]
         cosine, sine = math.cos(a.rotation), math.sin(a.rotation)
         gap = max(abs(cosine * dx + sine * dy) - length, abs(cosine * dy - sine * dx) - width)
-    rules, width = spec.fpc.rules, spec.coil.trace_width
+    width = coil.trace_width
     keep = hole_keep_out(joined_hole(rules, width), rules, rules.trace_spacing)
     return gap, max(2.0 * keep, gap) + width + rules.trace_spacing
 
@@ -83,7 +87,8 @@ def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
     leads = "lead-room" if is_single else "lead-room-coils"
     have, need, unit = lack.have, lack.need, lack.unit
-    if lack.what is Missing.LEAD_ROOM and not is_sized and have is None and (gap := lead_gap(spec)) is not None:
+    gap = lead_gap(spec.array.placements, spec.coil, spec.fpc.rules)
+    if lack.what is Missing.LEAD_ROOM and not is_sized and have is None and gap is not None:
         leads, have, need, unit = "lead-room-gap", *gap, "m"
     # case, key and source (None: the rule's)
     texts: dict[Missing, tuple[str, str, str | None]] = {
@@ -125,7 +130,8 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
             return (Costly(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
-                    Growing(partial(moves.larger_coils, spec), more, fits=moves.inner_vias_fit, is_costly=True))
+                    Growing(partial(moves.larger_coils, spec), more,
+                            fits=lambda changed: moves.inner_vias_fit(changed.artwork), is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
             # changes inside the specified outline come first, and cheap trials first: trials that end in a board
             inside = [Growing(partial(move, spec), GRAIN) for move in (moves.coils_apart, moves.smaller_coils)]
@@ -163,7 +169,9 @@ def within_largest(design: Design) -> Iterator[Verdict]:
     spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
         return
-    over, (x0, y0, x1, y1) = _beyond_largest(design.layout), bounding_box([design.layout.body_outline])
+    edge, body = design.layout.largest_outline, design.layout.body_outline
+    assert edge is not None
+    over, (x0, y0, x1, y1) = _beyond_largest(edge, body), bounding_box([body])
     if over > ROUNDING:
         # the outline may be written as the body's own if everything has room in it
         yield violated(
@@ -172,7 +180,9 @@ def within_largest(design: Design) -> Iterator[Verdict]:
             fixes=_fitting(spec, largest, over, (x1 - x0, y1 - y0)),
         )
     yield from _wide_tail(design.layout, largest)
-    yield from _larger_plate(design.layout, largest)
+    if spec.mount is not None and spec.mount.kind == "bench-plate":
+        plate = plate_plan(design.layout, film_thickness(spec.encapsulation))
+        yield from _larger_plate(plate, spec.array.middle, largest)
 
 
 def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
@@ -199,30 +209,26 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     )
 
 
-def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
+def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
 
-    The plate is centred on the outline, in either orientation. In a drawn outline it keeps its place.
+    `middle` is the mean of the coils' centres (m). The plate is centred on the outline, in either orientation. In a
+    drawn outline it keeps its place.
     """
-    mount = layout.spec.mount
-    if mount is None or mount.kind != "bench-plate":
-        return
-    x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
-    (x, y), lying, upright = layout.spec.array.middle, (x1 - x0, y1 - y0), (y1 - y0, x1 - x0)
+    x0, y0, x1, y1 = plate
+    (x, y), lying, upright = middle, (x1 - x0, y1 - y0), (y1 - y0, x1 - x0)
     plates = [rectangle(x0 - x, y0 - y, x1 - x, y1 - y, PLATE_CORNER)]
     if largest.shape != "dxf":
         plates = [rectangle(-a / 2, -b / 2, a / 2, b / 2, PLATE_CORNER) for a, b in (lying, upright)]
-    over = min(max(beyond(largest.edge, corner) for corner in plate.flattened(1e-6)) for plate in plates)
+    over = min(max(beyond(largest.edge, corner) for corner in outline.flattened(1e-6)) for outline in plates)
     if over > ROUNDING:
         yield violated("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
                        size=(x1 - x0, y1 - y0), largest=largest.written)
 
 
-def _beyond_largest(layout: Layout) -> float:
-    """Return the distance (m) by which a body extends beyond `fpc.largest`. The spec must have that key."""
-    edge = layout.largest_outline
-    assert edge is not None
-    return max(beyond(edge, point) for point in layout.body_outline.flattened(1e-6))
+def _beyond_largest(largest: Path, body: Path) -> float:
+    """Return the distance (m) by which a body's outline extends beyond the largest outline."""
+    return max(beyond(largest, point) for point in body.flattened(1e-6))
 
 
 def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:

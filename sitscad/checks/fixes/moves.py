@@ -32,7 +32,7 @@ from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.reading import SpecError
 from sitscad.spec.resolver.coils import least_scale
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 MOST_LAYERS = 8
 
@@ -115,7 +115,7 @@ def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
     low, high = 0, len(fixes)
     while low < high:
         middle = (low + high) // 2
-        low, high = (low, middle) if inner_vias_fit(fixes[middle].spec) else (middle + 1, high)
+        low, high = (low, middle) if inner_vias_fit(fixes[middle].spec.artwork) else (middle + 1, high)
     yield from fixes[low : low + count]
 
 
@@ -171,7 +171,7 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
         return Fix((), spec)
     room = coil.most_turns - by / 2.0 / coil.pitch
     for fewer in fewer_turns(small.spec, room, 0):
-        if inner_vias_fit(fewer.spec):
+        if inner_vias_fit(fewer.spec.artwork):
             turned = (edit for edit in fewer.edits if fewer.spec.coil.most_turns != coil.most_turns)
             return small.with_also(Fix(tuple(turned), fewer.spec))
     return small
@@ -502,9 +502,9 @@ def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: Desi
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
 
 
-def inner_vias_fit(spec: SensorSpec) -> bool:
+def inner_vias_fit(artwork: ArtworkSpec) -> bool:
     """Whether all vias inside the coils have a place."""
-    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec.artwork)[0].shortfalls)
+    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(artwork)[0].shortfalls)
 
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from sitscad.basics.finding import Severity
 from sitscad.checks.reading.readings import (
@@ -20,6 +21,10 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of, violated
 from sitscad.estimates.design import Design, at_room_temperature
+from sitscad.kernels.converters.converter import Converter
+
+if TYPE_CHECKING:
+    from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 
 CODE_KEY = "readout.drive_code"
 """Key of findings that another drive code mends.
@@ -30,91 +35,97 @@ If the chosen code is too weak, the finding is at the turns, which determine R_P
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
     """Yield findings on the amplitude at the chosen drive code, in the states of the assembled sensor."""
-    readout = design.estimates.readout
+    device, readout, coils = design.spec.readout.device, design.estimates.readout, design.estimates.coils
     if readout.high_current:
-        yield from _high_current_amplitude(design)
+        yield from _high_current_amplitude(device, coils)
         return
-    yield from undecided(design, "amplitude")
+    yield from undecided(coils, "amplitude")
     if readout.drive_code is None:
         return
-    violations = [*_too_strong(design, worst_of(design, "amplitude", max, True)),
-            *_too_weak(design, worst_of(design, "amplitude", min, True))]
+    violations = [*_too_strong(design, worst_of(coils, "amplitude", max, True)),
+            *_too_weak(design, worst_of(coils, "amplitude", min, True))]
     yield from (each for each in violations if not each.keeps_limit)
     # notes and warnings on one drive code become one finding: separate findings could ask for a weaker
     # code and for a stronger code. Place and values are from the gravest finding
-    near = [*(each for each in violations if each.keeps_limit), *_copper_ends(design)]
+    near = [*(each for each in violations if each.keeps_limit), *_copper_ends(device, readout, coils)]
     if near:
         gravest = min(near, key=lambda violation: list(Severity).index(violation.severity or Severity.NOTE))
         texts = [text for each in near if each is not gravest for text in (each.text("message"), each.text("detail"))]
-        code, _ = serving_code(design, (NEAR,))
+        code, _ = serving_code(device, readout, coils, (NEAR,))
         yield replace(
             gravest, hint_case="code-near-none" if code is None else "code-near",
             details=(*gravest.details, *["amplitude-others"] * bool(texts)),
             values={**gravest.values, "others": joined(*dict.fromkeys(texts)), "serving": code, "margin": NEAR,
-                    **_window(design)},
+                    "low": device.limit("amplitude_optimum_min"), "high": device.limit("amplitude_max")},
         )
 
 
-def serving_codes(design: Design, sigmas: float, coil: str | None = None) -> list[int]:
-    """Return the drive codes that keep the amplitudes of all coils (or of one `coil`) in the low-noise window.
+def serving_codes(
+    converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], sigmas: float, name: str = "",
+) -> list[int]:
+    """Return the drive codes that keep the amplitudes of all coils (or of the coil `name`) in the low-noise window.
 
     Each amplitude keeps both limits by some standard deviations of manufacture, and the upper limit with the thickest
     copper. The code nearest to the present code is first.
     """
-    converter, readings = design.spec.readout.device, readings_of(design, "amplitude", True)
+    readings = readings_of(coils, "amplitude", True)
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
-    states = {(coil.name, name): state for coil in design.estimates.coils for name, state in coil.states.items()}
+    states = {(coil.name, name): state for coil in coils for name, state in coil.states.items()}
     ends = []  # the smallest and the largest amplitude of each reading, and the drive current for which they hold
     for reading in readings:
-        if coil is not None and reading.coil != coil:
+        if name and reading.coil != name:
             continue
         margin, scatter = sigmas * (reading.sigma or 0.0), states[reading.coil, reading.state].spread
         thickest = 0.0 if scatter is None else (
             reading.value * scatter.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
         ends.append((reading.value - margin, reading.value + max(margin, thickest),
-                     converter.drive_currents[_code(design, reading)]))
-    now = design.estimates.readout.drive_code or 0
+                     converter.drive_currents[_code(readout, coils, reading)]))
+    now = readout.drive_code or 0
     codes = [code for code, current in enumerate(converter.drive_currents)
              if all(low <= least * current / at and most * current / at <= high for least, most, at in ends)]
     return sorted(codes, key=lambda code: abs(code - now))
 
 
-def serving_code(design: Design, margins: tuple[float, ...] = (NEAR, 0.0)) -> tuple[int | None, float]:
+def serving_code(
+    converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate],
+    margins: tuple[float, ...] = (NEAR, 0.0),
+) -> tuple[int | None, float]:
     """Return a drive code that keeps both limits, and its margin in standard deviations. None if no code does.
 
     The code with the first of the margins for which there is a code is returned.
     """
     for margin in margins:
-        if codes := serving_codes(design, margin):
+        if codes := serving_codes(converter, readout, coils, margin):
             return codes[0], margin
     return None, 0.0
 
 
-def _code_hint(design: Design, serving: int | None, margin: float) -> str:
-    """Return the case of the hint: a drive code that serves, a code for each coil, or none."""
+def _code_hint(
+    converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], serving: int | None, margin: float,
+    is_set: bool,
+) -> str:
+    """Return the case of the hint: a drive code that serves, a code for each coil, or none.
+
+    `is_set` states whether the spec sets the drive code.
+    """
     if serving is not None:
         return "code-serves-margin" if margin else "code-serves"
-    coils = [coil.name for coil in design.estimates.coils]
-    is_apart = design.spec.readout.drive_code is not None and len(coils) > 1 and all(
-        serving_codes(design, 0.0, coil) for coil in coils)
+    is_apart = is_set and len(coils) > 1 and all(
+        serving_codes(converter, readout, coils, 0.0, coil.name) for coil in coils)
     return "code-apart" if is_apart else "code-none"
 
 
-def _window(design: Design) -> dict[str, float]:
-    """Return the limits (V) of the low-noise window by name."""
-    limit = design.spec.readout.device.limit
-    return {"low": limit("amplitude_optimum_min"), "high": limit("amplitude_max")}
-
-
-def _copper_ends(design: Design) -> Iterator[Violation]:
+def _copper_ends(
+    converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate]
+) -> Iterator[Violation]:
     # The amplitude with the thinnest and the thickest copper delivered, if either amplitude leaves the window
     # although the board as drawn keeps it: no test of the bare board detects such copper.
-    limit = design.spec.readout.device.limit
-    low, high = limit("amplitude_optimum_min"), limit("amplitude_max")
+    low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
+    readings = readings_of(coils, "amplitude", True)
     states = [
         (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
-        for coil in design.estimates.coils
-        for reading in readings_of(design, "amplitude", True)
+        for coil in coils
+        for reading in readings
         if reading.coil == coil.name
         and (state := coil.states[reading.state]).amplitude is not None
         and state.spread is not None
@@ -124,12 +135,12 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
         yield violated(
             "copper-thick", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING, where=where(thick[2]),
-            code=_code(design, thick[2]),
+            code=_code(readout, coils, thick[2]),
         )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
         yield violated(
             "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE, where=where(thin[2]),
-            code=_code(design, thin[2]),
+            code=_code(readout, coils, thin[2]),
         )
 
 
@@ -138,12 +149,13 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
 
     The same drive code is also checked at power-up at room temperature.
     """
-    converter, readout = design.spec.readout.device, design.spec.readout
+    converter, readout, coils = design.spec.readout.device, design.spec.readout, design.estimates.coils
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     if largest is not None and largest.value > high * (1.0 + 1e-9):
-        code = _code(design, largest)
-        serving, margin = serving_code(design)
-        hint = "swing-weakest" if code == 0 else _code_hint(design, serving, margin)
+        numbers, is_set = design.estimates.readout, readout.drive_code is not None
+        code = _code(numbers, coils, largest)
+        serving, margin = serving_code(converter, numbers, coils)
+        hint = "swing-weakest" if code == 0 else _code_hint(converter, numbers, coils, serving, margin, is_set)
         yield beyond_limit(
             "swing-high", largest, high, "V", CODE_KEY, hint=hint, source=source,
             details=() if readout.drive_code is None else ("code-set",), code=code, serving=serving, margin=margin,
@@ -156,14 +168,15 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     cold = at_room_temperature(design)
     if cold is design:
         return
-    resistances = readings_of(cold, "parallel_resistance", True)
-    swings = [(converter.amplitude(r.value, _code(design, r)), r) for r in resistances]
+    resistances = readings_of(cold.estimates.coils, "parallel_resistance", True)
+    swings = [(converter.amplitude(r.value, _code(design.estimates.readout, coils, r)), r) for r in resistances]
     swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     if widest is not None and swing > high:
         careful = converter.drive_code(widest.value + (widest.sigma or 0.0))
         yield violated(
             "swing-cold", "requirements.temperature", swing, high, "V", severity=Severity.WARNING, source=source,
-            where=where(widest), code=_code(design, widest), temperature=design.estimates.temperature, careful=careful,
+            where=where(widest), code=_code(design.estimates.readout, coils, widest),
+            temperature=design.estimates.temperature, careful=careful,
         )
 
 
@@ -172,57 +185,58 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
 
     Below a second limit, the oscillation may stop.
     """
-    limit = design.spec.readout.device.limit
+    spec, readout, coils = design.spec, design.estimates.readout, design.estimates.coils
+    converter, limit = spec.readout.device, spec.readout.device.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
         return
-    code = _code(design, smallest)
+    code = _code(readout, coils, smallest)
     if smallest.value >= optimum:
         yield from near_limit("near-amplitude", smallest, optimum, "V", CODE_KEY)
         return
     case, name, severity = "swing-stops", "amplitude_stable_min", None
     if smallest.value >= limit(name):
         case, name, severity = "swing-noisy", "amplitude_optimum_min", Severity.WARNING
-    is_set = design.spec.readout.drive_code is not None
-    serving, margin = serving_code(design) if is_set else (None, 0.0)
-    values = readings_of(design, "parallel_resistance", True)
+    is_set = spec.readout.drive_code is not None
+    serving, margin = serving_code(converter, readout, coils) if is_set else (None, 0.0)
+    values = readings_of(coils, "parallel_resistance", True)
     resistances = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
-    distance = more_distance(design.spec)
+    distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
     changes = [*[distance] * bool(distance), "more turns"]
     # its states differ, the coils differ, or R_P is too low even for the strongest drive
     if is_set:
-        hint = _code_hint(design, serving, margin)
-    elif code == len(design.spec.readout.device.drive_currents) - 1:
+        hint = _code_hint(converter, readout, coils, serving, margin, is_set)
+    elif code == len(converter.drive_currents) - 1:
         hint = "weak-drive"
         # the amplitude is the drive's current times R_P
         required = min(resistances) * optimum / smallest.value
-        if is_short_alone(design, smallest, "parallel_resistance", required):
+        if is_short_alone(coils, smallest, "parallel_resistance", required):
             changes = ["more turns", "a larger coil"]
     else:
         hint = "weak-states" if most.value / max(resistances) <= max(resistances) / min(resistances) else "weak-coils"
     yield beyond_limit(
         case, smallest, limit(name), "V", CODE_KEY if is_set else "coil.turns", hint=hint, severity=severity,
-        details=("code-set",) if is_set else (), source=design.spec.readout.device.limits[name].source, code=code,
+        details=("code-set",) if is_set else (), source=converter.limits[name].source, code=code,
         serving=serving, margin=margin, low=optimum, high=high, ways=changes, coil=smallest.coil,
         least=min(resistances), most=max(resistances), strongest=most.value, strongest_coil=most.coil,
     )
 
 
-def _code(design: Design, reading: Reading) -> int:
-    names = [coil.name for coil in design.estimates.coils]
-    code = design.estimates.readout.code_of(names.index(reading.coil))
+def _code(readout: ReadoutEstimate, coils: Sequence[CoilEstimate], reading: Reading) -> int:
+    names = [coil.name for coil in coils]
+    code = readout.code_of(names.index(reading.coil))
     assert code is not None
     return code
 
 
-def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
+def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
     """Yield a finding with the amplitudes of the high-current drive, for which the maker's texts disagree.
 
     The smallest amplitude is at the lower current of the texts, the largest at the higher. Either may exceed its limit.
     """
-    converter, (low_current, high_current) = design.spec.readout.device, design.spec.readout.device.high_current_range
-    values = [reading.value for reading in readings_of(design, "parallel_resistance", True)]
+    low_current, high_current = converter.high_current_range
+    values = [reading.value for reading in readings_of(coils, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return

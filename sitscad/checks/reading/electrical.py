@@ -43,34 +43,41 @@ DRAWS_IN = 1.5
 """Relative permeability from which a shield concentrates the field: at a smaller distance it adds inductance."""
 
 
-def _resistance_floor(design: Design) -> str:
-    """Return the name of the limit for the smallest parallel resistance that this sensor's drive sustains."""
-    strong = design.estimates.readout.high_current and len(design.estimates.coils) == 1
+def _resistance_floor(high_current: bool, coil_count: int) -> str:
+    """Return the name of the limit for the smallest parallel resistance that the drive of so many coils sustains.
+
+    `high_current` is the readout's setting of the high-current drive, which serves a single coil.
+    """
+    strong = high_current and coil_count == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest inductance over all coils and states."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
-    yield from undecided(design, "inductance")
-    worst = worst_of(design, "inductance", min)
+    coils = design.estimates.coils
+    yield from undecided(coils, "inductance")
+    worst = worst_of(coils, "inductance", min)
     if worst is None:
-        yield from nothing_estimated(design)
+        yield from nothing_estimated(coils)
         return
     if worst.value >= floor:
         yield from near_limit("near-inductance", worst, floor, "H", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse estimate can be near or below zero
-    distance = "" if is_short_alone(design, worst, "inductance", floor) else more_distance(design.spec)
+    spec, distance = design.spec, ""
+    if not is_short_alone(coils, worst, "inductance", floor):
+        distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
     # if the tank is neither too fast nor too lossy for the converter, the converter can measure this inductance
-    state = next(coil.states[worst.state] for coil in design.estimates.coils if coil.name == worst.coil)
+    state = next(coil.states[worst.state] for coil in coils if coil.name == worst.coil)
     is_slow = state.frequency <= limit("sensor_frequency_max")
-    is_measurable = worst.value > 0.0 and is_slow and state.parallel_resistance >= limit(_resistance_floor(design))
+    least_resistance = limit(_resistance_floor(design.estimates.readout.high_current, len(coils)))
+    is_measurable = worst.value > 0.0 and is_slow and state.parallel_resistance >= least_resistance
     yield beyond_limit(
         "inductance-unproven" if is_measurable else "inductance-low", worst, floor, "H", "coil.turns",
         hint="inductance-distance" if distance else "inductance-low",
         severity=Severity.WARNING if is_measurable else None, fixes=more_copper(design.spec, growth**0.5, growth),
-        states=other_states(design, worst, "inductance", "H", 4), distance=distance,
+        states=other_states(coils, worst, "inductance", "H", 4), distance=distance,
         limit_source=design.spec.readout.device.source_of("inductance_min"),
     )
 
@@ -79,16 +86,17 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     """Yield findings on the highest and lowest sensor frequency over all coils and states."""
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
-    yield from undecided(design, "frequency")
-    worst, lowest = (worst_of(design, "frequency", choose) for choose in (max, min))
+    coils = design.estimates.coils
+    yield from undecided(coils, "frequency")
+    worst, lowest = (worst_of(coils, "frequency", choose) for choose in (max, min))
     if worst is not None and worst.value > high:
         now = design.estimates.readout.capacitance
-        whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
+        whole = next(coil.capacitance for coil in coils if coil.name == worst.coil)
         # f = 1 / (2 pi sqrt(L C)), so the total capacitance grows with the square of the frequency ratio
         capacitance = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.spec.readout.device) if value >= capacitance]
         yield beyond_limit(
-            "frequency-high", worst, high, "Hz", "readout.capacitance", states=other_states(design, worst, "frequency",
+            "frequency-high", worst, high, "Hz", "readout.capacitance", states=other_states(coils, worst, "frequency",
                                                                                             "Hz", 4),
             fixes=(partial(capacitor, design.spec, fitting[:2]),), capacitance=now,
         )
@@ -103,17 +111,20 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 
     The limits are the smallest resistance that the driver sustains and the data sheet's specified range.
     """
-    yield from undecided(design, "parallel_resistance")
+    spec, coils = design.spec, design.estimates.coils
+    yield from undecided(coils, "parallel_resistance")
     yield from overdamped_tank(design)
-    worst = worst_of(design, "parallel_resistance", min)
+    worst = worst_of(coils, "parallel_resistance", min)
     if worst is None:
         return
-    floor_name, name = _resistance_floor(design), "parallel_resistance_min"
-    device = design.spec.readout.device
+    floor_name = _resistance_floor(design.estimates.readout.high_current, len(coils))
+    device, name = spec.readout.device, "parallel_resistance_min"
     specified = device.limit(name)
     if worst.value >= specified:
         for note in near_limit("near-resistance", worst, specified, "ohm", "coil.layers"):
-            distance = more_distance(design.spec) if worst.state != FREE else ""
+            distance = ""
+            if worst.state != FREE:
+                distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
             yield replace(note, hint_case="near-resistance-distance" if distance else "",
                           values={**note.values, "distance": distance})
         return
@@ -126,18 +137,19 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     yield beyond_limit(
         case, worst, minimum, "ohm", "coil.layers", hint="resistance-ways" if changes else "resistance-short",
         details=() if changes else ("misses-in-air",), severity=severity, source=device.limits[name].source,
-        fixes=more_copper(design.spec, growth, growth**3), ways=changes,
-        states=other_states(design, worst, "parallel_resistance", "ohm"),
+        fixes=more_copper(spec, growth, growth**3), ways=changes,
+        states=other_states(coils, worst, "parallel_resistance", "ohm"),
     )
 
 
 def quality_factor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest Q over all coils and states."""
-    yield from undecided(design, "quality_factor")
-    floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(design, "quality_factor", min)
+    coils = design.estimates.coils
+    yield from undecided(coils, "quality_factor")
+    floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)
     if worst is not None and worst.value < floor:
         changes = _distance_ways(design, worst, "quality_factor", floor)
-        states = other_states(design, worst, "quality_factor", "")
+        states = other_states(coils, worst, "quality_factor", "")
         yield violated(
             "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if changes else "",
             details=("quality-rule", *["misses-in-air"] * (not changes), *["other-states"] * bool(states)),
@@ -147,13 +159,15 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
     """Yield findings on the sensor frequency as a fraction of the coil's self-resonant frequency."""
+    coils = design.estimates.coils
+    readings = readings_of(coils, "frequency")
     ratios = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
-        for coil in design.estimates.coils
-        for r in readings_of(design, "frequency")
+        for coil in coils
+        for r in readings
         if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
     ]
-    yield from failed_states(design, "share of the self-resonance")
+    yield from failed_states(coils, "share of the self-resonance")
     if not ratios:
         yield Undecided("no self-resonance was estimated")
         return
@@ -199,7 +213,7 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 def _distance_ways(design: Design, worst: Reading, attribute: str, limit: float) -> list[str]:
     """Return changes for more distance from metal. Empty if the coil misses the limit in free air, too."""
     spec = design.spec
-    if worst.state != FREE and is_short_alone(design, worst, attribute, limit):
+    if worst.state != FREE and is_short_alone(design.estimates.coils, worst, attribute, limit):
         return []
     has_metal = spec.metal is not None
     is_apart = spec.mount is not None and spec.mount.metal_behind is not None
@@ -264,7 +278,8 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
     The smallest coil is computed in free air, for the least parallel resistance that the converter drives.
     """
     spec = design.spec
-    floor = spec.readout.device.limit(_resistance_floor(design))
+    estimates = design.estimates
+    floor = spec.readout.device.limit(_resistance_floor(estimates.readout.high_current, len(estimates.coils)))
     sizes = {int(row["layers"]): parse_quantity(row["outer_diameter"], "length") for row in rows("smallest_coils")
              if row["profile"] == spec.fpc.rules.name and row["shape"] == spec.coil.shape
              and parse_quantity(row["parallel_resistance"], "resistance") == floor}

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import memo, record
+from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import Undecided, Verdict, Violation, violated
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
+from sitscad.spec.materials import Conductor, Shield, Target
+from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
-    from sitscad.estimates import StateEstimate
+    from sitscad.estimates import CoilEstimate, StateEstimate
 
 
 @record
@@ -36,21 +38,17 @@ class Reading:
     cause: str = ""
 
 
-def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
+def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = False) -> list[Reading]:
     """Return every finite value of an attribute of the state estimates.
 
     With `working`, only states of the assembled sensor count if there are any.
     """
-    return memo(design, f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
-
-
-def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:
     # states in which the model failed also count as states of an assembled sensor
-    names = [name for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states)]
+    names = [name for coil in coils for name in (*coil.states, *coil.failed_states)]
     counted = working_states(dict.fromkeys(names)) if working else names
     return [
         Reading(coil.name, name, float(value), *_scatter(state, attribute))
-        for coil in design.estimates.coils
+        for coil in coils
         for name, state in coil.states.items()
         if name in counted
         and (value := getattr(state, attribute)) is not None
@@ -104,23 +102,23 @@ limit.
 """
 
 
-def more_distance(spec: SensorSpec) -> str:
+def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None, metal: Conductor | None) -> str:
     """Return advice for more distance from the target and from metal behind the coils.
 
-    Empty if the spec has neither.
+    Empty if there is neither.
     """
-    behind = "shield" if spec.shield else "jaw" if spec.jaw else "metal behind" if spec.metal else ""
-    names = [name for name in ("target" if spec.target else "", behind) if name]
+    behind = "shield" if shield else "jaw" if jaw else "metal behind" if metal else ""
+    names = [name for name in ("target" if target else "", behind) if name]
     return f"more distance from the {' and the '.join(names)}" if names else ""
 
 
-def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float) -> bool:
+def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
     """Whether the coil of a reading misses a lower limit in free air, too.
 
     In this case no distance from metal mends it.
     """
     return any(
-        each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(design, attribute)
+        each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)
     )
 
 
@@ -135,26 +133,26 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
                            severity=Severity.WARNING if count < AT_RISK else Severity.NOTE)
 
 
-def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
+def undecided(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
     """Yield a reason for every state without the value, so that a missing value does not look like a pass."""
     name_text = attribute.replace("_", " ")
-    yield from failed_states(design, name_text)
-    for coil in design.estimates.coils:
+    yield from failed_states(coils, name_text)
+    for coil in coils:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
                 yield Undecided(f"no {name_text} was estimated for coil {coil.name} {in_words(name)}")
 
 
-def failed_states(design: Design, value_name: str) -> Iterator[Undecided]:
+def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
     """Yield a reason for every state that is absent because the model fails there."""
-    for state, reason in design.estimates.failed_states.items():
+    for state, reason in {state: why for coil in coils for state, why in coil.failed_states.items()}.items():
         yield Undecided(f"the {value_name} {in_words(state)} is unknown: {reason}")
 
 
-def nothing_estimated(design: Design) -> Iterator[Verdict]:
+def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
     """Yield an error for a coil without any estimated state. Overdamped tanks are left to SIT203."""
-    for coil in design.estimates.coils:
+    for coil in coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
             yield violated("nothing-estimated", "coil", severity=Severity.ERROR, coil=coil.name, reason=reasons[0])
@@ -177,9 +175,11 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     )
 
 
-def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
+def worst_of(
+    coils: Sequence[CoilEstimate], attribute: str, choose: Callable[..., Reading], working: bool = False
+) -> Reading | None:
     """Return the reading that `choose` (min or max) selects by value. None if there are no readings."""
-    readings = readings_of(design, attribute, working)
+    readings = readings_of(coils, attribute, working)
     return choose(readings, key=lambda reading: reading.value) if readings else None
 
 
@@ -188,9 +188,11 @@ def where(reading: Reading) -> str:
     return f"coil {reading.coil} {in_words(reading.state)}"
 
 
-def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> list[str]:
+def other_states(
+    coils: Sequence[CoilEstimate], worst: Reading, attribute: str, unit: str, digits: int = 3
+) -> list[str]:
     """Return texts with the values of the same coil in other states, with `digits` significant digits."""
-    readings = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
+    readings = [r for r in readings_of(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
     return [f"{in_words(r.state)} {show(r.value, unit, digits)}" for r in readings]
 
 

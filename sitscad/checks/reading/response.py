@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.state import PRESSED, REST, SIGNAL, STATES
 from sitscad.basics.check_results import Signal
@@ -32,9 +33,15 @@ from sitscad.checks.rules import (
     violated,
 )
 from sitscad.estimates.design import Design
+from sitscad.kernels.converters.conversion import Conversion
 from sitscad.spec import presets
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.materials import Target
 from sitscad.spec.places import breadth_from, coils_from, shared_middles
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates.coil_estimates import CoilEstimate
 
 FEWEST_STEPS = 30.0
 """Least number of converter steps from rest to pressed.
@@ -77,10 +84,12 @@ class SignalChange:
         return self.steps < TOLD_FROM_NOISE * self.noise
 
 
-def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
+def responses(
+    coils: Sequence[CoilEstimate], conversion: Conversion | None, state: str = PRESSED
+) -> list[SignalChange]:
     """Return the change from rest to a state for every coil that has both states."""
-    changes, conversion = [], design.estimates.readout.conversion
-    for coil in design.estimates.coils:
+    changes = []
+    for coil in coils:
         rest, pressed = coil.states.get(REST), coil.states.get(state)
         if rest is None or pressed is None or conversion is None:
             continue
@@ -103,7 +112,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     if not required:
         yield from _unasked(design)
         return
-    yield from failed_states(design, "change from rest to pressed")
+    yield from failed_states(design.estimates.coils, "change from rest to pressed")
     loads = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
     for state, part in sorted(loads.items(), key=lambda each: -each[1]):
         verdicts = list(_change_to(design, state, part * required))
@@ -114,8 +123,9 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
     """Yield findings on every coil's change from rest to a state, under its force (N)."""
-    changes = responses(design, state)
-    if len(changes) < len(design.estimates.coils):
+    coils = design.estimates.coils
+    changes = responses(coils, design.estimates.readout.conversion, state)
+    if len(changes) < len(coils):
         yield Undecided(f"no change from rest to {state} was estimated")
         if not changes:
             return
@@ -124,7 +134,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     if not deaf:
         return
     worst = min(deaf, key=lambda response: response.steps)
-    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec, changes)
+    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec.cell_placements, changes)
     lost, is_nothing_felt = [response.coil for response in changes if response.is_lost], _is_lost(changes)
     is_needed = untold and design.spec.requirements.shear_force
     target = design.spec.target
@@ -153,13 +163,15 @@ def _is_lost(changes: Sequence[SignalChange]) -> bool:
     return all(response.is_lost for response in changes)
 
 
-def _untold_shear(spec: SensorSpec, changes: Sequence[SignalChange]) -> list[str]:
+def _untold_shear(
+    cells: tuple[tuple[CoilPlacement, ...], ...], changes: Sequence[SignalChange]
+) -> list[str]:
     """Return the axes along which shear cannot be separated from normal force.
 
     The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
     """
     lost, untold = {response.coil for response in changes if response.is_lost}, set()
-    for cell in spec.cell_placements:
+    for cell in cells:
         for axis in (0, 1):
             places = [placement.centre[axis] for placement in cell]
             sensing = [placement.centre[axis] for placement in cell if placement.name not in lost]
@@ -182,7 +194,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     requirements = replace(design.spec.requirements, normal_force=full)
     loaded = design.drawn(replace(design.spec, requirements=requirements))
     numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)
-    changes = responses(Design(loaded.spec, loaded.layout, numbers))
+    changes = responses(numbers.coils, numbers.readout.conversion)
     if changes and _is_lost(changes):
         best = max(changes, key=lambda response: response.steps)
         change = _more_change(design, best.steps)
@@ -231,20 +243,19 @@ def _more_change(design: Design, steps: float) -> _MoreChange:
         return _MoreChange("change-bits", devices=tuple(
             o.name for o in converters
             if o.law is device.law and o.bits > device.bits and o.channels >= device.channels))
-    rate = _slower(design, steps)
+    rate = _slower(conversion, design.spec.readout, len(design.spec.array.placements), steps)
     return _MoreChange("change-scans") if rate is None else _MoreChange("change-rate", f"{rate:g} Hz")
 
 
-def _slower(design: Design, steps: float) -> float | None:
+def _slower(conversion: Conversion | None, readout: ReadoutSpec, coil_count: int, steps: float) -> float | None:
     """Return the scan rate (Hz) at which a coil's change is large enough, scaled from the `steps` at the present rate.
 
     The rate is limited to what can be read back. None if conversions cannot be this long.
     """
-    conversion = design.estimates.readout.conversion
     if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
         return None
-    readable = 1.0 / design.spec.readout.device.read_back_time(len(design.spec.array.placements))
-    rate = math.floor(min(readable, design.spec.readout.scan_rate * steps / FEWEST_STEPS))
+    readable = 1.0 / readout.device.read_back_time(coil_count)
+    rate = math.floor(min(readable, readout.scan_rate * steps / FEWEST_STEPS))
     return float(rate) if rate >= 1 else None
 
 
@@ -256,7 +267,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.signal import signals  # its imports are already loaded by the estimates
 
     coil_signals = signals(design.estimates)
-    yield from failed_states(design, "signal over the required force")
+    yield from failed_states(design.estimates.coils, "signal over the required force")
     if not coil_signals:
         yield Undecided("no signal from rest to pressed was estimated")
         return
@@ -371,11 +382,13 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     `travel` is the target's move (m), `step` the converter's step (H).
     """
     spec, force = design.spec, design.spec.requirements.shear_force or 0.0
-    pressed = max((abs(response.change) for response in responses(design)), default=0.0)
+    changes = responses(design.estimates.coils, design.estimates.readout.conversion)
+    pressed = max((abs(response.change) for response in changes), default=0.0)
     minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
     if apart / step >= minimum:
         return
-    edges = _edges(spec, axis)
+    assert spec.target is not None
+    edges = _edges(spec.target, axis, breadth_from(spec, spec.target)[axis], min(spec.coil.size))
     yield violated(
         "shear-weak", "target.size", apart / step, minimum, "steps", hint=edges.case, fixes=_nearer_edges(spec),
         details=(*["shear-normal"] * bool(pressed), *edges.details), force=force, axis=AXES[axis], travel=travel,
@@ -391,17 +404,19 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     are assumed to follow this height as they do while the normal force compresses the pad by `pressed` (m). The result
     agrees within a fifth with the data sheet's error by tilt.
     """
-    force, changes = design.spec.requirements.shear_force or 0.0, responses(design)
+    spec, force = design.spec, design.spec.requirements.shear_force or 0.0
+    changes = responses(design.estimates.coils, design.estimates.readout.conversion)
     if not changes or pressed <= 0.0 or apart <= 0.0:
         return
-    places = [(middle.x, middle.y)[axis] for middle in shared_middles(design.spec)]
+    places = [(middle.x, middle.y)[axis] for middle in shared_middles(spec)]
     per_metre = max(abs(response.change) for response in changes) / pressed
     read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
     if read <= force:
         return
-    edges = _edges(design.spec, axis)
+    assert spec.target is not None
+    edges = _edges(spec.target, axis, breadth_from(spec, spec.target)[axis], min(spec.coil.size))
     yield violated(
-        "shear-tilt", "target.size", read, force, "N", hint=edges.case, fixes=_nearer_edges(design.spec),
+        "shear-tilt", "target.size", read, force, "N", hint=edges.case, fixes=_nearer_edges(spec),
         details=edges.details, axis=AXES[axis], other=AXES[1 - axis], apart=edges.apart, beyond=edges.beyond,
     )
 
@@ -429,15 +444,16 @@ class _Edges:
     beyond: float = 0.0
 
 
-def _edges(spec: SensorSpec, axis: int) -> _Edges:
-    """Return the hint on the place where the target's edges would have to be."""
-    target, least = spec.target, min(spec.coil.size)
-    assert target is not None
+def _edges(target: Target, axis: int, apart: float, side: float) -> _Edges:
+    """Return the hint on the place where the target's edges would have to be.
+
+    `apart` is twice the largest distance (m) of a coil's centre from the target's middle along the axis, `side` the
+    shorter side (m) of a coil.
+    """
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:
         return _Edges("edges-rotated")
-    apart = breadth_from(spec, target)[axis]
     beyond = 0.5 * (target.size[axis] - apart)
-    return _Edges("edges", ("edges", *["edges-beyond"] * (beyond > 0.25 * least)), apart, beyond)
+    return _Edges("edges", ("edges", *["edges-beyond"] * (beyond > 0.25 * side)), apart, beyond)
 
 
 DEGREE = math.radians(1.0)

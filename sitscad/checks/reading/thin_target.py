@@ -6,7 +6,7 @@ It is compared with a thick target of the same metal.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from sitscad.assembly.places.state import REST
@@ -40,7 +40,8 @@ its conductivity.
 def target_thickness(design: Design) -> Iterator[Verdict]:
     """Yield findings on a target thinner than three skin depths, and on a material that hardly conducts."""
     target = _target(design.spec.target)
-    frequencies = [reading.value for reading in readings_of(design, "frequency") if reading.value > 0.0]
+    frequencies = [reading.value for reading in readings_of(design.estimates.coils, "frequency")
+                   if reading.value > 0.0]
     if not frequencies:
         yield Undecided("no sensor frequency was estimated")
         return
@@ -74,7 +75,11 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     if not too_much and cost.resistance < cost.change:
         limit, measured = limits["thin_target_change"], cost.change
     is_dear = too_much or cost.change > limits["thin_target_change"].value
-    hint = "thin-thicker-frequency" if _reaches_frequency(design, thick) else "thin-thicker"
+    top = max((reading.value for reading in readings_of(design.estimates.coils, "frequency")), default=0.0)
+    # a skin depth falls with the square root of the frequency
+    required = (thick / target.thickness) ** 2 * top
+    is_reached = required <= design.spec.readout.device.limit("sensor_frequency_max")
+    hint = "thin-thicker-frequency" if is_reached else "thin-thicker"
     yield violated(
         "thin-target", "target.thickness", measured, limit.value, hint=hint if is_dear else "thin-keep",
         details=cost.details, severity=Severity.WARNING if is_dear else Severity.NOTE, source=limit.source,
@@ -113,15 +118,17 @@ class _Cost:
 def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     """Return the cost in the state in which the target reduces R_P most. None if either design has no values."""
     other = _compared(design, thick)
-    readings, thick_readings = (readings_of(each, "parallel_resistance", True) for each in (design, other))
+    readings, thick_readings = (
+        readings_of(each.estimates.coils, "parallel_resistance", True) for each in (design, other))
     reference = {(r.coil, r.state): r for r in thick_readings}
     pairs = [(r, reference[r.coil, r.state]) for r in readings if (r.coil, r.state) in reference]
     if not pairs:
         return None
     worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
     # the amplitude there: SIT204 judges it
-    swing = [r.value for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
-    change = _change(design, other)
+    swing = [r.value for r in readings_of(design.estimates.coils, "amplitude", True)
+             if (r.coil, r.state) == (worst.coil, worst.state)]
+    change = _change(_effects(design, design), _effects(design, other))
     force = design.spec.requirements.normal_force
     changes = change or (1.0, 1.0)
     details = ("thin-cost", *["thin-change-newton" if force else "thin-change-rest"] * (change is not None),
@@ -130,26 +137,17 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
                  (worst.value, against.value), changes, swing[0] if swing else 0.0)
 
 
-def _change(design: Design, other: Design) -> tuple[float, float] | None:
-    """Return the signal change (H, or H/N) of this and the other design. None if there is none.
+def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
+    """Return the signal change (H, or H/N) of this and the other design, from their effects by coil.
 
-    The coil with the largest change in the other design counts.
+    The coil with the largest change in the other design counts. None if there is no such coil.
     """
-    mine, theirs = _effects(design, design), _effects(design, other)
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     return None if best is None else (mine[best], theirs[best])
 
 
 def _percent(mine: float, other: float) -> str:
     return f"{round(100.0 * (mine / other - 1.0), 1) + 0.0:+.1f} %"  # no -0.0
-
-
-def _reaches_frequency(design: Design, thickness: float) -> bool:
-    """Whether the converter reaches the frequency at which the target is as thick in skin depths as a thickness (m)."""
-    top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
-    # a skin depth falls with the square root of the frequency
-    faster = (thickness / _target(design.spec.target).thickness) ** 2
-    return faster * top <= design.spec.readout.device.limit("sensor_frequency_max")
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
@@ -178,8 +176,8 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
     if force:
         return {coil.name: slope[0] for coil in other.estimates.coils if (slope := coil.sensitivity(force))}
     targetless = memo(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
-    without = {r.coil: r.value for r in readings_of(targetless, "inductance", True)}
-    rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
+    without = {r.coil: r.value for r in readings_of(targetless.estimates.coils, "inductance", True)}
+    rest = [r for r in readings_of(other.estimates.coils, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
 

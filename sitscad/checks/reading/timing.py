@@ -34,7 +34,7 @@ by about this much.
 def input_frequency(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the converter, as configured, cannot count the fastest tank correctly."""
     readout = design.estimates.readout
-    worst, conversion = worst_of(design, "frequency", max), readout.conversion
+    worst, conversion = worst_of(design.estimates.coils, "frequency", max), readout.conversion
     if worst is None or conversion is None:
         yield Undecided("no sensor frequency was estimated")
     elif worst.value >= conversion.highest_frequency:
