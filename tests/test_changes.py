@@ -129,8 +129,11 @@ print(json.dumps({
     "findings": [finding.rule for finding in result.findings],
     "judged": {
         "tank": sorted({reading.state for reading in readings_of(design.estimates.coils, "parallel_resistance", True)}),
-        "signal": {state: [
-            one.steps for one in responses(design.estimates.coils, design.estimates.readout.conversion, state)] for state in ("grip", "pressed")},
+        "signal": {
+            state: [one.steps
+                    for one in responses(design.estimates.coils, design.estimates.readout.conversion, state)]
+            for state in ("grip", "pressed")
+        },
     },
     "response_Hz": sitscad.respond(design, loads=[[1.0, 0.0, 0.0]]).frequency[0].tolist(),
     "not_checked": [f"{one.rule} {one.reason}" for one in result.not_checked],

@@ -155,7 +155,7 @@ def judged(
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-                       performance.noted(design),
+                       performance.noted(design.cells),
                        (*design.layout.body_size, *design.layout.size, *(mount_size(design.layout) or ())))
 
 

@@ -19,7 +19,7 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, rule_of, violated
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Cells, Design
 from sitscad.kernels.converters.figures import source_in_all
 
 if TYPE_CHECKING:
@@ -79,18 +79,18 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
     return tuple(each for each in rule.apply(design) if isinstance(each, RequirementResult))
 
 
-def noted(design: Design) -> tuple[RequirementResult, ...]:
+def noted(cells: Cells) -> tuple[RequirementResult, ...]:
     """Return results for requirements, sorted by rule.
 
-    For cells, each is the worst of all cells, with its cell number.
+    For a sensor with several cells, each is the worst of all cells, with its cell number.
     """
     worst: dict[tuple[str, str], RequirementResult] = {}
-    for number, cell in design.cells.extremes.items():
+    for number, cell in cells.extremes.items():
         for result in _noted(cell):
             # forces and moments are compared apart; beside a limit, by the ratio to it
             key = result.requirement, result.unit if result.limit is None else ""
             if key not in worst or _size(result) > _size(worst[key]):
-                worst[key] = replace(result, at=f"{result.at}{f', cell {number}' * (cell is not design)}")
+                worst[key] = replace(result, at=f"{result.at}{f', cell {number}' * (cell is not cells.whole)}")
     return tuple(worst.values())
 
 
@@ -156,10 +156,13 @@ def axis_text(axis: str) -> str:
     return AXIS_WORDS[axis]
 
 
-def _unfelt(design: Design) -> Undecided:
-    """Return the reason why no performance was estimated."""
-    is_too_large = not (design.estimates.is_solved or design.estimates.is_rough)
-    return NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
+def _unfelt(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
+    """Return the reason why no performance was estimated.
+
+    `is_solved` and `is_rough` are properties of the estimates.
+    """
+    is_too_large = not (is_solved or is_rough)
+    return NOT_SOLVED if is_too_large and has_target else NOTHING_FELT
 
 
 def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
@@ -172,7 +175,8 @@ def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
     def apply(design: Design) -> Iterator[Verdict]:
         sensing = design.sensing.analysis
         if sensing is None:
-            yield _unfelt(design)
+            numbers, target = design.estimates, design.spec.target
+            yield _unfelt(numbers.is_solved, numbers.is_rough, target is not None)
         else:
             yield from rule(sensing, design)
             lost = [at for at, is_held in zip(POINTS, sensing.held, strict=True) if not is_held]
@@ -470,8 +474,11 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     if not readings:
         if is_note:
             yield note
-        elif sensing is None or not sensing.held[-1]:
-            yield _unfelt(design) if sensing is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
+        elif sensing is None:
+            numbers, target = design.estimates, design.spec.target
+            yield _unfelt(numbers.is_solved, numbers.is_rough, target is not None)
+        elif not sensing.held[-1]:
+            yield Undecided(GIVES_WAY.format(where=POINTS[-1]))
         return
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
         largest = max((each for each in readings if each.axis in kind), key=lambda each: each.error, default=None)

@@ -14,13 +14,13 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.messages import text_of
 from sitscad.data import rows
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Cells, Design
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.converters.figures import source_in_all
 from sitscad.spec.coil import written_key
 from sitscad.spec.mount import Mount, StepPart
 from sitscad.spec.reading import RULE_TEXTS
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 ROUNDING = 1e-9
@@ -167,8 +167,8 @@ def _unstated(keys: Sequence[str]) -> str:
     return f"{NO_REQUIREMENT}{' and requirements.'.join(keys)} in the spec"
 
 
-def _states(spec: SensorSpec, keys: tuple[str, ...]) -> bool:
-    return all(getattr(spec.requirements, key) is not None for key in keys)
+def _states(requirements: Requirements, keys: tuple[str, ...]) -> bool:
+    return all(getattr(requirements, key) is not None for key in keys)
 
 
 def _step_files(mount: Mount | None) -> tuple[StepPart | None, StepPart | None]:
@@ -186,13 +186,13 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
                  "no STEP file of a jaw in the spec"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
-    **{need: (partial(_states, keys=keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
+    **{need: (lambda s, keys=keys: _states(s.requirements, keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
     "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force),
               _unstated(("normal_force", "shear_force"))),
     "errors": (lambda s: any(getattr(s.requirements, f"{kind}_{what}") is not None
                              for kind in ("normal", "shear", "moment") for what in ("error", "resolution")),
                "no requirements.normal_error or normal_resolution in the spec, nor those of shear and moments"),
-    "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
+    "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
 """Needs of rules: a test of the spec, and the reason if it fails."""
@@ -238,7 +238,7 @@ def outcomes(
 ) -> tuple[list[Outcome], list[NotChecked]]:
     """Return the outcomes of one rule, and the reasons for cases not checked. Hints are limited as in `apply_rule`."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        return _of_worst_cell(rule, design, least)
+        return _of_worst_cell(rule, design.cells, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         mount = design.spec.mount
@@ -257,13 +257,13 @@ def outcomes(
     return results, undecided
 
 
-def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
+def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
     """Return the outcomes of a rule for the worst of two extreme cells, with its number in the message.
 
     The extremes are the cell with the softest pad and the cell with the least signal. If both are equally bad, the
     first in the rule's order counts.
     """
-    order = list(design.cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
+    order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
 
     number, said, unsaid = max(each, key=lambda one: max((_weight(found.finding) for found in one[1]), default=()))

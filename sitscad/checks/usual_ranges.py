@@ -13,8 +13,11 @@ from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.rules import Rule, Verdict, rule_of, violated
 from sitscad.data import cited, rows
 from sitscad.estimates.design import Design
-from sitscad.spec.circuit import LayerKind
+from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.mount import Mount
 from sitscad.spec.presets import dielectric_roles
+from sitscad.spec.sensor import Requirements
 
 
 @record
@@ -61,26 +64,26 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
     return float(text) if dimension == "number" else parse_quantity(text, dimension)
 
 
-def _layers(kind: LayerKind, rigid: bool = False) -> Callable[[Design], list[float]]:
-    def thicknesses(design: Design) -> list[float]:
-        """Thicknesses (m) of the layers of a kind. For dielectrics, only of rigid or only of flexible materials."""
-        return [layer.thickness for layer in design.spec.fpc.stackup.layers if layer.kind is kind
-                and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
+def _thicknesses(stackup: Stackup, kind: LayerKind, rigid: bool = False) -> list[float]:
+    """Return the thicknesses (m) of the layers of a kind.
 
-    return thicknesses
+    For dielectrics, only of rigid or only of flexible materials.
+    """
+    return [layer.thickness for layer in stackup.layers if layer.kind is kind
+            and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
 
 
-def _poisson(design: Design) -> float | None:
+def _poisson(pad: ElastomerPad | None) -> float | None:
     """Return Poisson's ratio of the pad from its moduli: (3 K - 2 G) / (6 K + 2 G)."""
-    if design.spec.elastomer is None:
+    if pad is None:
         return None
-    bulk, shear = design.spec.elastomer.material.bulk_modulus, design.spec.elastomer.material.shear_modulus
+    bulk, shear = pad.material.bulk_modulus, pad.material.shear_modulus
     return (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
 
 
-def _asked(design: Design) -> list[float]:
+def _asked(needs: Requirements) -> list[float]:
     """Return the required errors and resolutions, each as a fraction of the required force."""
-    needs, normal = design.spec.requirements, design.spec.requirements.normal_force
+    normal = needs.normal_force
     moments = [each for each in needs.moments if each]
     tilts = {"normal": normal, "shear_x": needs.shear_force, "shear_y": needs.shear_force, "moment_x": needs.moment_x,
              "moment_y": needs.moment_y}
@@ -92,31 +95,32 @@ def _asked(design: Design) -> list[float]:
     return [error / force for error, force in pairs if error is not None and force]
 
 
-def _holes(design: Design) -> list[float]:
+def _holes(mount: Mount | None) -> list[float]:
     """Return the coordinates (m) of the holes of a bench plate, from the middle of the board."""
-    mount = design.spec.mount
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
 
 WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
-    "coverlays": ("a coverlay", _layers(LayerKind.COVERLAY)),
-    "copper": ("finished copper", _layers(LayerKind.COPPER)),
-    "dielectrics": ("a dielectric", _layers(LayerKind.DIELECTRIC)),
-    "rigid_dielectrics": ("a rigid dielectric", _layers(LayerKind.DIELECTRIC, rigid=True)),
+    "coverlays": ("a coverlay", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.COVERLAY)),
+    "copper": ("finished copper", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.COPPER)),
+    "dielectrics": ("a dielectric", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.DIELECTRIC)),
+    "rigid_dielectrics": ("a rigid dielectric",
+                          lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.DIELECTRIC, rigid=True)),
     "foils": ("the copper's foil, before plating,",
               lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper]),
     "board": ("the board's longer side", lambda design: design.layout.size),
     "tolerances": ("", lambda design: dict(design.spec.assembly.tolerances)),
-    "poisson": ("Poisson's ratio of the pad by its bulk and shear modulus", _poisson),
+    "poisson": ("Poisson's ratio of the pad by its bulk and shear modulus",
+                lambda design: _poisson(design.spec.elastomer)),
     "plating": ("", lambda design: design.spec.fpc.stackup.plating_thickness or None),
     "permittivities": ("a layer's permittivity", lambda design: [
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
     ]),
-    "asked": ("what an error may be, in parts of the required force,", _asked),
+    "asked": ("what an error may be, in parts of the required force,", lambda design: _asked(design.spec.requirements)),
     "loads": ("a force of a load case", lambda design: [
         abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)
     ]),
-    "holes": ("the place of a hole", _holes),
+    "holes": ("the place of a hole", lambda design: _holes(design.spec.mount)),
 }
 """Values that are computed from several values of the spec, by their name in the table.
 

@@ -93,7 +93,7 @@ class Contents:
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         findings = checked_spec(
-            self.design.spec,
+            self.design.spec.name, self.design.spec.source,
             (*result.findings, *judged_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
             tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
             result.closing, result.reached, result.board,

@@ -126,8 +126,8 @@ def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None =
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
     return checked_spec(
-        spec, result.findings, result.not_checked, result.signals, result.fit, result.closing, result.reached,
-        result.board,
+        spec.name, spec.source, result.findings, result.not_checked, result.signals, result.fit, result.closing,
+        result.reached, result.board,
     )
 
 

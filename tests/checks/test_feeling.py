@@ -87,7 +87,7 @@ def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_th
     def together(**needs):
         asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
         design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-        return {one.requirement: one for one in noted(design)}
+        return {one.requirement: one for one in noted(design.cells)}
 
     alone, full = together(), bench.sensing.performance[-1]
     assert alone["normal_error"].measured == approx(combined_error(full.axes["normal"].errors), rel=0.02)
@@ -316,7 +316,7 @@ def test_largest_errors_are_chosen_by_newtons_and_moments_stand_apart():
 def test_figures_beside_a_requirement_are_the_largest_newtons_of_all_axes(bench):
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in noted(design)}
+    full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in noted(design.cells)}
     for name, errors in {"hysteresis": full.hysteresis, "drift": full.drift, "tared_drift": full.tared_drift,
                          "tilt": full.tilt_errors(0.005).max(axis=1)}.items():
         assert len(errors) > 1 and results[name].measured == approx(errors.max(), rel=1e-12), name

@@ -7,7 +7,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Severity
-from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns
+from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns, with_each
 from sitscad.checks.judging import check
 from sitscad.checks.reading.electrical import WARNED
 from sitscad.estimates import estimate
@@ -77,8 +77,10 @@ def test_what_is_named_is_what_the_estimate_has():
 ])
 def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
     spec = wound(shape, layers, turns)
-    assert [change.spec.coil.turns for change in whole_turns(spec)] == approx(named, rel=1e-6)
-    assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in whole_turns(spec))
+    numbers = list(whole_turns(spec.coil))
+    assert numbers == approx(named, rel=1e-6)
+    assert [change.spec.coil.turns for change in with_each(spec, numbers)] == numbers
+    assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in with_each(spec, numbers))
 
 
 def test_a_jaw_of_another_width_draws_the_board_anew():
@@ -97,10 +99,12 @@ def test_a_jaw_of_another_width_draws_the_board_anew():
 def test_no_hint_names_turns_with_which_a_lead_runs_back(shape, layers, turns):
     """Such turns have less inductance and a smaller Rp than their neighbours."""
     spec = wound(shape, layers, turns)
-    for fix in (*more_turns(spec, 1.01), *more_turns(spec, 1.3), *fewer_turns(spec, turns - 0.01, 6)):
+    coil = spec.coil
+    numbers = *more_turns(coil, 1.01), *more_turns(coil, 1.3), *fewer_turns(coil, turns - 0.01, 6)
+    for fix in with_each(spec, numbers):
         assert fix.spec == spec or least_closing(fix.spec.coil) > -0.05
-    assert next(more_turns(spec, 1.01)).spec.coil.turns > turns
-    assert len(list(fewer_turns(spec, turns - 0.01, 6))) == 8
+    assert next(more_turns(coil, 1.01)) > turns
+    assert len(list(fewer_turns(coil, turns - 0.01, 6))) == 8
 
 
 def wound(shape, layers, turns):

@@ -166,7 +166,7 @@ def test_json_gives_every_coils_signal():
     """Programs found neither the change per newton nor the share that SIT217 judges unless it was too small."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
     result = sitscad.check(spec)
-    checked = checked_spec(spec, result.findings, result.not_checked, result.signals)
+    checked = checked_spec(spec.name, spec.source, result.findings, result.not_checked, result.signals)
     (entry,) = json_document([checked])["specs"][0]["signal"]
     (signal,), coil = result.signals, sitscad.estimate(sitscad.lay_out(spec)).as_json("small.yaml")["coils"][0]
     assert entry["coil"] == "C1" and entry["force_N"] == 2.0 and entry["share"] == signal.share

@@ -45,7 +45,7 @@ def design():
     layout = sitscad.lay_out(spec)
     estimates = sitscad.estimate(layout)
     result = sitscad.check(spec, layout, estimates)
-    return spec, estimates, checked_spec(spec, result.findings, result.not_checked)
+    return spec, estimates, checked_spec(spec.name, spec.source, result.findings, result.not_checked)
 
 
 def _page(design, checked: CheckedSpec | None = None, pictures=PICTURES) -> str:
@@ -296,7 +296,7 @@ def test_a_racetrack_s_size_is_both_of_its_sides():
     """It gave the short side as the coil's size."""
     text = SPEC.replace("circle, outer_diameter: 8, turns: 12", "racetrack, outer_diameter: [12, 8], turns: 9")
     spec = sitscad.load_text(text.replace("pitch: 9", "pitch: 13"), "long.yaml")
-    page = render(checked_spec(spec, (), ()), spec, sitscad.estimate(sitscad.lay_out(spec)), {}, {})
+    page = render(checked_spec(spec.name, spec.source, (), ()), spec, sitscad.estimate(sitscad.lay_out(spec)), {}, {})
     assert "2 racetrack coils of 12 mm x 8 mm, 9 turns" in page
 
 

@@ -106,7 +106,7 @@ def test_faults_of_the_drawing_point_at_the_key():
         layout = spoil(board, random.Random(f"{spoil.__name__} 0")).layout
         rules = [rule for rule in sitscad.RULES if rule.id in DRAWN - seen]
         found = [finding for rule in rules for finding in apply_rule(rule, Design(layout.spec, layout))[0]]
-        for result in results_of(checked_spec(layout.spec, found, ())):
+        for result in results_of(checked_spec(layout.spec.name, layout.spec.source, found, ())):
             seen.add(result["ruleId"])
             assert_points_at_its_key(result, layout.spec.source.text)
     assert seen == DRAWN
@@ -117,5 +117,5 @@ def test_a_finding_by_hand_points_at_the_key(rule, root):
     spec = sitscad.load(root / "templates" / "grasper_4layer.yaml")
     (row,) = (each for each in sitscad.RULES if each.id == rule)
     finding = located(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device), spec.source)
-    (result,) = results_of(checked_spec(spec, (finding,), ()))
+    (result,) = results_of(checked_spec(spec.name, spec.source, (finding,), ()))
     assert_points_at_its_key(result, spec.source.text)

@@ -204,7 +204,7 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
 def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     from sitscad.spec.sensor import without_text
-    base, changes = Base.of(spec), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
+    base, changes = Base.of(spec.source), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
     written = sitscad.load_text(base.written(changes))
     assert without_text(base.design(changes)) == without_text(written)
     assert "# the jaw is 4.8 mm wide" in base.written(changes)
@@ -220,7 +220,7 @@ def test_another_value_comment_or_level_is_another_key():
 
 
 def _base():
-    return Base.of(sitscad.load_text(templates.read("grasper_4layer")))
+    return Base.of(sitscad.load_text(templates.read("grasper_4layer")).source)
 
 
 class Counting:
@@ -264,7 +264,7 @@ class Timed:
 def test_chunks_hold_a_second_of_work_or_as_many_designs_as_may_be(seconds, count, most, bench):
     """But for the first ones, whose designs take nobody knows how long, and the last, which are shared out."""
     executor = Timed(seconds)
-    with Workers(Base.of(bench), 2, executor) as workers:
+    with Workers(Base.of(bench.source), 2, executor) as workers:
         found = list(workers.evaluations([(("coil.turns", 10),)] * count, ("rp",), "screen"))
     assert len(found) == count and sum(executor.chunks) == approx(seconds * count, rel=1e-9)
     assert max(executor.chunks) == approx(most, rel=1e-9)

@@ -23,6 +23,7 @@ from sitscad.estimates.windings.own_capacitance import CAPACITANCE_ERROR
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
@@ -59,7 +60,8 @@ class CoilVariants:
     @classmethod
     def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
         """Return the variants of coil `number` (from 0) of a layout, with its leads if `has_leads`."""
-        spec = _alone(layout.spec)
+        drawn = layout.spec
+        spec = _alone(drawn.coil, drawn.fpc.stackup, drawn.requirements.temperature)
         solved, circuit = _solve(spec)
         winding = _impedance(circuit, FREE, frequencies)
         nominal = winding
@@ -179,12 +181,12 @@ def _mount(material: str) -> Mount:
     return made
 
 
-def _alone(spec: SensorSpec) -> SensorSpec:
-    """Return a spec with one coil of a spec, its stack-up and its temperature, and nothing else."""
+def _alone(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
+    """Return a spec with one coil, its stack-up and its temperature (degrees Celsius), and nothing else."""
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
-    requirements = replace(plain.requirements, temperature=spec.requirements.temperature)
-    fpc = replace(plain.fpc, stackup=spec.fpc.stackup)
-    return replace(plain, coil=spec.coil, fpc=fpc, requirements=requirements)
+    requirements = replace(plain.requirements, temperature=temperature)
+    fpc = replace(plain.fpc, stackup=stackup)
+    return replace(plain, coil=coil, fpc=fpc, requirements=requirements)
 
 
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:

@@ -17,7 +17,7 @@ from sitscad.assembly.places.motions import motion_number
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.estimates.circuits.settings import BAUD_RATES, devices, serial_settings
-from sitscad.estimates.design import Design, respond
+from sitscad.estimates.design import Cells, Design, respond
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance_values import AXES, FORCES
 from sitscad.spec.load import load
@@ -80,7 +80,7 @@ class Simulation(Source):
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         """Apply a load (3; N) to the target of a cell (number from 1) from now on, and to no other cell."""
-        read = _on_cell(self.design, cell, np.atleast_2d(load), self.errors, is_held)
+        read = _on_cell(self.design.cells, cell, np.atleast_2d(load), self.errors, is_held)
         for chip in self.chips:
             chip.hold(read)
 
@@ -251,7 +251,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
                   for k, cell in enumerate(design.cells)]
     read = None
     if "cell" in options or "unit" in options:
-        read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], errors)
+        read = _on_cell(design.cells, int(numbers["cell"]), loads[:, 1:], errors)
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in options or read is not None else None, faults=faults,
@@ -299,7 +299,7 @@ def _in_range(option: str, least: float, most: float, is_whole: bool) -> float:
 
 
 def _on_cell(
-    design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
+    cells: Cells, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
 ) -> np.ndarray:
     """Return frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m) on one cell.
 
@@ -308,7 +308,7 @@ def _on_cell(
     """
     nothing = np.zeros((1, loads.shape[1]))
     each = [_read_by(cell, unit_errors, loads if k == number else nothing, is_held)
-            for k, (cell, unit_errors) in enumerate(zip(design.cells, errors, strict=True), 1)]
+            for k, (cell, unit_errors) in enumerate(zip(cells, errors, strict=True), 1)]
     return np.concatenate([np.broadcast_to(part, (len(loads), part.shape[1])) for part in each], axis=1)
 
 

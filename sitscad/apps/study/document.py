@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -17,10 +17,14 @@ from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, r
 from sitscad.apps.study.spreads import SPREADS
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS, decimal, in_mm
-from sitscad.spec.coil import INNER, TURNS
+from sitscad.spec.circuit import BodySpec
+from sitscad.spec.coil import INNER, TURNS, CoilSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
 from sitscad.spec.format.section import Section, key
 from sitscad.spec.load import meet
+from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.mount import Jaw
 from sitscad.spec.reading import Remarks, SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import dotted
@@ -468,25 +472,32 @@ def started(spec: SensorSpec, base: str) -> str:
     The sizes that the spec has vary around their values. The goals follow from the spec's purpose. Present warnings are
     accepted.
     """
+    is_tactile = spec.target is not None and spec.elastomer is not None
+    goals = _worth(is_tactile, spec.requirements.shear_force, spec.jaw, spec.fpc.body)
+    pitch = spec.array.pitch if spec.cells is None else None
+    ranges = _around(spec.coil, spec.fpc.rules, spec.source.keys, pitch, spec.elastomer)
     accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
     coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
     is_free = INNER not in spec.source.keys or widths <= spec.source.keys.keys()
     return STARTED.format(
-        name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(_around(spec)),
+        name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(ranges),
         same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
              if coil.trace_spacing == coil.trace_width and is_free else "",
-        goals="\n".join(f"  - {goal}" for goal in _worth(spec)), accept=", ".join(accept),
+        goals="\n".join(f"  - {goal}" for goal in goals), accept=", ".join(accept),
         own=" The base has these itself." if accept else "",
         evaluations=1000 if can_screen(spec) else 200,
     )
 
 
-def _around(spec: SensorSpec) -> Iterator[str]:
-    """Yield keys of a spec, each with a range around its value."""
-    coil, rules = spec.coil, spec.fpc.rules
+def _around(
+    coil: CoilSpec, rules: DesignRules, written: Collection[str], pitch: float | None, pad: ElastomerPad | None
+) -> Iterator[str]:
+    """Yield keys of a spec, each with a range around its value.
+
+    `written` are the keys in the spec's text. `pitch` is the distance of coils (m) that may vary.
+    """
     if coil.size[0] == coil.size[1]:  # else the size is a pair, which has no range
         yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
-    written = spec.source.keys
     if INNER in written:
         yield f"  {INNER}: {_range(0.8 * coil.inner_diameter, 1.2 * coil.inner_diameter)}"
     if isinstance(turns := coil.turns, float) and (TURNS in written or INNER not in written):
@@ -497,10 +508,10 @@ def _around(spec: SensorSpec) -> Iterator[str]:
     first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
     if "coil.trace_width" in written or INNER not in written:
         yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
-    if spec.array.pitch is not None and spec.cells is None:
-        yield f"  array.pitch: {_range(spec.array.pitch, 1.1 * spec.array.pitch)}"
-    if spec.elastomer is not None:
-        yield f"  elastomer.thickness: {_range(0.7 * spec.elastomer.thickness, 1.3 * spec.elastomer.thickness)}"
+    if pitch is not None:
+        yield f"  array.pitch: {_range(pitch, 1.1 * pitch)}"
+    if pad is not None:
+        yield f"  elastomer.thickness: {_range(0.7 * pad.thickness, 1.3 * pad.thickness)}"
 
 
 def _range(low: float, high: float) -> str:
@@ -508,13 +519,12 @@ def _range(low: float, high: float) -> str:
     return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
 
 
-def _worth(spec: SensorSpec) -> Iterator[str]:
-    """Yield two goals for a spec."""
-    is_tactile = spec.target is not None and spec.elastomer is not None
+def _worth(is_tactile: bool, shear_force: float | None, jaw: Jaw | None, body: BodySpec | None) -> Iterator[str]:
+    """Yield two goals for a sensor. `is_tactile` states whether it has a target on a pad."""
     yield "minimize: resolution.normal" if is_tactile else "maximize: rp"
-    if spec.jaw is not None:
+    if jaw is not None:
         yield "minimize: fit.closed_pair"
-    elif is_tactile and spec.requirements.shear_force:
+    elif is_tactile and shear_force:
         yield "minimize: resolution.shear_x"
-    elif spec.fpc.body is None:
+    elif body is None:
         yield "minimize: board.area"

@@ -34,12 +34,14 @@ from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
 from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
 from sitscad.data import rows
-from sitscad.estimates import Estimates, estimated
+from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.windings.losses import SCREENING
+from sitscad.kernels.geometry.convex import Box
 from sitscad.layout import sketch
 from sitscad.package.inspection import as_configured
+from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.places import footprint
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -161,17 +163,20 @@ def can_screen(spec: SensorSpec) -> bool:
     is_plain = all(metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY for metal in sheets)
     is_level = not any(spec.requirements.moments)
     is_backed = spec.shield is None or (jaw is not None and spec.cells is None)
-    return spec.coil.outline.is_round and is_whole and is_plain and is_backed and is_level and _ends_over_coils(spec)
+    is_modelled = spec.coil.outline.is_round and is_whole and is_plain and is_backed and is_level
+    if not is_modelled or spec.target is None:
+        return is_modelled
+    return _ends_over_coils(footprint(spec, spec.target).box, spec.cell_placements[0], spec.coil)
 
 
-def _ends_over_coils(spec: SensorSpec) -> bool:
-    """Whether the nearest edge of a target that several coils share lies in the screen's valid range."""
-    places = {place.centre for place in spec.cell_placements[0]}
-    if spec.target is None or len(places) < 2:
+def _ends_over_coils(target: Box, placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> bool:
+    """Whether the nearest edge of a target's box that several coils share lies in the screen's valid range."""
+    places = {place.centre for place in placements}
+    if len(places) < 2:
         return True
-    west, low, right, high = footprint(spec, spec.target).box
+    west, low, right, high = target
     nearest = min(min(x - west, right - x, y - low, high - y) for x, y in places)
-    return RIMS[0] < nearest / (0.5 * min(spec.coil.size)) < RIMS[1]
+    return RIMS[0] < nearest / (0.5 * min(coil.size)) < RIMS[1]
 
 
 @cache
@@ -192,7 +197,7 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     values, absent = figures(design, screened)
     absent |= {name: IN_FULL for name in measures if name not in screened}
     wide = [name for name in OF_BOARD if name in values]
-    if not _is_sized(spec):
+    if not _is_sized(spec.array):
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
     elif wide:  # leads may need a wider board
@@ -216,9 +221,9 @@ OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.ar
 WIDER = 2  # Steps by which a board may be wider than its sketch. At most one was needed in 360 routed designs
 
 
-def _is_sized(spec: SensorSpec) -> bool:
+def _is_sized(array: ArraySpec) -> bool:
     """Whether the board is as large as its sketch: one coil, or two in line. Leads of six in line widened it by 4 %."""
-    return spec.array.is_in_line and len(spec.array.placements) <= 2
+    return array.is_in_line and len(array.placements) <= 2
 
 
 def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
@@ -226,8 +231,10 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
     findings: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
-    corners = [Design(design.spec, design.layout, shifted(design.estimates, side, errors)) for side in (-1.0, 1.0)]
-    wider = Design(design.spec, sketch(design.spec, WIDER), design.estimates) if _is_sized(design.spec) else design
+    numbers, is_sized = design.estimates, _is_sized(design.spec.array)
+    corners = [Design(design.spec, design.layout, replace(numbers, coils=shifted(numbers.coils, side, errors)))
+               for side in (-1.0, 1.0)]
+    wider = Design(design.spec, sketch(design.spec, WIDER), numbers) if is_sized else design
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
             variants = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
@@ -242,10 +249,10 @@ def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> li
 
     They are unknown, too, if one of the `variants`, designs within the errors of the screen, has other severities.
     """
-    if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
+    if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec.array)):
         return None
     findings, undecided = apply_rule(rule, design, least=None)
-    if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
+    if undecided or (rule.id in BY_FEELING and _is_near(rule, design.cells)):
         return None
     if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(findings) for other in variants):
         return None
@@ -257,16 +264,18 @@ def _grave(findings: Sequence[Finding]) -> list[Severity]:
     return sorted({each.severity for each in findings} - {Severity.NOTE})
 
 
-def _is_near(rule: Rule, design: Design) -> bool:
+def _is_near(rule: Rule, cells: Cells) -> bool:
     """Whether a sensing figure lies within its error of the required value."""
     error = screen_errors()["resolution.normal"]
-    results = (each for cell in design.cells.extremes.values() for each in requirement_results(rule, cell))
+    results = (each for cell in cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
 
 
-def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> Estimates:
-    """Return the estimates with all tanks better (`side` 1) or worse (-1) by the relative errors of screening."""
-    return replace(estimates, coils=tuple(_shifted(coil, side, errors) for coil in estimates.coils))
+def shifted(
+    coils: tuple[CoilEstimate, ...], side: float, errors: Mapping[str, float]
+) -> tuple[CoilEstimate, ...]:
+    """Return the coils with all tanks better (`side` 1) or worse (-1) by the relative errors of screening."""
+    return tuple(_shifted(coil, side, errors) for coil in coils)
 
 
 def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from sitscad.kernels.geometry.path import enclosed_area
 if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
     from sitscad.estimates.performance.points import SensingAnalysis
+    from sitscad.estimates.sensing import Sensing
     from sitscad.spec.sensor import SensorSpec
 
 Figure = tuple[float, float]
@@ -77,12 +78,13 @@ class DesignMeasure:
         return ", ".join(need.words for need in self.needs)
 
 
-def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
+def _states(coils: Sequence[CoilEstimate]) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
     """Yield every coil with each of its states. Raises AbsentError if a state could not be estimated."""
-    failed = next((why for why in design.estimates.failed_states.values() if why != MOVED_SIDEWAYS), None)
+    failures = {state: why for coil in coils for state, why in coil.failed_states.items()}
+    failed = next((why for why in failures.values() if why != MOVED_SIDEWAYS), None)
     if failed is not None:
         raise AbsentError(failed)
-    for coil in design.estimates.coils:
+    for coil in coils:
         yield from ((coil, state) for state in coil.states.values())
 
 
@@ -94,9 +96,11 @@ def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
     return coil.inductance_error * coil.winding_inductance + crowding + by_target
 
 
-def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[CoilEstimate, StateEstimate]:
+def _worst_tank(
+    coils: Sequence[CoilEstimate], pick: Callable[..., Any], name: str
+) -> tuple[CoilEstimate, StateEstimate]:
     """Return the coil and the state with the worst value of a figure. `pick` (min or max) selects the worst."""
-    pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
+    pairs = [pair for pair in _states(coils) if math.isfinite(getattr(pair[1], name))]
     if not pairs:
         raise AbsentError("no tank of this design oscillates")
     worst: tuple[CoilEstimate, StateEstimate] = pick(pairs, key=lambda pair: getattr(pair[1], name))
@@ -110,7 +114,7 @@ def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss:
     """
 
     def read(design: Design) -> Figure:
-        coil, state = _worst_tank(design, pick, name)
+        coil, state = _worst_tank(design.estimates.coils, pick, name)
         value = float(getattr(state, name))
         relative = abs(by_inductance) * inductance_error(coil, state) / state.inductance
         return value, abs(value) * (relative + abs(by_loss) * (state.resistance_error or 0.0))
@@ -122,7 +126,7 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
     """Return a reader of one standard deviation of manufacture of a figure, at its worst tank."""
 
     def read(design: Design) -> Figure:
-        sigmas = _worst_tank(design, pick, name)[1].spread
+        sigmas = _worst_tank(design.estimates.coils, pick, name)[1].spread
         if sigmas is None:
             raise AbsentError("no tank of this design oscillates")
         return float(getattr(sigmas, name)), 0.0
@@ -143,8 +147,8 @@ def _signal(design: Design) -> Figure:
     return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
 
 
-def _sensing(design: Design) -> SensingAnalysis:
-    sensing = design.sensing.analysis
+def _sensing(results: Sensing) -> SensingAnalysis:
+    sensing = results.analysis
     if sensing is None:
         raise AbsentError("it needs a target on a pad, and tanks that oscillate at rest")
     if not all(sensing.held):
@@ -152,27 +156,31 @@ def _sensing(design: Design) -> SensingAnalysis:
     return sensing
 
 
-def _error_of(design: Design) -> float:
-    """Return the relative error of sensing figures: `NEARLY` at the screen level, 0 at the full level."""
-    return NEARLY if design.estimates.is_rough else 0.0
-
-
 def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Reader]:
     """Return a function that makes a reader for an axis, with the error at the screen level."""
 
     def along(axis: str) -> Reader:
-        def read(design: Design) -> Figure:
-            sensing = _sensing(design)
+        def of_axis(sensing: SensingAnalysis) -> float:
             if axis not in sensing.bench.range.axes:
                 raise AbsentError(f"the coils cannot measure {axis}")
             value = of(sensing, axis)
             if not math.isfinite(value):
                 raise AbsentError(f"no reading depends on {axis}")
-            return value, _error_of(design) * value
+            return value
 
-        return read
+        return _of_sensing(of_axis)
 
     return along
+
+
+def _of_sensing(of: Callable[[SensingAnalysis], float]) -> Reader:
+    """Return a reader of a sensing figure. Its relative error is `NEARLY` at the screen level, 0 at the full level."""
+
+    def read(design: Design) -> Figure:
+        value = of(_sensing(design.sensing))
+        return value, (NEARLY if design.estimates.is_rough else 0.0) * value
+
+    return read
 
 
 def _resolution(sensing: SensingAnalysis, axis: str) -> float:
@@ -192,7 +200,7 @@ def _by_warmth(place: int) -> Callable[[SensingAnalysis, str], float]:
 
 def _range(axis: str) -> Reader:
     def read(design: Design) -> Figure:
-        _sensing(design)
+        _sensing(design.sensing)
         points = design.performance
         if not points:
             raise AbsentError("no coil responds to a force")
@@ -204,19 +212,16 @@ def _range(axis: str) -> Reader:
     return read
 
 
-def _crosstalk(design: Design) -> Figure:
-    sensing = _sensing(design)
+def _crosstalk(sensing: SensingAnalysis) -> float:
     if len(sensing.bench.range.axes) == 1:
         raise AbsentError("one coil measures one axis")
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
     tables = [crosstalk(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
-    value = max(error for table in tables for row in table.values() for error in row.values())
-    return value, _error_of(design) * value
+    return max(error for table in tables for row in table.values() for error in row.values())
 
 
-def _by_gap(design: Design) -> Figure:
-    sensing = _sensing(design)
+def _by_gap(sensing: SensingAnalysis) -> float:
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
@@ -225,8 +230,7 @@ def _by_gap(design: Design) -> Figure:
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
     is_force = [name in FORCES for name in sensing.bench.range.axes]
-    value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
-    return value, _error_of(design) * value
+    return float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
 
 
 def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
@@ -248,10 +252,6 @@ def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
         return float(value), 0.0
 
     return read
-
-
-def _area(design: Design) -> float:
-    return abs(enclosed_area(design.layout.outline))
 
 
 WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
@@ -307,13 +307,14 @@ def _rows() -> Iterator[DesignMeasure]:
                                 read(axis), (FULL,) if axis in MOMENTS else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "
                         "its own full scale, with the best polynomial of the design as drawn", (*PADDED, TWO_COILS),
-                        _crosstalk, (FULL,))
+                        _of_sensing(_crosstalk), (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "largest change of a cell's reading by full load on all its neighbours, "
                         "as a fraction of the cell's full signal", (CELLS,), _exact(
                             lambda design: getattr(design.cells.skin.crosstalk, "total", None),
                             "it needs cells with a signal"), (FULL,))
     yield DesignMeasure("error.gap", "N", "error at full load by scatter of glue lines and pad thickness (one "
-                        "sigma), tared but not calibrated, on the worst axis of force", PADDED, _by_gap, (FULL,))
+                        "sigma), tared but not calibrated, on the worst axis of force", PADDED,
+                        _of_sensing(_by_gap), (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need, at worst tolerances",
                         (JAW,), _fit(lambda fits: fits[CLOSED_PAIR].worst))
     yield DesignMeasure("fit.spare", "m", "smallest room left in the jaw, of all its fits, at worst tolerances", (JAW,),
@@ -322,7 +323,8 @@ def _rows() -> Iterator[DesignMeasure]:
                         _exact(lambda design: design.layout.body_size[1]))
     yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
                         _exact(lambda design: design.layout.body_size[0]))
-    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _exact(_area))
+    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (),
+                        _exact(lambda design: abs(enclosed_area(design.layout.outline))))
     yield DesignMeasure("board.layers", "", "copper layers of the board", (),
                         _exact(lambda design: float(len(design.spec.fpc.stackup.copper))),
                         decided_by=("fpc.stackup", "coil.layers"))

@@ -27,7 +27,7 @@ from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec
 from sitscad.spec.profiles import FILES
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.source import TextError, read_yaml
+from sitscad.spec.yaml.source import SpecSource, TextError, read_yaml
 
 Changes = tuple[tuple[str, Any], ...]
 """Dotted keys of a spec with their plain values, in order."""
@@ -47,9 +47,9 @@ class Base:
     profiles: str | None = None
 
     @classmethod
-    def of(cls, spec: SensorSpec) -> Base:
-        """Return the base of a loaded spec."""
-        return cls(spec.source.text, spec.source.path, policy_for(spec.source.path).profiles)
+    def of(cls, source: SpecSource) -> Base:
+        """Return the base of a loaded spec by its source."""
+        return cls(source.text, source.path, policy_for(source.path).profiles)
 
     @classmethod
     def opened(cls, path: str) -> Base:

@@ -175,7 +175,7 @@ def sweep_as_written(
     shape = tuple(map(len, axes.values()))
     if (total := int(np.prod(np.array(shape, dtype=object)))) > MOST_DESIGNS:
         raise ValueError(f"{total} designs; {MOST_DESIGNS} are the most of one sweep")
-    base = Base.of(spec)
+    base = Base.of(spec.source)
     for key, values in axes.items():
         require_key(base, key, values)
     designs: list[Changes] = [tuple(zip(axes, point, strict=True)) for point in product(*axes.values())]

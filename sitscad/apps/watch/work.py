@@ -11,7 +11,7 @@ import json
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -21,6 +21,7 @@ from sitscad.apps.study.page import filling
 from sitscad.apps.study.study import Study
 from sitscad.assembly.places.bodies import PartsError
 from sitscad.assembly.solids.solid import MissingExtra
+from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Severity
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
@@ -28,6 +29,7 @@ from sitscad.basics.units import quantity
 from sitscad.checks.findings import CheckedSpec
 from sitscad.checks.opening import is_study, opened, policy_for
 from sitscad.checks.policy import PolicyError
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.files.documents.datasheet import figures_for_programs
@@ -102,7 +104,8 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     before.designs[:] = [design]
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
-    yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
+    numbers = _numbers(design.estimates.coils, design.fit)
+    yield Event("estimate", {"numbers": numbers}, seconds=time.perf_counter() - began)
     made_of = design.bare.spec, contents.checked.is_orderable
     feeling = _kept(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))
     files |= feeling
@@ -180,13 +183,13 @@ def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
     return {"counts": counts, "findings": findings, "read": read}
 
 
-def _numbers(design: Design) -> Document:
+def _numbers(coils: Sequence[CoilEstimate], fit: Sequence[Measure]) -> Document:
     """Return the figures of every coil and state, and of the fit, by label: value and unit."""
     figures: Document = {}
-    for coil in design.estimates.coils:
+    for coil in coils:
         for name, state in coil.states.items():
             figures |= {f"{each.label} of {coil.name} {name}": each.plain(state) for each in TANK}
-    return figures | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
+    return figures | {f"{each.name}, to spare": quantity(each.margin, "m") for each in fit}
 
 
 def _felt(point: Document) -> Document:

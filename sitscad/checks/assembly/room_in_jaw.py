@@ -56,7 +56,10 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     for slab in plates_of(design.spec).all:
         yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
-    yield from _in_pocket(design.spec, jaw, *design.layout.body_size)
+    if design.spec.mount is not None:
+        lower = partial(each_read, design.spec, "mount.standoff", [jaw.recess * 1e3])
+        yield from _in_pocket(jaw, design.spec.mount.standoff, design.layout.body_size, design.spec.array.distance_key,
+                              (lower,))
     if across > jaw.port_diameter + ROUNDING:
         is_body = across <= design.layout.body_size[1] + ROUNDING
         yield violated(
@@ -109,19 +112,23 @@ def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
 
 
-def _in_pocket(spec: SensorSpec, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
-    """Yield findings on a board that does not fit into a pad pocket."""
-    mount = spec.mount
-    if jaw.pocket is None or mount is None:
+def _in_pocket(
+    jaw: Jaw, standoff: float, body_size: tuple[float, float], distance_key: str, fixes: tuple[Family, ...]
+) -> Iterator[Verdict]:
+    """Yield findings on a board that does not fit into a pad pocket.
+
+    `distance_key` is the key of the coils' distance. `fixes` are for a board below the pocket's rim.
+    """
+    if jaw.pocket is None:
         return
+    long, wide = body_size
     length, room = (side - 2.0 * POCKET_CLEARANCE for side in jaw.pocket)
     if long > length + ROUNDING:
-        yield violated("pocket-long", spec.array.distance_key, long, length, "m", details=unverified(jaw))
-    if mount.standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
+        yield violated("pocket-long", distance_key, long, length, "m", details=unverified(jaw))
+    if standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
         yield violated(
             "pocket-wide", "mount.standoff", wide, room, "m", details=unverified(jaw),
-            depth=jaw.recess - mount.standoff, standoff=f"{jaw.recess * 1e3:.6g}",
-            fixes=(partial(each_read, spec, "mount.standoff", [jaw.recess * 1e3]),),
+            depth=jaw.recess - standoff, standoff=f"{jaw.recess * 1e3:.6g}", fixes=fixes,
         )
 
 

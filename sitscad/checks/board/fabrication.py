@@ -15,7 +15,7 @@ from typing import Any
 from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read, finer_fabricators, plated_in_holes_alone, read_anew, wider
-from sitscad.checks.fixes.search import Family, Fix
+from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
@@ -172,7 +172,7 @@ def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
 
     @cache
     def finer() -> list[str]:
-        return [fix.edits[0].new for fix in islice(finer_fabricators(spec), NAMED)]
+        return [name for name, _ in islice(finer_fabricators(spec.coil, spec.fpc.stackup), NAMED)]
 
     if value < least - ROUNDING:
         yield violated(
@@ -239,7 +239,12 @@ def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family
             if is_all or rules.binds(f"coil_{name}") else 0.0)
         for name in ("trace_width", "trace_spacing")
     )
-    houses = () if is_all else (lambda: islice(finer_fabricators(spec), NAMED),)
+
+    def finer() -> Iterator[Fix]:
+        for name, profile in islice(finer_fabricators(spec.coil, spec.fpc.stackup), NAMED):
+            yield setting(spec, "fpc.rules", profile, name)
+
+    houses = () if is_all else (finer,)
     return partial(wider, spec, width, spacing), partial(_as_foil, spec, field), *houses
 
 

@@ -24,7 +24,7 @@ from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
 """First growth (m) of a body on every side if the missing length is not known."""
@@ -39,7 +39,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
     return reported
 
 
-def _with_need(spec: SensorSpec, lack: Shortfall) -> Shortfall:
+def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
     """Return a shortfall with the needed room, if trials can find it.
 
     Vias may have room inside a coil and their stubs none. The needed room is then for the smallest larger coil in which
@@ -48,8 +48,8 @@ def _with_need(spec: SensorSpec, lack: Shortfall) -> Shortfall:
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
         return lack
     for growth in GROWTHS:
-        size = (spec.coil.size[0] + growth, spec.coil.size[1] + growth)
-        if moves.inner_vias_fit(replace(spec, coil=replace(spec.coil, size=size)).artwork):
+        size = (artwork.coil.size[0] + growth, artwork.coil.size[1] + growth)
+        if moves.inner_vias_fit(replace(artwork, coil=replace(artwork.coil, size=size))):
             return no_inner_room(int(dict(lack.facts)["count"]), lack.have, lack.have + growth)
     return lack
 
@@ -81,7 +81,7 @@ def lead_gap(
 
 def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
-    lack, body = _with_need(spec, shortfall), spec.fpc.body
+    lack, body = _with_need(spec.artwork, shortfall), spec.fpc.body
     is_known, is_single = lack.need is not None, len(spec.array.placements) == 1
     is_sized = body is not None and body.size is not None
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"

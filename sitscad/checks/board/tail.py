@@ -104,8 +104,10 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
             "mount-bends", "fpc.tail.length", bends[-1].end - end, 0.0, "m", severity=Severity.WARNING,
             place=Place(line, sum(layout.reach_at(line)) / 2), start=bends[0].start, end=bends[-1].end, straight=end,
         )
-    yield from _too_short(spec, zone, straight, bends[-1].end if bends else None,
-                          None if layout.shortfalls else layout.tail_length)
+    lacking = max(bend_length(spec.fpc) - max(0.0, straight.room), FIRST_ROOM if zone is None else 0.0)
+    # a longer tail does not help if leads or vias have no room
+    fixes = () if layout.shortfalls else _longer(spec, layout.tail_length, lacking)
+    yield from _too_short(spec.fpc, zone, straight, bends[-1].end if bends else None, fixes)
     bend = own_bend(layout)
     if zone is not None and bend is not None and room is not None and tail.bend_at is not None:
         yield from _misplaced(zone, bend, room, layout.body[2], layout.reach_at)
@@ -113,15 +115,14 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
 
 
 def _too_short(
-    spec: SensorSpec, zone: tuple[float, float] | None, straight: _Straight, mount_end: float | None,
-    tail_length: float | None,
+    fpc: FpcSpec, zone: tuple[float, float] | None, straight: _Straight, mount_end: float | None,
+    fixes: tuple[Family, ...],
 ) -> Iterator[Violation]:
     """Yield a violation if the tail has no straight part long enough for its bend.
 
-    `mount_end` is the end of the mount's bends (m), if any. `tail_length` is the length of the tail (m), or None if
-    leads or vias have no room: a longer tail does not help then.
+    `mount_end` is the end of the mount's bends (m), if any.
     """
-    tail, needed, figure = spec.fpc.tail, bend_length(spec.fpc), bend_figure(spec.fpc)
+    tail, needed, figure = fpc.tail, bend_length(fpc), bend_figure(fpc)
     assert tail is not None
     fits = zone is not None and straight.room >= needed - ROUNDING
     place = None if straight.unfit is None else replace(straight.unfit, x=straight.start)
@@ -139,10 +140,9 @@ def _too_short(
     yield violated(
         "bend-room" if needed else "bend-room-unknown", "fpc.tail.length", straight.room, needed, "m", details=details,
         severity=Severity.WARNING if has_room else Severity.ERROR, place=place,
-        source=spec.fpc.rules.source_of(field) if figure else None, bend=tail.bend, angle=tail.bend_angle,
-        room=max(0.0, straight.room), ratio=ratio, house=house(spec.fpc.rules, field) if figure else "",
-        start=straight.start, fixes=() if tail_length is None else _longer(
-            spec, tail_length, max(needed - max(0.0, straight.room), FIRST_ROOM if zone is None else 0.0)),
+        source=fpc.rules.source_of(field) if figure else None, bend=tail.bend, angle=tail.bend_angle,
+        room=max(0.0, straight.room), ratio=ratio, house=house(fpc.rules, field) if figure else "",
+        start=straight.start, fixes=fixes,
     )
 
 

@@ -16,7 +16,7 @@ from sitscad.basics.finding import Edit, Finding, Ignored, NotChecked, Place, Re
 from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, document
 from sitscad.basics.record import record
 from sitscad.basics.version import __version__
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 
 @record
@@ -98,12 +98,12 @@ def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
 
 
 def checked_spec(
-    spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked], signals: Sequence[Signal] = (),
-    fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[RequirementResult] = (),
-    board: tuple[float, ...] | None = None,
+    name: str, source: SpecSource, findings: Sequence[Finding], not_checked: Sequence[NotChecked],
+    signals: Sequence[Signal] = (), fit: Sequence[Measure] = (), closing: Closing | None = None,
+    reached: Sequence[RequirementResult] = (), board: tuple[float, ...] | None = None,
 ) -> CheckedSpec:
     """Return a spec with its findings and measured values. Findings without a place get their place in the text."""
-    source, located = spec.source, []
+    located = []
     for finding in findings:
         if finding.line is None:
             line, column = source.locate(finding.key)
@@ -111,7 +111,7 @@ def checked_spec(
         located.append(finding)
     return CheckedSpec(
         source.path, source.text, tuple(located), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
-        closing=closing, reached=tuple(reached), name=spec.name, board=board,
+        closing=closing, reached=tuple(reached), name=name, board=board,
     )
 
 

@@ -22,7 +22,7 @@ from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.routing.branches import least_closing
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
-from sitscad.spec.circuit import Plating
+from sitscad.spec.circuit import Plating, Stackup
 from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.load import rewritten_spec
@@ -59,13 +59,18 @@ def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Ed
     return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(keys) else ()
 
 
-def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield coils with more turns: the turns times a factor, then half-way to the most that fit, then the most.
+def with_each(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
+    """Yield the result of `with_turns` for each number of turns."""
+    for turns in numbers:
+        yield with_turns(spec, turns)
+
+
+def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
+    """Yield more turns for a coil: the turns times a factor, then half-way to the most that fit, then the most.
 
     Turns are multiples of the smallest part of a turn of the shape. No lead runs back round the coil. Empty for layers
     of unequal turns.
     """
-    coil = spec.coil
     if coil.has_unequal_turns:
         return
     parts = coil.outline.ends or 4
@@ -75,7 +80,7 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     middle = min(_up(coil, math.ceil((turns + most) / 2.0 - 1e-9), parts), most)
     for part in dict.fromkeys((turns, middle, most)):
         if part / parts > coil.most_turns:
-            yield with_turns(spec, part / parts)
+            yield part / parts
 
 
 def _up(coil: CoilSpec, part: int, parts: int) -> int:
@@ -88,13 +93,12 @@ def _runs_back(coil: CoilSpec, turns: float) -> bool:
     return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
 
 
-def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
-    """Yield coils with the present turns, then with at most `room` turns, then with fewer.
+def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
+    """Yield the present turns of a coil, then at most `room` turns, then fewer.
 
     Up to `steps` further numbers are each smaller by a part of a turn. Except with the present turns, no lead runs back
     round the coil.
     """
-    coil = spec.coil
     if coil.has_unequal_turns:
         return
     parts = coil.outline.ends or 4
@@ -102,7 +106,7 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
     fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
     for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
         if 0.0 < turns <= coil.turns_that_fit:
-            yield with_turns(spec, turns)
+            yield turns
 
 
 def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
@@ -111,7 +115,8 @@ def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
     The first fix is found by bisection, because fewer turns leave more room.
     """
     now = spec.coil.most_turns
-    fixes = [fix for fix in fewer_turns(spec, most, MOST_STEPS) if fix.edits and fix.spec.coil.most_turns < now]
+    fixes = [fix for fix in with_each(spec, fewer_turns(spec.coil, most, MOST_STEPS))
+             if fix.edits and fix.spec.coil.most_turns < now]
     low, high = 0, len(fixes)
     while low < high:
         middle = (low + high) // 2
@@ -123,19 +128,19 @@ MOST_STEPS = 24
 """Number of parts of a turn that are taken off in trials to make room inside."""
 
 
-def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
+def whole_turns(coil: CoilSpec) -> Iterator[float]:
     """Yield the nearest turns, then the turns on the other side, with a whole number of turns over all layers.
 
     Both leads then start from the same place. Empty for layers of unequal turns.
     """
-    coil, layers = spec.coil, len(spec.coil.layers)
+    layers = len(coil.layers)
     if coil.has_unequal_turns:
         return
     parts = math.gcd(coil.outline.ends or layers, layers)
     below = math.floor(parts * coil.most_turns + 1e-6) / parts
     for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.most_turns), 6)):
         if 0.0 < turns <= coil.turns_that_fit and abs(turns - coil.most_turns) > 1e-6:
-            yield with_turns(spec, turns)
+            yield turns
 
 
 def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
@@ -151,7 +156,8 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
     long = coil.outline.is_long
     size = Edit("coil.outer_diameter", f"[{x * 1e3:g}, {across * 1e3:g}]" if long else f"{across * 1e3:g}")
     small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
-    for fix in fewer_turns(small, coil.most_turns - (y - across) / 2.0 / coil.pitch, 0):
+    room = coil.most_turns - (y - across) / 2.0 / coil.pitch
+    for fix in with_each(small, fewer_turns(small.coil, room, 0)):
         yield _besides((size,), fix, coil.most_turns)
 
 
@@ -170,7 +176,7 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
     if min(small.spec.coil.size) <= 2.0 * coil.trace_width:
         return Fix((), spec)
     room = coil.most_turns - by / 2.0 / coil.pitch
-    for fewer in fewer_turns(small.spec, room, 0):
+    for fewer in with_each(small.spec, fewer_turns(small.spec.coil, room, 0)):
         if inner_vias_fit(fewer.spec.artwork):
             turned = (edit for edit in fewer.edits if fewer.spec.coil.most_turns != coil.most_turns)
             return small.with_also(Fix(tuple(turned), fewer.spec))
@@ -190,9 +196,9 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
     """Yield other start angles, then a part of a turn less or more, which move the layers' ends and their leads."""
     coil, parts = spec.coil, spec.coil.outline.ends or 4
     yield from other_start_angles(spec)
-    fewer = fewer_turns(spec, coil.most_turns - 1.0 / parts, 0)
-    more = more_turns(spec, 1.0 + 0.5 / (parts * coil.most_turns))
-    yield from (fix for fix in (*fewer, *more) if fix.spec.coil.most_turns != coil.most_turns)
+    fewer = fewer_turns(coil, coil.most_turns - 1.0 / parts, 0)
+    more = more_turns(coil, 1.0 + 0.5 / (parts * coil.most_turns))
+    yield from (fix for fix in with_each(spec, (*fewer, *more)) if fix.spec.coil.most_turns != coil.most_turns)
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -241,7 +247,7 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     if wide.pitch < GROWN * coil.pitch:
         yield Fix((*edits, *_inner_edit(spec.source.keys, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
-    for fix in fewer_turns(replace(spec, coil=wide), room):
+    for fix in with_each(replace(spec, coil=wide), fewer_turns(wide, room)):
         yield _besides(edits, fix, coil.most_turns)
 
 
@@ -381,15 +387,16 @@ def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple
         yield (Edit(f"{key}.shape", LONG_PLATE), size_edit), replace(plate, shape=LONG_PLATE, size=size)
 
 
-def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
+def finer_fabricators(coil: CoilSpec, stackup: Stackup) -> Iterator[tuple[str, DesignRules]]:
     """Yield the installed fabricators' profiles that make the coil's tracks and gaps in its foil, the coarsest first.
 
-    A profile that states its layer counts must also make this number of layers.
+    Each has its name and its rules for this foil and number of layers. A profile that states its layer counts must also
+    make this number of layers.
     """
-    coil, foil = spec.coil, spec.fpc.stackup.line_foil(spec.coil.layers)
+    foil, count = stackup.line_foil(coil.layers), len(stackup.copper)
     fitting = []
     for name in presets.names("rules"):
-        rules = installed_rules(name).for_foil(foil).for_layers(len(spec.fpc.stackup.copper))
+        rules = installed_rules(name).for_foil(foil).for_layers(count)
         least = [(rules.trace_width, rules.trace_spacing)]
         if rules.coil_rule_binding:
             least.append((rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
@@ -397,11 +404,11 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
         if (
             all(coil.trace_width >= width - SAME and coil.trace_spacing >= gap - SAME for width, gap in least)
             and not {"trace_width", "trace_spacing"} & set(rules.beyond)
-            and (counts is None or len(spec.fpc.stackup.copper) in counts)
+            and (counts is None or count in counts)
         ):
             fitting.append((-sum(least[0]), name, rules))
     for _, name, rules in sorted(fitting, key=lambda entry: entry[:2]):
-        yield setting(spec, "fpc.rules", rules, name)
+        yield name, rules
 
 
 TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)

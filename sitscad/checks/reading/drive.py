@@ -42,8 +42,11 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(coils, "amplitude")
     if readout.drive_code is None:
         return
+    spec = design.spec
+    distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
     violations = [*_too_strong(design, worst_of(coils, "amplitude", max, True)),
-            *_too_weak(design, worst_of(coils, "amplitude", min, True))]
+                  *_too_weak(device, readout, coils, worst_of(coils, "amplitude", min, True),
+                             is_set=design.spec.readout.drive_code is not None, distance=distance)]
     yield from (each for each in violations if not each.keeps_limit)
     # notes and warnings on one drive code become one finding: separate findings could ask for a weaker
     # code and for a stronger code. Place and values are from the gravest finding
@@ -180,13 +183,16 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
         )
 
 
-def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
+def _too_weak(
+    converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], smallest: Reading | None, *,
+    is_set: bool, distance: str,
+) -> Iterator[Violation]:
     """Yield a finding if the smallest amplitude is below the low-noise window, or above it by little.
 
-    Below a second limit, the oscillation may stop.
+    Below a second limit, the oscillation may stop. `is_set` states whether the spec sets the drive code. `distance` is
+    the advice for more distance from metal (`more_distance`).
     """
-    spec, readout, coils = design.spec, design.estimates.readout, design.estimates.coils
-    converter, limit = spec.readout.device, spec.readout.device.limit
+    limit = converter.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
         return
@@ -197,12 +203,10 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
     case, name, severity = "swing-stops", "amplitude_stable_min", None
     if smallest.value >= limit(name):
         case, name, severity = "swing-noisy", "amplitude_optimum_min", Severity.WARNING
-    is_set = spec.readout.drive_code is not None
     serving, margin = serving_code(converter, readout, coils) if is_set else (None, 0.0)
     values = readings_of(coils, "parallel_resistance", True)
     resistances = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
-    distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
     changes = [*[distance] * bool(distance), "more turns"]
     # its states differ, the coils differ, or R_P is too low even for the strongest drive
     if is_set:

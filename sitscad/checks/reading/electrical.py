@@ -15,7 +15,7 @@ from itertools import islice
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity, show
-from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns
+from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns, with_each
 from sitscad.checks.reading.readings import (
     Reading,
     beyond_limit,
@@ -267,7 +267,8 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         hint="lead-on", severity=Severity.WARNING if is_warned else Severity.NOTE,
         details=(*["lead-resistance"] * (free is not None), *["lead-room-missing"] * (beyond > TOGETHER)),
         # if leads lack room, other start angles come first
-        fixes=(lambda: islice(other_start_angles(spec), TRIED if beyond > TOGETHER else 0), lambda: whole_turns(spec)),
+        fixes=(lambda: islice(other_start_angles(spec), TRIED if beyond > TOGETHER else 0),
+               lambda: with_each(spec, whole_turns(spec.coil))),
         coil=coil.name, turns=abs(turns), linked=abs(linked), moves=moves, missing=beyond,
     )
 

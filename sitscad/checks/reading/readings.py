@@ -11,7 +11,7 @@ from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
+from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns, with_each
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import Undecided, Verdict, Violation, violated
 from sitscad.estimates.circuits.tank import preferred_values
@@ -198,4 +198,5 @@ def other_states(
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:
     """Return more turns or layers that grow the coil by `factor`, and a long coil longer by the factor `length`."""
-    return partial(more_turns, spec, factor), partial(more_layers, spec, factor), partial(longer_coils, spec, length)
+    return (lambda: with_each(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
+            partial(longer_coils, spec, length))

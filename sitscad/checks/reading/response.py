@@ -34,6 +34,7 @@ from sitscad.checks.rules import (
 )
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.geometry.path import Point
 from sitscad.spec import presets
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import Target
@@ -143,7 +144,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     outside = max(abs(places[r.coil][k]) - 0.5 * target.size[k] for r in deaf for k in (0, 1))
     details = (*["weak-best"] * beside, *["lost-coils"] * bool(lost), *["lost-shear"] * bool(lost and untold),
                *["weak-outside"] * (beside and outside > 0.0))
-    change = _more_change(design, worst.steps)
+    change = _more_change(design.spec.readout, design.estimates.readout.conversion, coils, target, worst.steps)
     yield violated(
         "nothing-felt" if is_nothing_felt else "weak-change", "target.size" if beside else "elastomer.thickness",
         worst.steps, max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
@@ -197,7 +198,8 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     changes = responses(numbers.coils, numbers.readout.conversion)
     if changes and _is_lost(changes):
         best = max(changes, key=lambda response: response.steps)
-        change = _more_change(design, best.steps)
+        numbers, spec = design.estimates, design.spec
+        change = _more_change(spec.readout, numbers.readout.conversion, numbers.coils, spec.target, best.steps)
         yield violated(
             "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
             details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(changes),
@@ -229,21 +231,23 @@ class _MoreChange:
     devices: tuple[str, ...] = ()
 
 
-def _more_change(design: Design, steps: float) -> _MoreChange:
+def _more_change(
+    readout: ReadoutSpec, conversion: Conversion | None, coils: Sequence[CoilEstimate], target: Target | None,
+    steps: float,
+) -> _MoreChange:
     """Return the hint for a larger change and for a finer step.
 
     Longer conversions are advised only if the result has enough bits for them.
     """
-    conversion, device = design.estimates.readout.conversion, design.spec.readout.device
-    states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
-    if design.spec.target is not None and any(design.spec.target.offset):
+    device, states = readout.device, [state.frequency for coil in coils for state in coil.states.values()]
+    if target is not None and any(target.offset):
         return _MoreChange("change-offset")
     if conversion is not None and any(map(conversion.rounding, states)):
         converters = map(presets.converter, presets.names("converter"))
         return _MoreChange("change-bits", devices=tuple(
             o.name for o in converters
             if o.law is device.law and o.bits > device.bits and o.channels >= device.channels))
-    rate = _slower(conversion, design.spec.readout, len(design.spec.array.placements), steps)
+    rate = _slower(conversion, readout, len(coils), steps)
     return _MoreChange("change-scans") if rate is None else _MoreChange("change-rate", f"{rate:g} Hz")
 
 
@@ -279,6 +283,8 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     least = own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
+    spec = design.spec
+    has_metal = spec.shield is not None or spec.metal is not None
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
     yield violated(
         "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
@@ -287,24 +293,30 @@ def small_signal(design: Design) -> Iterator[Verdict]:
                  *["small-signal-loss"] * best.has_loss_in_it),
         cell=number, coil=best.coil, force=best.force, inductance=best.by_inductance, per_newton=best.per_newton,
         frequency=best.frequency_share, drift=drift, scale=drift / share if share else math.inf,
-        steps=best.steps or 0.0, ways=_more_signal(design.spec), hint="small-signal",
+        steps=best.steps or 0.0, hint="small-signal",
+        ways=_more_signal(spec.target, spec.array.placements, max(spec.coil.size), cut_to_target(spec), has_metal),
     )
 
 
-def _more_signal(spec: SensorSpec) -> list[str]:
-    """Return changes for a larger change over the force, as far as the spec leaves room for them."""
-    target, coils = spec.target, [p.centre for p in spec.array.placements]
-    narrower = cut_to_target(spec)
+def _more_signal(
+    target: Target | None, placements: tuple[CoilPlacement, ...], length: float, narrower: Fix | None, has_metal: bool
+) -> list[str]:
+    """Return changes for a larger change over the force, as far as the spec leaves room for them.
+
+    `length` is the longer side (m) of a coil, `narrower` a pad cut to its target. `has_metal` states whether metal lies
+    behind the coils.
+    """
+    coils = [p.centre for p in placements]
     is_offset = target is not None and any(target.offset)
     changes = ["target.offset: [0, 0] over the middle of the coils"] * is_offset
     changes += ["a softer elastomer", "one of another thickness"]
     if narrower is not None:
         changes.append(f"a pad no wider than the target ({narrower.words})")
     if target is not None:
-        whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
+        whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + length for k in (0, 1)]
         if min(target.size) < min(whole) or max(target.size) < max(whole):
             changes.append("a larger target")
-    if spec.shield is not None or spec.metal is not None:
+    if has_metal:
         changes.append("more distance from the metal behind the coils")
     return changes
 
@@ -322,8 +334,8 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.loads.pad import pushed
     from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 
-    spec, force = design.spec, design.spec.requirements.shear_force
-    assert force is not None
+    spec, target, force = design.spec, design.spec.target, design.spec.requirements.shear_force
+    assert force is not None and target is not None
     # the array can measure shear only along axes (0: x, 1: y) on which the coils have different positions
     centres = [placement.centre for placement in spec.array.placements]
     axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > ROUNDING]
@@ -350,12 +362,27 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield Undecided("nothing was estimated at rest")
         return
     moves = [(travels[0], 0.0), (0.0, travels[1])]
-    changes = _moved_changes(design, moves, rest[0].frequency)
+    by_moves = _moved_changes(design, moves, rest[0].frequency)
+    changes = responses(design.estimates.coils, design.estimates.readout.conversion)
+    pressed, middles = max((abs(change.change) for change in changes), default=0.0), shared_middles(spec)
     for axis in axes:
-        moved = changes[axis]
+        moved = by_moves[axis]
         apart = max(moved) - min(moved)
-        hardly = list(_judged(design, axis, travels[axis], apart, max(steps)))
-        yield from hardly or _tilted(design, axis, apart, -float(poses[2, 2]))
+        edges = _edges(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
+        values = {"axis": AXES[axis], "apart": edges.apart, "beyond": edges.beyond}
+        minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / max(steps))
+        if apart / max(steps) < minimum:
+            yield violated(
+                "shear-weak", "target.size", apart / max(steps), minimum, "steps", hint=edges.case,
+                fixes=_nearer_edges(spec), details=(*["shear-normal"] * bool(pressed), *edges.details), force=force,
+                travel=travels[axis], difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed,
+                **values,
+            )
+            continue
+        reading = _tilt_reading(middles, axis, force, apart, pressed, -float(poses[2, 2]))
+        if reading > force:
+            yield violated("shear-tilt", "target.size", reading, force, "N", hint=edges.case,
+                           fixes=_nearer_edges(spec), details=edges.details, other=AXES[1 - axis], **values)
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
@@ -376,49 +403,20 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
     return [[float(value) for value in row] for row in inductances[1:] - inductances[0]]
 
 
-def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:
-    """Yield a finding if the difference of the coils' inductances (`apart`; H) along one axis is too small.
+def _tilt_reading(
+    middles: Sequence[Point], axis: int, force: float, apart: float, pressed: float, travel: float
+) -> float:
+    """Return the reading (N) of one degree of tilt along an axis. 0 if it is not known.
 
-    `travel` is the target's move (m), `step` the converter's step (H).
+    For every coil, a tilted target counts as a level target at its height over the middle of their overlap (`middles`;
+    m). Inductances are assumed to follow this height as they do while the normal force compresses the pad by `travel`
+    (m), which changes the strongest coil by `pressed` (H). `apart` is the difference of the coils (H) by a shear force
+    `force` (N). The result agrees within a fifth with the data sheet's error by tilt.
     """
-    spec, force = design.spec, design.spec.requirements.shear_force or 0.0
-    changes = responses(design.estimates.coils, design.estimates.readout.conversion)
-    pressed = max((abs(response.change) for response in changes), default=0.0)
-    minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
-    if apart / step >= minimum:
-        return
-    assert spec.target is not None
-    edges = _edges(spec.target, axis, breadth_from(spec, spec.target)[axis], min(spec.coil.size))
-    yield violated(
-        "shear-weak", "target.size", apart / step, minimum, "steps", hint=edges.case, fixes=_nearer_edges(spec),
-        details=(*["shear-normal"] * bool(pressed), *edges.details), force=force, axis=AXES[axis], travel=travel,
-        difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed, apart=edges.apart,
-        beyond=edges.beyond,
-    )
-
-
-def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
-    """Yield a finding if one degree of tilt separates the coils more than the shear force (`apart`; H).
-
-    For every coil, a tilted target counts as a level target at its height over the middle of their overlap. Inductances
-    are assumed to follow this height as they do while the normal force compresses the pad by `pressed` (m). The result
-    agrees within a fifth with the data sheet's error by tilt.
-    """
-    spec, force = design.spec, design.spec.requirements.shear_force or 0.0
-    changes = responses(design.estimates.coils, design.estimates.readout.conversion)
-    if not changes or pressed <= 0.0 or apart <= 0.0:
-        return
-    places = [(middle.x, middle.y)[axis] for middle in shared_middles(spec)]
-    per_metre = max(abs(response.change) for response in changes) / pressed
-    read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
-    if read <= force:
-        return
-    assert spec.target is not None
-    edges = _edges(spec.target, axis, breadth_from(spec, spec.target)[axis], min(spec.coil.size))
-    yield violated(
-        "shear-tilt", "target.size", read, force, "N", hint=edges.case, fixes=_nearer_edges(spec),
-        details=edges.details, axis=AXES[axis], other=AXES[1 - axis], apart=edges.apart, beyond=edges.beyond,
-    )
+    if travel <= 0.0 or apart <= 0.0:
+        return 0.0
+    places = [(middle.x, middle.y)[axis] for middle in middles]
+    return force * (pressed / travel) * (max(places) - min(places)) * math.tan(DEGREE) / apart
 
 
 def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:

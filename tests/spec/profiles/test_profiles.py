@@ -222,7 +222,7 @@ def _tight(folder):
     one = layout.vias[0]
     near = replace(one, centre=one.centre.shifted(one.drill + 0.1e-3, 0.0))
     found = check(layout.spec, replace(layout, vias=(*layout.vias, near)))
-    return as_text([checked_spec(layout.spec, found.findings, found.not_checked)])
+    return as_text([checked_spec(layout.spec.name, layout.spec.source, found.findings, found.not_checked)])
 
 
 def foil(thickness):
