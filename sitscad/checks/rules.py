@@ -171,6 +171,10 @@ def _states(requirements: Requirements, keys: tuple[str, ...]) -> bool:
     return all(getattr(requirements, key) is not None for key in keys)
 
 
+def _need_of(keys: tuple[str, ...]) -> Callable[[SensorSpec], bool]:
+    return lambda spec: _states(spec.requirements, keys)
+
+
 def _step_files(mount: Mount | None) -> tuple[StepPart | None, StepPart | None]:
     return (None, None) if mount is None else (mount.step, None if mount.jaw is None else mount.jaw.step)
 
@@ -186,7 +190,7 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
                  "no STEP file of a jaw in the spec"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
-    **{need: (lambda s, keys=keys: _states(s.requirements, keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
+    **{need: (_need_of(keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
     "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force),
               _unstated(("normal_force", "shear_force"))),
     "errors": (lambda s: any(getattr(s.requirements, f"{kind}_{what}") is not None

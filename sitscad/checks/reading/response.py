@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.places.state import PRESSED, REST, SIGNAL, STATES
 from sitscad.basics.check_results import Signal
@@ -369,7 +369,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         moved = by_moves[axis]
         apart = max(moved) - min(moved)
         edges = _edges(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
-        values = {"axis": AXES[axis], "apart": edges.apart, "beyond": edges.beyond}
+        values: dict[str, Any] = {"axis": AXES[axis], "apart": edges.apart, "beyond": edges.beyond}
         minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / max(steps))
         if apart / max(steps) < minimum:
             yield violated(
