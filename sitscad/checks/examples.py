@@ -29,7 +29,8 @@ def rule_example(rule_id: str) -> RuleExample | None:
 
 @cache
 def _changes() -> dict[str, tuple[Row, ...]]:
-    return {rule: tuple(found) for rule, found in groupby(rows("rule_examples"), key=lambda row: row["rule"])}
+    by_rule = groupby(rows("rule_examples"), key=lambda row: row["rule"])
+    return {rule: tuple(changed_rows) for rule, changed_rows in by_rule}
 
 
 def _as_yaml(values: Sequence[tuple[str, str]]) -> str:

@@ -76,10 +76,11 @@ class CheckResult:
 
     def __repr__(self) -> str:
         """Return a line with the verdict, the rules of errors and warnings, and the number of notes."""
-        graver = [f"{one.rule} {one.severity}" for one in self.findings if one.severity is not Severity.NOTE]
-        said = ", ".join(dict.fromkeys(graver))
+        graver = [f"{finding.rule} {finding.severity}" for finding in self.findings
+                  if finding.severity is not Severity.NOTE]
+        rule_text = ", ".join(dict.fromkeys(graver))
         notes = counted(len(self.findings) - len(graver), "note")
-        return f"<CheckResult {'ok' if self.ok else 'not ok'}: {said[:160]}{', ' if said else ''}{notes}>"
+        return f"<CheckResult {'ok' if self.ok else 'not ok'}: {rule_text[:160]}{', ' if rule_text else ''}{notes}>"
 
     @property
     def ok(self) -> bool:
@@ -144,13 +145,13 @@ def judged(
     searches no hints at all.
     """
     budget = Budget.of(hints)
-    said: list[Outcome] = []
+    results: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():
-        found, undecided = outcomes(rule, design, least)
-        said += found
+        rule_outcomes, undecided = outcomes(rule, design, least)
+        results += rule_outcomes
         not_checked += [reason for reason in undecided if reason not in not_checked]
-    findings = Trials(design, all_rules(), said, not_checked, budget).advised(least, is_ignored)
+    findings = Trials(design, all_rules(), results, not_checked, budget).advised(least, is_ignored)
     from sitscad.estimates.signal import signals  # its imports are already loaded by the rules
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))

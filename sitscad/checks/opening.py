@@ -112,18 +112,18 @@ def beginning(path: str) -> str:
         return ""
 
 
-def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
+def each_of(work: Callable[[Given], Made], values: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
     """Yield `work(value)` for every value in order, computed by at most `jobs` processes (all processors if None).
 
     With a single process or value, the work is done in this process. `work`, values and results must be picklable. An
     exception in a process is raised here, at its place in the order.
     """
-    count = min(jobs or processors(), len(given))
+    count = min(jobs or processors(), len(values))
     if count <= 1:
-        yield from map(work, given)
+        yield from map(work, values)
         return
     with processes(count) as pool:
-        running = [pool.submit(work, value) for value in given]
+        running = [pool.submit(work, value) for value in values]
         try:
             yield from (each.result() for each in running)
         finally:

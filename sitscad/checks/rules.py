@@ -270,11 +270,12 @@ def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[li
     order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
 
-    number, said, unsaid = max(each, key=lambda one: max((_weight(found.finding) for found in one[1]), default=()))
+    number, cell_outcomes, unsaid = max(
+        each, key=lambda entry: max((_weight(outcome.finding) for outcome in entry[1]), default=()))
     command = "sitscad response --"
     return [Outcome(replace(
-        found.finding, message=f"cell {number}: {found.finding.message}",
-        hint=found.finding.hint.replace(command, f"{command}cell {number} --"))) for found in said], unsaid
+        outcome.finding, message=f"cell {number}: {outcome.finding.message}",
+        hint=outcome.finding.hint.replace(command, f"{command}cell {number} --"))) for outcome in cell_outcomes], unsaid
 
 
 def _weight(finding: Finding) -> tuple[float, ...]:

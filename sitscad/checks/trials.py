@@ -26,17 +26,19 @@ from sitscad.spec.yaml.source import SpecSource
 class Trials:
     """Trials of changes of a design.
 
-    ``rules`` are all rules. ``said`` are their outcomes for the unchanged design, ``undecided`` the rules that could
+    ``rules`` are all rules. ``results`` are their outcomes for the unchanged design, ``undecided`` the rules that could
     not be applied fully. All findings share one ``budget``.
     """
 
-    def __init__(self, design: Design, rules: Sequence[Rule], said: Iterable[Outcome], undecided: Iterable[NotChecked],
-                 budget: Budget) -> None:
+    def __init__(
+        self, design: Design, rules: Sequence[Rule], results: Iterable[Outcome], undecided: Iterable[NotChecked],
+        budget: Budget,
+    ) -> None:
         self._design, self._rules, self.budget = design, rules, budget
-        self._undecided = {one.rule for one in undecided}
-        self._said = tuple(said)
-        self._complaints = _complaints(one.finding for one in self._said)
-        self._messages = {one.finding.message for one in self._said}
+        self._undecided = {entry.rule for entry in undecided}
+        self._said = tuple(results)
+        self._complaints = _complaints(entry.finding for entry in self._said)
+        self._messages = {entry.finding.message for entry in self._said}
         self._tried: list[tuple[SensorSpec, _Tried | None]] = []
 
     def advised(
@@ -62,8 +64,8 @@ class Trials:
         if not outcome.fixes or least is None or not finding.severity.weighs(least) or is_ignored(plain):
             return plain
         result = self.mending(finding, outcome)
-        hint = hint_text(finding.hint, result, {one.rule for one in self._complaints})
-        remedies = [Remedy(fix.edits, left.brings) for fix, left in result.mending]
+        hint = hint_text(finding.hint, result, {complaint.rule for complaint in self._complaints})
+        remedies = [Remedy(fix.edits, remaining.brings) for fix, remaining in result.mending]
         return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
@@ -84,62 +86,67 @@ class Trials:
         note) or can no longer be applied. It breaks another rule that still has an error at the same key, and every
         rule that has more errors.
         """
-        tried = self._of(fix.spec)
-        if tried is None:
+        trial = self._of(fix.spec)
+        if trial is None:
             return None
         for rule in self._ordered(finding):
-            if tried.says(rule, is_estimated=False) and (fails := self._broken(finding, tried, rule)):
+            if trial.says(rule, is_estimated=False) and (fails := self._broken(finding, trial, rule)):
                 return Left(fails)
-        if tried.asks and not tried.is_estimated:
+        if trial.asks and not trial.is_estimated:
             if not self.budget.estimates_one(has_same_board(self._design.spec, fix.spec)):
                 return None
-            tried.is_estimated = True
+            trial.is_estimated = True
         broken: tuple[str, ...] = ()
         for rule in self._ordered(finding):
-            tried.says(rule, is_estimated=True)
-            broken = self._broken(finding, tried, rule) or broken
+            trial.says(rule, is_estimated=True)
+            broken = self._broken(finding, trial, rule) or broken
             if set(broken) - {finding.rule}:
                 return Left(broken)
         if broken:
-            return Left(broken, gain=self._gain(finding, tried))
-        left = self._brought(tried)
+            return Left(broken, gain=self._gain(finding, trial))
+        remaining = self._brought(trial)
         # an error counts as mended even if present complaints get worse
         is_error = finding.severity is Severity.ERROR
-        return left if is_error else Left(brings=tuple(sorted({*left.brings, *left.worse})))
+        return remaining if is_error else Left(brings=tuple(sorted({*remaining.brings, *remaining.worse})))
 
     def _ordered(self, finding: Finding) -> list[Rule]:
         """Return all rules, the finding's own rule first."""
         return sorted(self._rules, key=lambda rule: rule.id != finding.rule)
 
-    def _broken(self, finding: Finding, tried: _Tried, rule: Rule) -> tuple[str, ...]:
+    def _broken(self, finding: Finding, trial: _Tried, rule: Rule) -> tuple[str, ...]:
         """Return the rule's identifier in a tuple if a changed design breaks the rule. Otherwise empty."""
-        said, undecided = tried.said[rule.id]
-        graver = _complaints(said)
+        findings, undecided = trial.said[rule.id]
+        graver = _complaints(findings)
         if rule.id == finding.rule:
-            left = said if finding.severity is Severity.NOTE else graver
+            remaining = findings if finding.severity is Severity.NOTE else graver
             is_unknown = bool(undecided) and rule.id not in self._undecided
             # an unchanged finding in another unit is a different finding
-            if is_unknown or any(one.key == finding.key and (one.unit == finding.unit or one.message not in
-                                                             self._messages) for one in left):
+            if is_unknown or any(
+                complaint.key == finding.key
+                and (complaint.unit == finding.unit or complaint.message not in self._messages)
+                for complaint in remaining
+            ):
                 return (rule.id,)
-        now, before = _errors(graver), _errors(one for one in self._complaints if one.rule == rule.id)
-        is_same = bool(before) and any(one.key == finding.key for one in graver)
+        now, before = _errors(graver), _errors(complaint for complaint in self._complaints if complaint.rule == rule.id)
+        is_same = bool(before) and any(complaint.key == finding.key for complaint in graver)
         return (rule.id,) if len(now) > len(before) or is_same else ()
 
-    def _brought(self, tried: _Tried) -> Left:
-        after = _complaints(one for said, _ in tried.said.values() for one in said)
-        brings = Counter(one.rule for one in after) - Counter(one.rule for one in self._complaints)
+    def _brought(self, trial: _Tried) -> Left:
+        after = _complaints(complaint for findings, _ in trial.said.values() for complaint in findings)
+        before, now = (Counter(complaint.rule for complaint in each) for each in (self._complaints, after))
+        brings = now - before
         worse = worsened(self._complaints, after) - set(brings)
         return Left((), tuple(sorted(brings)), tuple(sorted(worse)))
 
-    def _gain(self, finding: Finding, tried: _Tried) -> float:
+    def _gain(self, finding: Finding, trial: _Tried) -> float:
         """Return the factor by which a finding's value comes nearer to its limit.
 
         It is 1 if anything else gets worse.
         """
-        left = self._brought(tried)
-        figures = [one.measured for one in tried.said.get(finding.rule, ([], []))[0] if one.key == finding.key]
-        if set(left.brings) | (set(left.worse) - {finding.rule}) or len(figures) != 1 or not figures[0]:
+        remaining = self._brought(trial)
+        findings, _ = trial.said.get(finding.rule, ([], []))
+        figures = [complaint.measured for complaint in findings if complaint.key == finding.key]
+        if set(remaining.brings) | (set(remaining.worse) - {finding.rule}) or len(figures) != 1 or not figures[0]:
             return 1.0
         if not finding.measured or finding.limit is None:
             return 1.0
@@ -148,9 +155,9 @@ class Trials:
 
     def _of(self, changed: SensorSpec) -> _Tried | None:
         """Return a changed design, laid out once. None if the budget does not suffice."""
-        for spec, tried in self._tried:
+        for spec, past_trial in self._tried:
             if spec == changed:
-                return tried
+                return past_trial
         if self.budget.is_spent:
             return None
         design: Design | None = None
@@ -199,11 +206,11 @@ class _Tried:
         if not is_estimated and rule.id in self.asks:
             return False
         try:
-            said, undecided = outcomes(rule, self._design if is_estimated else self._unestimated, least=None)
+            results, undecided = outcomes(rule, self._design if is_estimated else self._unestimated, least=None)
         except _NeedsEstimates:
             self.asks.add(rule.id)
             return False
-        self.said[rule.id] = [one.finding for one in said], undecided
+        self.said[rule.id] = [outcome.finding for outcome in results], undecided
         return True
 
 
@@ -224,12 +231,12 @@ def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, 
     return tuple(written)
 
 
-def _complaints(found: Iterable[Finding]) -> list[Finding]:
-    return [finding for finding in found if finding.severity is not Severity.NOTE]
+def _complaints(findings: Iterable[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity is not Severity.NOTE]
 
 
-def _errors(found: Iterable[Finding]) -> list[Finding]:
-    return [finding for finding in found if finding.severity is Severity.ERROR]
+def _errors(findings: Iterable[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity is Severity.ERROR]
 
 
 def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:

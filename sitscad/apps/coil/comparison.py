@@ -125,8 +125,8 @@ class Comparison:
             return f"No single cause explains the difference. Nearest: {nearest.text}."
         text = f"Most likely cause: {self.cause.text}."
         if self.alternatives:
-            others = "; ".join(each.text for each in self.alternatives[:MOST_ALTERNATIVES])
-            text += f" These points cannot exclude: {others}."
+            alternative_text = "; ".join(each.text for each in self.alternatives[:MOST_ALTERNATIVES])
+            text += f" These points cannot exclude: {alternative_text}."
         return text
 
     def document(self) -> dict[str, Any]:
@@ -225,13 +225,13 @@ def compare(
                                "far below the coil's self-resonance: no coil of this kind was measured")
     variants = CoilVariants.of(layout, number, has_leads, frequencies)
     residuals = Residuals.of(impedances, meter_error, list(variants.tolerances().values()))
-    drawn = explain(Cause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn"), residuals)
-    tried = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
+    as_drawn = explain(Cause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn"), residuals)
+    explanations = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
                          key=lambda each: (not each.is_sufficient, each.penalised)))
     return Comparison(
-        measurement, names[number], frequencies, impedances, meter_error, drawn,
-        drawn.is_sufficient and drawn.penalised < tried[0].penalised + DECISIVE,
-        _fitted(variants, impedances, meter_error), tried, len(measurement.frequencies) - int(is_compared.sum()),
+        measurement, names[number], frequencies, impedances, meter_error, as_drawn,
+        as_drawn.is_sufficient and as_drawn.penalised < explanations[0].penalised + DECISIVE,
+        _fitted(variants, impedances, meter_error), explanations, len(measurement.frequencies) - int(is_compared.sum()),
     )
 
 
@@ -246,8 +246,8 @@ def _thinned(numbers: Index, frequencies: Array) -> Index:
     if len(numbers) <= MOST_POINTS:
         return numbers
     logs = np.log(frequencies[numbers])
-    wanted = np.linspace(logs[0], logs[-1], MOST_POINTS)
-    return np.unique(numbers[np.abs(logs[:, None] - wanted).argmin(axis=0)])
+    log_points = np.linspace(logs[0], logs[-1], MOST_POINTS)
+    return np.unique(numbers[np.abs(logs[:, None] - log_points).argmin(axis=0)])
 
 
 def _fitted(variants: CoilVariants, measured: ComplexArray, meter_error: float) -> ImpedanceFit:

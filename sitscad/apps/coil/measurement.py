@@ -174,15 +174,15 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
     pair = next((each for each in _COMBINATIONS if set(each) <= set(columns)), None)
     if pair is None:
         raise MeasurementError(f"{name}:{head_line}: {_missing(heads)}")
-    wanted = ("f", *pair)
-    values: dict[str, list[float]] = {quantity: [] for quantity in wanted}
+    quantities = ("f", *pair)
+    values: dict[str, list[float]] = {quantity: [] for quantity in quantities}
     for place, row in enumerate(csv.reader(lines[head_line:], delimiter=delimiter), head_line + 1):
         if not any(cell.strip() for cell in row) or row[0].lstrip()[:1] in ("#", "!", "%"):
             continue
-        for quantity in wanted:
+        for quantity in quantities:
             column, factor = columns[quantity]
             values[quantity].append(factor * _number(name, place, row, column, delimiter))
-    f, first, second = (np.array(values[quantity], dtype=float) for quantity in wanted)
+    f, first, second = (np.array(values[quantity], dtype=float) for quantity in quantities)
     if pair == ("L", "Q") and (second <= 0.0).any():
         raise MeasurementError(f"{name} has a quality factor of {second[second <= 0.0][0]:g}: it must be above 0")
     return f, np.asarray(_COMBINATIONS[pair](2.0 * np.pi * f, first, second), dtype=complex)

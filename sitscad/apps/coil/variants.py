@@ -60,14 +60,13 @@ class CoilVariants:
     @classmethod
     def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
         """Return the variants of coil `number` (from 0) of a layout, with its leads if `has_leads`."""
-        drawn = layout.spec
-        spec = _alone(drawn.coil, drawn.fpc.stackup, drawn.requirements.temperature)
+        spec = _alone(layout.spec.coil, layout.spec.fpc.stackup, layout.spec.requirements.temperature)
         solved, circuit = _solve(spec)
         winding = _impedance(circuit, FREE, frequencies)
         nominal = winding
         if has_leads:
-            wound = wind(layout)
-            circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_RATIOS)
+            windings = wind(layout)
+            circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
             nominal = _impedance(circuits[number], FREE, frequencies, circuits[number].self_capacitance)
         errors = [solved.bound.relative(circuit.loss.resistance_ratio(f), f) for f in frequencies.tolist()]
         return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors))
@@ -106,9 +105,9 @@ class CoilVariants:
         L of two parts in series is La + Lb + 2M, and La + Lb - 2M with one of them reversed. Resistance and capacitance
         stay: the currents within the tracks change a little, which is left out.
         """
-        alone, others = (self._parts(each) for each in ([number], self._others(number)))
+        alone, other_layers = (self._parts(each) for each in ([number], self._others(number)))
         omega = 2.0 * math.pi * self.frequencies
-        change = 2.0 * (alone.series.imag + others.series.imag - self.winding.series.imag) / omega
+        change = 2.0 * (alone.series.imag + other_layers.series.imag - self.winding.series.imag) / omega
         return replace(self.nominal, series=self.nominal.series + 1j * omega * change)
 
     def without_layer(self, number: int) -> Impedance:
@@ -176,9 +175,9 @@ def _mount(material: str) -> Mount:
     """Return a mount with thick metal behind the board."""
     behind = {"material": material, "distance": 1.0, "thickness": THICK_SHEET}
     mount = {"kind": "custom", "standoff": 1.0, "metal_behind": behind}
-    made = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL, "mount": mount}).mount
-    assert made is not None
-    return made
+    custom_mount = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL, "mount": mount}).mount
+    assert custom_mount is not None
+    return custom_mount
 
 
 def _alone(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
@@ -191,8 +190,9 @@ def _alone(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
 
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
     """Return the solved winding of a spec with one coil, and its circuit."""
-    wound = wind(lay_out(spec))
-    return wound.winding, coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_RATIOS)[0]
+    windings = wind(lay_out(spec))
+    circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
+    return windings.winding, circuits[0]
 
 
 def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance: float | None = None) -> Impedance:

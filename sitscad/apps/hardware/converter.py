@@ -133,8 +133,8 @@ class Registers:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
-        words = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
-        normal = (sum((word >> 16) + (word & 0xFFFF) for word in words) + 6.0) / 65536.0 - 6.0
+        draws = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
+        normal = (sum((word >> 16) + (word & 0xFFFF) for word in draws) + 6.0) / 65536.0 - 6.0
         result = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
             self.glitch.discard(channel)

@@ -244,8 +244,8 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """Return the ten worst findings as annotations, the number of all findings, and the final summary line."""
-    found = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
-    pairs = sorted(found, key=lambda pair: list(Severity).index(pair[1].severity))
+    unsorted_pairs = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
+    pairs = sorted(unsorted_pairs, key=lambda pair: list(Severity).index(pair[1].severity))
     lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
     if len(pairs) > SHOWN:
         lines.append(f"sitscad: the {SHOWN} worst of {len(pairs)} findings are annotated; the others are not.")

@@ -257,7 +257,8 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         closing, shut = None, spec["closing"]
         if shut is not None:
             closing = Closing(shut["parallel_at_m"], shut["reach_m"], shut["opening_rad"], shut["pivot_offset_m"])
-        signals = tuple(Signal(**{one.field: each[one.key] for one in SIGNAL}) for each in spec["signal"])
+        signals = tuple(
+            Signal(**{quantity.field: each[quantity.key] for quantity in SIGNAL}) for each in spec["signal"])
         return CheckedSpec(
             path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
             fit=tuple(map(_measure, spec["fit"])), closing=closing,
@@ -272,9 +273,9 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
 def _finding(entry: dict[str, Any]) -> Finding:
     place = entry.get("place")
     fixes = (
-        Remedy(tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in one["edits"]),
-               tuple(one["brings"]))
-        for one in entry.get("fixes", ())
+        Remedy(tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in fix["edits"]),
+               tuple(fix["brings"]))
+        for fix in entry.get("fixes", ())
     )
     return Finding(
         **{name: entry[name] for name in TOLD} | {"severity": Severity(entry["severity"])}, sigma=entry.get("sigma"),

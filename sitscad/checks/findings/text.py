@@ -128,13 +128,13 @@ def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str
     for finding in (finding for spec in checked for finding in spec.findings):
         if fixes := [fix for fix in finding.fixes if not fix.brings]:
             rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
-    told = {is_safe: f" ({', '.join(sorted(set(found)))})" for is_safe, found in rules.items()}
+    rule_lists = {is_safe: f" ({', '.join(sorted(set(rule_ids)))})" for is_safe, rule_ids in rules.items()}
     safe, unsafe = rules[True], rules[False]
-    words = [f"for {counted(len(safe), 'finding')}{told[True]} by {command}"] if safe else []
+    parts = [f"for {counted(len(safe), 'finding')}{rule_lists[True]} by {command}"] if safe else []
     if unsafe:
         more = " more" if safe else ""
-        words.append(f"for {counted(len(unsafe), 'finding')}{more}{told[False]} by check --fix --unsafe-fixes")
-    return [f"fixes: {', '.join(words)}"] if words else []
+        parts.append(f"for {counted(len(unsafe), 'finding')}{more}{rule_lists[False]} by check --fix --unsafe-fixes")
+    return [f"fixes: {', '.join(parts)}"] if parts else []
 
 
 def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
@@ -236,12 +236,12 @@ def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     def why(each: Ignored) -> tuple[str, str]:
         return each.finding.rule, f"({each.by}: {each.reason})"
 
-    words = [f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored]
+    texts = [f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored]
     if not output.verbose:
-        groups = ((*key, len(list(found))) for key, found in groupby(sorted(spec.ignored, key=why), why))
-        words = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
+        groups = ((*key, len(list(group))) for key, group in groupby(sorted(spec.ignored, key=why), why))
+        texts = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
     name = _named(spec, output)
-    lines = [line for each in words for line in _folded(f"{name}ignored: ", each, INDENT, output)]
+    lines = [line for each in texts for line in _folded(f"{name}ignored: ", each, INDENT, output)]
     if spec.silenced:
         rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
         marked = f"{rules}: a package is marked as one that is not to be ordered"

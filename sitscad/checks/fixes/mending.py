@@ -84,8 +84,8 @@ def mended_text(
     repetition changes nothing.
     """
     progress("looking for fixes")
-    said, applied = judge(text), list[Applied]()
-    seen = {text}
+    result, applied = judge(text), list[Applied]()
+    past_texts = {text}
 
     def told(finding: Finding, remedy: Remedy) -> bool:
         """Return whether a fix may be written, after reporting the trial of an allowed fix."""
@@ -94,30 +94,30 @@ def mended_text(
         return is_allowed
 
     while True:
-        step, rolled_back = _next(text, said, judge, verdict or judge, told, seen)
+        step, rolled_back = _next(text, result, judge, verdict or judge, told, past_texts)
         if step is None:
-            return Mended(text, said, tuple(applied), rolled_back)
-        text, one = step
-        seen.add(text)
-        applied.append(one)
+            return Mended(text, result, tuple(applied), rolled_back)
+        text, applied_fix = step
+        past_texts.add(text)
+        applied.append(applied_fix)
         progress(f"{len(applied)} mended, looking for further fixes")
-        said = judge(text)
+        result = judge(text)
 
 
 def _next(
-    text: str, said: Said, judge: Judge[Said], verdict: Judge[Said], may: May, seen: set[str]
+    text: str, result: Said, judge: Judge[Said], verdict: Judge[Said], may: May, past_texts: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
     """Return the text with the first fix that improves it, and this fix; and the rejected fixes.
 
     The first is None if no fix improves the text.
     """
     rolled_back: list[RolledBack] = []
-    already = {one.rule for one in said.findings if one.severity is not Severity.NOTE}
-    for finding, remedy in _fixes(said.findings):
+    already = {each.rule for each in result.findings if each.severity is not Severity.NOTE}
+    for finding, remedy in _fixes(result.findings):
         if not may(finding, remedy):
             continue
         if remedy.brings:
-            if all(one.finding != finding for one in rolled_back):
+            if all(each.finding != finding for each in rolled_back):
                 rolled_back.append(RolledBack(finding, remedy, warn(remedy.brings, already)))
             continue
         try:
@@ -125,15 +125,15 @@ def _next(
         except CannotWriteError as error:
             rolled_back.append(RolledBack(finding, remedy, str(error)))
             continue
-        one = Applied(finding, remedy)
-        if changed in seen:
+        applied_fix = Applied(finding, remedy)
+        if changed in past_texts:
             rolled_back.append(RolledBack(finding, remedy, "that is what another fix has changed"))
             continue
         after = verdict(changed)
-        is_swap = _swaps_notes(one, said, after)
-        if is_improved(one, said, after) or (is_swap and not _has_new_fixes(said, judge(changed), may)):
-            return (changed, replace(one, worsens=tuple(sorted(worsened(said.findings, after.findings))))), ()
-        rolled_back.append(RolledBack(finding, remedy, _why_not(one, said, after)))
+        is_swap = _swaps_notes(applied_fix, result, after)
+        if is_improved(applied_fix, result, after) or (is_swap and not _has_new_fixes(result, judge(changed), may)):
+            return (changed, replace(applied_fix, worsens=tuple(sorted(worsened(result.findings, after.findings))))), ()
+        rolled_back.append(RolledBack(finding, remedy, _why_not(applied_fix, result, after)))
     return None, tuple(rolled_back)
 
 
@@ -146,9 +146,9 @@ def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
 
 def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
     """Whether there is a fix for a new finding, which might undo the present fix."""
-    known = {(found.rule, found.key) for found in before.findings}
-    fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in known)
-    return any(not remedy.brings and may(found, remedy) for found, remedy in fixes)
+    old_keys = {(finding.rule, finding.key) for finding in before.findings}
+    fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
+    return any(not remedy.brings and may(finding, remedy) for finding, remedy in fixes)
 
 
 def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
@@ -167,7 +167,7 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
 def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
     """Return rules with findings before and after whose values are now farther beyond their limits."""
     was, now = _excess(before), _excess(after)
-    return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
+    return {rule for rule, excess in now.items() if excess > was.get(rule, excess) + WORSE}
 
 
 WORSE = 0.01
@@ -176,24 +176,24 @@ WORSE = 0.01
 
 def _excess(findings: Iterable[Finding]) -> dict[str, float]:
     # Largest distance of each rule's errors and warnings beyond their limits, as a fraction of the limit.
-    found: dict[str, float] = {}
-    for one in findings:
-        if one.severity is not Severity.NOTE and one.measured is not None and one.limit:
-            beyond = abs(one.measured / one.limit - 1.0) * (-1.0 if one.keeps_limit else 1.0)
-            found[one.rule] = max(found.get(one.rule, -1.0), beyond)
-    return found
+    by_rule: dict[str, float] = {}
+    for finding in findings:
+        if finding.severity is not Severity.NOTE and finding.measured is not None and finding.limit:
+            beyond = abs(finding.measured / finding.limit - 1.0) * (-1.0 if finding.keeps_limit else 1.0)
+            by_rule[finding.rule] = max(by_rule.get(finding.rule, -1.0), beyond)
+    return by_rule
 
 
 def _named(new: _Weighed) -> str:
     """Return text that names the rules of new findings, each with its highest severity."""
-    gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda one: -list(Severity).index(one[2]))}
+    gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda entry: -list(Severity).index(entry[2]))}
     return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
 
 
 def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
     order = list(Severity)
-    for finding in sorted(findings, key=lambda one: (order.index(one.severity), one.rule, one.line or 0,
-                                                     one.column or 0)):
+    for finding in sorted(findings, key=lambda each: (order.index(each.severity), each.rule, each.line or 0,
+                                                     each.column or 0)):
         for remedy in finding.fixes:
             yield finding, remedy
 
@@ -205,14 +205,14 @@ def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
         is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
 
 
-def _unknown(said: Judged) -> set[str]:
+def _unknown(result: Judged) -> set[str]:
     """Return the rules of a design that could not be applied fully."""
-    return {skipped.rule for skipped in said.not_checked if not skipped.rule.startswith("SIT0")}
+    return {skipped.rule for skipped in result.not_checked if not skipped.rule.startswith("SIT0")}
 
 
 def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
     """Whether no finding that kept a spec from being read remains, so that the new findings were hidden before."""
-    return not {(one.rule, one.key) for one in before} & {(one.rule, one.key) for one in after}
+    return not {(finding.rule, finding.key) for finding in before} & {(finding.rule, finding.key) for finding in after}
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
@@ -232,19 +232,19 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
     """Return the findings that a fix removes and the findings that it adds, counted by severity."""
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]
-    seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
-    now, then = _weighed(seen), _weighed(before)
+    comparable = [finding for finding in after if not any(f"{finding.key}.".startswith(key) for key in read)]
+    now, then = _weighed(comparable), _weighed(before)
     gone, new = then - now, now - then
-    return gone, Counter({one: count for one, count in new.items() if one[0] == applied.finding.rule
-                          or _of_rule(now, one) > _of_rule(then, one)})
+    return gone, Counter({entry: count for entry, count in new.items() if entry[0] == applied.finding.rule
+                          or _of_rule(now, entry) > _of_rule(then, entry)})
 
 
-def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:
+def _of_rule(weighed: _Weighed, entry: tuple[str, str | None, Severity]) -> int:
     """Return the number of a rule's findings of a severity, for all keys.
 
     The key depends on which changes were tried.
     """
-    return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (one[0], one[2]))
+    return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (entry[0], entry[2]))
 
 
 def _place(applied: Applied) -> tuple[str, str | None, Severity]:

@@ -327,12 +327,12 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    for edits, wanted in resized("target", target, (length, width)):
-        here = footprint(spec, wanted)
+    for edits, resized_target in resized("target", target, (length, width)):
+        here = footprint(spec, resized_target)
         if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
             for under_it, larger in resized("elastomer", pad, carrying(footprint(spec, pad), here)):
-                yield Fix((*edits, *under_it), replace(spec, target=wanted, elastomer=larger))
-        yield Fix(edits, replace(spec, target=wanted))
+                yield Fix((*edits, *under_it), replace(spec, target=resized_target, elastomer=larger))
+        yield Fix(edits, replace(spec, target=resized_target))
 
 
 def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:

@@ -101,8 +101,8 @@ class Fix:
 
     def with_also(self, fix: Fix) -> Fix:
         """Return this fix combined with another fix, which was made for the spec that this fix leaves."""
-        told = " with ".join(words for words in (self.words, fix.words) if words)
-        return Fix((*self.edits, *fix.edits), fix.spec, told)
+        text = " with ".join(part for part in (self.words, fix.words) if part)
+        return Fix((*self.edits, *fix.edits), fix.spec, text)
 
     @property
     def words(self) -> str:
@@ -172,22 +172,22 @@ class Growing:
             middle = self.rounded(0.5 * (low + high))
             if middle >= high - 0.5 * self.grain:
                 return
-            left = trial(smaller := self.move(middle))
-            if left is not None and not (left.broken or left.brings or left.worse):
+            remaining = trial(smaller := self.move(middle))
+            if remaining is not None and not (remaining.broken or remaining.brings or remaining.worse):
                 high = middle
-                yield smaller, left
+                yield smaller, remaining
             else:
                 low = middle
 
 
-def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
+def setting(spec: SensorSpec, key: str, value: object, written: str, description: str = "") -> Fix:
     """Return the fix that sets one value. `key` is its place in text and spec, `written` the value's text."""
 
     def changed(of: Any, names: list[str]) -> Any:
         new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
         return replace(of, **{names[0]: new})
 
-    return Fix((Edit(key, written),), changed(spec, key.split(".")), said)
+    return Fix((Edit(key, written),), changed(spec, key.split(".")), description)
 
 
 @record
@@ -233,52 +233,52 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
         if budget.is_spent and getattr(family, "is_costly", False):
             is_cut_short = True
             continue
-        found: list[tuple[Fix, Left]] = []
+        candidates: list[tuple[Fix, Left]] = []
         for fix in family():
-            left = trial(fix)
-            if left is None:
+            remaining = trial(fix)
+            if remaining is None:
                 is_cut_short = True
                 if budget.is_spent:
                     break  # another family may begin with a change that was already tried for another finding
-            elif left.broken:
-                vain.append((fix, left))
-            elif left.brings or (left.worse and budget.is_long):
-                found.append((fix, left))
+            elif remaining.broken:
+                vain.append((fix, remaining))
+            elif remaining.brings or (remaining.worse and budget.is_long):
+                candidates.append((fix, remaining))
             else:
-                found.insert(0, (fix, left))
+                candidates.insert(0, (fix, remaining))
                 if isinstance(family, Growing) and budget.is_long:
-                    found[:1] = [found[0], *family.smaller(fix, trial)][-1:]
+                    candidates[:1] = [candidates[0], *family.smaller(fix, trial)][-1:]
                 break
-        mending += found[:1]
-        if found and not found[0][1].brings and not budget.is_long:
+        mending += candidates[:1]
+        if candidates and not candidates[0][1].brings and not budget.is_long:
             break
-    mending.sort(key=lambda one: (bool(one[1].brings), bool(one[1].worse)))
+    mending.sort(key=lambda pair: (bool(pair[1].brings), bool(pair[1].worse)))
     if not budget.is_long:
         is_cut_short, mending = is_cut_short and not mending, mending[:1]
     return Search(tuple(mending), tuple(vain), is_cut_short)
 
 
-def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
+def hint_text(otherwise: str, result: Search, already: Collection[str]) -> str:
     """Return a hint: the changes that were tried, then other advice. `already` are rules that complain anyway."""
-    brings = (warn(sorted({*left.brings, *left.worse}), already) for _, left in found.mending)
-    words = [f"{fix.words} (clears this; {some})" if some else fix.words
-             for (fix, _), some in zip(found.mending, brings, strict=True)]
-    nearest = max((one for one in found.vain if one[1].gain >= HELPS), key=lambda one: one[1].gain, default=None)
-    if words:
-        tried = f"{'; or '.join(words)} (tried)"
+    brings = (warn(sorted({*remaining.brings, *remaining.worse}), already) for _, remaining in result.mending)
+    changes = [f"{fix.words} (clears this; {some})" if some else fix.words
+             for (fix, _), some in zip(result.mending, brings, strict=True)]
+    nearest = max((pair for pair in result.vain if pair[1].gain >= HELPS), key=lambda pair: pair[1].gain, default=None)
+    if changes:
+        trial_text = f"{'; or '.join(changes)} (tried)"
     elif nearest is not None:
-        fix, left = nearest
-        tried = f"{fix.words} helps {left.gain:.2g} times and is not enough (tried)"
+        fix, remaining = nearest
+        trial_text = f"{fix.words} helps {remaining.gain:.2g} times and is not enough (tried)"
     else:
-        tried = ""
-    named = _place_of(found.mending[0][0], otherwise) if len(words) == 1 else None
+        trial_text = ""
+    named = _place_of(result.mending[0][0], otherwise) if len(changes) == 1 else None
     if named is not None:  # the advice contains the change: insert the result at its place
-        hint = f"{otherwise[: named.start()]}{tried}{otherwise[named.end() :]}"
+        hint = f"{otherwise[: named.start()]}{trial_text}{otherwise[named.end() :]}"
     else:
-        hint = "; ".join(filter(None, (tried, otherwise)))
-    if not found.mending and (vain := _in_vain(found.vain)):
+        hint = "; ".join(filter(None, (trial_text, otherwise)))
+    if not result.mending and (vain := _in_vain(result.vain)):
         hint += f" (tried in vain: {vain})"
-    return f"{hint} ({NOT_FURTHER})" if found.is_cut_short else hint
+    return f"{hint} ({NOT_FURTHER})" if result.is_cut_short else hint
 
 
 def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
@@ -286,12 +286,12 @@ def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
     return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
-def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
+def _in_vain(trials: Iterable[tuple[Fix, Left]]) -> str:
     # the last changes go farthest; changes with the same failing rules are named together
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for fix, left in list(tried)[-NAMED:]:
-        alike.setdefault(left.broken, []).append(fix.words)
-    return "; ".join(f"{', '.join(words)} (then {fail(broken)})" for broken, words in alike.items())
+    by_failure: dict[tuple[str, ...], list[str]] = {}
+    for fix, remaining in list(trials)[-NAMED:]:
+        by_failure.setdefault(remaining.broken, []).append(fix.words)
+    return "; ".join(f"{', '.join(changes)} (then {fail(broken)})" for broken, changes in by_failure.items())
 
 
 def fail(rules: tuple[str, ...]) -> str:
@@ -301,7 +301,7 @@ def fail(rules: tuple[str, ...]) -> str:
 
 def warn(rules: Iterable[str], already: Collection[str]) -> str:
     """Return text that names rules with warnings. Rules in `already` are named as rules that warn of more."""
-    known = list(rules)
-    new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
-    said = ((new, ""), (more, " of more"))
-    return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)
+    rule_ids = list(rules)
+    new, more = [rule for rule in rule_ids if rule not in already], [rule for rule in rule_ids if rule in already]
+    groups = ((new, ""), (more, " of more"))
+    return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in groups if some)

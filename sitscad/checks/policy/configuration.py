@@ -66,17 +66,17 @@ class Policy:
         }
 
 
-def kept_policy(said: Mapping[str, Any]) -> Policy:
+def kept_policy(stored: Mapping[str, Any]) -> Policy:
     """Return the policy stored in a manifest (`Policy.as_json`).
 
     Raises ValueError, TypeError or KeyError if the values are no policy.
     """
-    reasons, severity = dict(said["reasons"]), dict(said["severity"])
-    for text in (*said["select"], *said["ignore"], *reasons, *reasons.values(), *severity, said["named"]):
+    reasons, severity = dict(stored["reasons"]), dict(stored["severity"])
+    for text in (*stored["select"], *stored["ignore"], *reasons, *reasons.values(), *severity, stored["named"]):
         if not isinstance(text, str):
             raise TypeError(f"{text!r} is no text")
     weights = {pattern: Severity(word) for pattern, word in severity.items()}
-    return Policy(tuple(said["select"]), tuple(said["ignore"]), reasons, weights, None, said["named"])
+    return Policy(tuple(stored["select"]), tuple(stored["ignore"]), reasons, weights, None, stored["named"])
 
 
 def stands_for(pattern: str, rule: str, name: str) -> bool:
@@ -199,24 +199,24 @@ def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...])
     """Return the patterns of a list. Raises PolicyError if a pattern matches no rule."""
     if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
         raise PolicyError(f"{path}: {key} is no list of rules")
-    known = [word for rule in rules for word in (rule.id, rule.name)]
+    rule_words = [word for rule in rules for word in (rule.id, rule.name)]
     for pattern in value:
         is_known = any(stands_for(pattern, rule.id, rule.name) for rule in rules)
-        _require(is_known, path, f"{key}: there is no rule {pattern!r}", pattern, known)
+        _require(is_known, path, f"{key}: there is no rule {pattern!r}", pattern, rule_words)
         is_spec = not pattern.isdecimal() and pattern.upper().startswith("SIT0")
         _require(not is_spec or key == "select", path, f"{key}: {pattern}: what a spec is read by holds always")
     return tuple(value)
 
 
 def _severity(pattern: str, word: object, path: Path) -> Severity:
-    known = [severity.value for severity in Severity]
-    _require(word in known, path, f"severity.{pattern} is one of {', '.join(known)}, not {word!r}")
+    severities = [severity.value for severity in Severity]
+    _require(word in severities, path, f"severity.{pattern} is one of {', '.join(severities)}, not {word!r}")
     return Severity(str(word))
 
 
-def _require(holds: bool, path: Path, message: str, word: str = "", known: Iterable[str] = ()) -> None:
+def _require(holds: bool, path: Path, message: str, word: str = "", choices: Iterable[str] = ()) -> None:
     if not holds:
         import difflib
 
-        near = difflib.get_close_matches(word, list(known), n=1)
+        near = difflib.get_close_matches(word, list(choices), n=1)
         raise PolicyError(f"{path}: {message}" + (f"; did you mean {near[0]}?" if near else ""))

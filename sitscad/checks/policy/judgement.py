@@ -82,22 +82,22 @@ class Baseline:
         Each finding takes its own entry first. Otherwise it takes a free entry of the same rule and key, because an
         earlier finding at this key may have been mended.
         """
-        free, found = dict(self.of(path, name)), [False] * len(findings)
+        free, is_covered = dict(self.of(path, name)), [False] * len(findings)
         names = identities(findings)
         for is_own in (True, False):
             for turn, finding in enumerate(findings):
-                alike = (
+                keys = (
                     key for key in free if turnless(key) == turnless(names[turn]) and (key == names[turn] or not is_own)
                 )
-                entry = None if found[turn] else next((key for key in alike if free[key].covers(finding)), None)
+                entry = None if is_covered[turn] else next((key for key in keys if free[key].covers(finding)), None)
                 if entry is not None:
-                    found[turn] = free.pop(entry) is not None
-        return found
+                    is_covered[turn] = free.pop(entry) is not None
+        return is_covered
 
     def as_json(self, path: str, name: str) -> dict[str, Any]:
         """Return the known findings of a spec as plain values, for a manifest. Empty if there are none."""
-        known = self.of(path, name)
-        rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(known.items())}
+        entries = self.of(path, name)
+        rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(entries.items())}
         return {"named": self.named, "known": rows} if rows else {}
 
 
@@ -122,11 +122,11 @@ def read_baseline(path: str) -> Baseline:
 
     try:
         folder = os.path.dirname(os.path.abspath(path))
-        known = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}
+        entries = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         hint = "make one with: sitscad check SPEC... --format json > FILE"
         raise PolicyError(f"{path} is no baseline ({type(error).__name__}: {error}); {hint}") from error
-    return Baseline(Path(path).name, known)
+    return Baseline(Path(path).name, entries)
 
 
 def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
@@ -155,19 +155,19 @@ def _figure(value: Any) -> float | None:
 
 
 def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
-    told = [*spec["findings"], *(entry["finding"] for entry in spec["ignored"])]
+    entries = [*spec["findings"], *(entry["finding"] for entry in spec["ignored"])]
     findings = [
         Finding(str(entry["rule"]), "", Severity(entry["severity"]), "", key=entry["key"], file=entry.get("file"))
-        for entry in told
+        for entry in entries
     ]
-    known = (
+    figures = (
         Known(
             Severity(entry["severity"]), _figure(entry["measured"]), _figure(entry["limit"]),
             entry.get("keeps_limit") is True,
         )
-        for entry in told
+        for entry in entries
     )
-    return dict(zip(identities(findings), known, strict=True))
+    return dict(zip(identities(findings), figures, strict=True))
 
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
@@ -200,9 +200,9 @@ def judged(
         (why for pattern, why in reasons if stands_for(pattern, finding.rule, finding.name)), None))
     if baseline is not None:
         covered = baseline.covered(checked.path, checked.name, checked.findings)
-        known = {id(one) for one, is_known in zip(checked.findings, covered, strict=True) if is_known}
+        covered_ids = {id(finding) for finding, is_known in zip(checked.findings, covered, strict=True) if is_known}
         why = f"known before ({baseline.named})"
-        checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in known else None)
+        checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in covered_ids else None)
     errors = {id(finding) for finding in checked.findings if finding.severity is Severity.ERROR}
     return replace(checked, silenced=tuple(
         finding for finding in before if finding.severity is Severity.ERROR and id(finding) not in errors
@@ -326,11 +326,11 @@ class Comment:
         return finding.line == self.line or self.line in lines
 
 
-def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
-    """Return the comments of a spec that silence rules. `known` are the identifiers of all rules."""
+def comments(text: str, rule_ids: Iterable[str]) -> tuple[Comment, ...]:
+    """Return the comments of a spec that silence rules. `rule_ids` are the identifiers of all rules."""
     if "sitscad:" not in text.lower():
         return ()
-    rules = frozenset(known)
+    rules = frozenset(rule_ids)
     found_comments = []
     for number, line in enumerate(text.splitlines(), 1):
         start = _comment_start(line)
@@ -340,14 +340,14 @@ def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
     return tuple(found_comments)
 
 
-def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:
+def _comment(line: int, column: int, text: str, rule_ids: frozenset[str]) -> Comment:
     """Parse the text of a comment into rules and reason, or into a fault."""
-    match = _RULES.fullmatch(words.rstrip())
+    match = _RULES.fullmatch(text.rstrip())
     if match is None:
         return Comment(line, column, fault="it names no rule; write # sitscad: ignore SIT103 and the reason")
     rules = tuple(rule.strip().upper() for rule in match[1].split(","))
     reason = " ".join((match[2] or "").split())
-    unknown = [rule for rule in rules if rule not in known]
+    unknown = [rule for rule in rules if rule not in rule_ids]
     if unknown:
         return Comment(line, column, fault=f"there is no rule {', '.join(unknown)}")
     if any(rule.startswith("SIT0") for rule in rules):
