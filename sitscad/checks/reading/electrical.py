@@ -17,7 +17,6 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns, with_each
 from sitscad.checks.reading.readings import (
-    Reading,
     beyond_limit,
     failed_states,
     is_short_alone,
@@ -38,6 +37,8 @@ from sitscad.estimates.circuits.tank import neighbour_values, preferred_values
 from sitscad.estimates.design import Design
 from sitscad.layout.lanes import Ring
 from sitscad.layout.routing.branches import drawn_closing, least_closing
+from sitscad.spec.materials import Conductor, Shield, Target
+from sitscad.spec.mount import Mount
 
 DRAWS_IN = 1.5
 """Relative permeability from which a shield concentrates the field: at a smaller distance it adds inductance."""
@@ -133,7 +134,8 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         name, severity = floor_name, Severity.ERROR
         case = "resistance-high-current" if floor_name.endswith("high_current") else "resistance-drive"
     minimum, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
-    changes = _distance_ways(design, worst, "parallel_resistance", minimum)
+    is_short = worst.state != FREE and is_short_alone(coils, worst, "parallel_resistance", minimum)
+    changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, worst.state == FREE)
     yield beyond_limit(
         case, worst, minimum, "ohm", "coil.layers", hint="resistance-ways" if changes else "resistance-short",
         details=() if changes else ("misses-in-air",), severity=severity, source=device.limits[name].source,
@@ -148,7 +150,9 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
     yield from undecided(coils, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)
     if worst is not None and worst.value < floor:
-        changes = _distance_ways(design, worst, "quality_factor", floor)
+        spec, is_free = design.spec, worst.state == FREE
+        is_short = not is_free and is_short_alone(coils, worst, "quality_factor", floor)
+        changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, is_free)
         states = other_states(coils, worst, "quality_factor", "")
         yield violated(
             "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if changes else "",
@@ -210,21 +214,23 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
                    fixes=(partial(capacitor, design.spec, nearest_first),))
 
 
-def _distance_ways(design: Design, worst: Reading, attribute: str, limit: float) -> list[str]:
-    """Return changes for more distance from metal. Empty if the coil misses the limit in free air, too."""
-    spec = design.spec
-    if worst.state != FREE and is_short_alone(design.estimates.coils, worst, attribute, limit):
-        return []
-    has_metal = spec.metal is not None
-    is_apart = spec.mount is not None and spec.mount.metal_behind is not None
+def _distance_ways(
+    mount: Mount | None, shield: Shield | None, metal: Conductor | None, target: Target | None, is_free: bool
+) -> list[str]:
+    """Return changes for more distance from metal.
+
+    For the state in free air (`is_free`), or without metal, a higher frequency is the only change.
+    """
+    has_metal = metal is not None
+    is_apart = mount is not None and mount.metal_behind is not None
     changes = [f"a larger {'mount.metal_behind.distance' if is_apart else 'mount.standoff'}"] if has_metal else []
-    if spec.shield is None and has_metal:
+    if shield is None and has_metal:
         changes.append("a copper shield")
-    elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:
+    elif shield is not None and shield.material.relative_permeability < DRAWS_IN:
         changes.append("a larger shield.gap")
-    if spec.target is not None:
+    if target is not None:
         changes.append("a thicker elastomer")
-    return changes if changes and worst.state != FREE else ["a higher sensor frequency (smaller capacitor)"]
+    return changes if changes and not is_free else ["a higher sensor frequency (smaller capacitor)"]
 
 
 NAMED, WARNED = 0.015, 0.03
