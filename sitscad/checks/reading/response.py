@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.state import PRESSED, REST, SIGNAL, STATES
 from sitscad.basics.check_results import Signal
@@ -369,20 +369,20 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         moved = by_moves[axis]
         apart = max(moved) - min(moved)
         edges = _edges(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
-        values: dict[str, Any] = {"axis": AXES[axis], "apart": edges.apart, "beyond": edges.beyond}
         minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / max(steps))
         if apart / max(steps) < minimum:
             yield violated(
                 "shear-weak", "target.size", apart / max(steps), minimum, "steps", hint=edges.case,
                 fixes=_nearer_edges(spec), details=(*["shear-normal"] * bool(pressed), *edges.details), force=force,
                 travel=travels[axis], difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed,
-                **values,
+                axis=AXES[axis], apart=edges.apart, beyond=edges.beyond,
             )
             continue
         reading = _tilt_reading(middles, axis, force, apart, pressed, -float(poses[2, 2]))
         if reading > force:
             yield violated("shear-tilt", "target.size", reading, force, "N", hint=edges.case,
-                           fixes=_nearer_edges(spec), details=edges.details, other=AXES[1 - axis], **values)
+                           fixes=_nearer_edges(spec), details=edges.details, axis=AXES[axis], other=AXES[1 - axis],
+                           apart=edges.apart, beyond=edges.beyond)
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
