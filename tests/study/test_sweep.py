@@ -240,7 +240,7 @@ class Counting:
 
 def test_any_executor_serves(bench):
     executor = Counting()
-    with Workers(_base().of(bench), 2, executor) as workers:
+    with Workers(_base().of(bench.source), 2, executor) as workers:
         designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
         found = list(workers.evaluations(designs, ("board.area",), "screen"))
     assert len(found) == 3 and executor.chunks >= 2
