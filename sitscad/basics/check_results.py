@@ -54,10 +54,10 @@ class Signal:
 
 
 BY_LOSS = 0.2
-"""Smallest part of a signal, made by losses, that is reported.
+"""Least relative difference, between the signal and the signal by inductance alone, that is reported.
 
-It is 0.01 to 0.04 under copper and aluminium. Under steel it is 0.2 and more, up to a change of sign (derived: the
-templates, with such targets).
+Changed losses cause the difference. It is 0.01 to 0.04 under copper and aluminium. Under steel it is 0.2 and more, up
+to a change of sign (derived: the templates, with such targets).
 """
 
 

@@ -85,7 +85,7 @@ _WORDS = {
     "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
     Missing.BODY_ROOM: "{what} not inside the body that is asked for ({body})",
 }
-"""Messages of shortfalls. `facts` fill the gaps, with lengths in millimetres."""
+"""Templates of the messages of shortfalls. Names in braces stand for values; lengths are in millimetres."""
 
 _WORDS_OF_ONE = {
     Missing.WAY_OUT: "a coil of {count} layer ends inside its turns, and the stack-up {stackup} has no copper layer "
@@ -94,7 +94,7 @@ _WORDS_OF_ONE = {
     "clear",
     Missing.LEAD_ROOM: "the leads and outer vias of coil {coil} find no way out of the windings",
 }
-"""Messages for a count of one."""
+"""Templates that replace the templates of `_WORDS` if ``count`` is 1."""
 
 _WORDS_OF_NEED = {
     Missing.INNER_ROOM: ", minimum {need:.3f} mm",

@@ -199,7 +199,7 @@ OTHERS = (
     Quantity("apparent_inductance_H", "on an LCR meter"),
     Quantity("converter_inductance_H", "by the firmware's formula"),
 )
-"""Inductances in one state as other instruments or formulas give them."""
+"""Inductances in one state: the reading of an LCR meter, and the result of the firmware's formula."""
 
 STATE = (*TANK, COMPUTED_WITHIN, Quantity("target_change_H"), Quantity("target_change_error"), *OTHERS, *STEPS)
 """All quantities of one state."""

@@ -42,7 +42,7 @@ def _numbers(text: str) -> object:
 
 
 MISSING = re.compile(r"\bcoil has no (\w+)")
-"""The message of a key that is missing, which knows of a spec only."""
+"""Pattern of the message for a missing key of section ``coil``. The command names the option instead of the key."""
 
 OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
 """A key of a spec in a message. The option with this name sets it."""

@@ -98,8 +98,9 @@ ConductorChoice = preset_or("conductor", Conductor)
 ElastomerChoice = preset_or("elastomer", ElastomerMaterial, ElastomerMaterial.written)
 
 AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
-"""Stretches at which neo-Hookean moduli are determined: a data sheet's 100 % modulus, and a fit up to 30 % of
-tension.
+"""Stretches at which a neo-Hookean law is fitted to a measured stress.
+
+`AT_DOUBLE` is for a data sheet's modulus at 100 % elongation, and `TO_30_PERCENT` for a fit from 1 to 30 % elongation.
 """
 
 

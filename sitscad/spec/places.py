@@ -36,7 +36,7 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
 
 
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
-    """Return the columns of a map's coils among the sensor's coils, and the prefix of the map's axes.
+    """Return the indices, among the sensor's coils, of the coils that a map reads, and the prefix of the map's axes.
 
     The prefix is empty if the map reads all coils. If it reads the coils of one cell, the prefix lists them. Raises
     ValueError for a map of other coils.
@@ -101,7 +101,10 @@ def gathered(spec: SensorSpec) -> SensorSpec:
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """Return the footprint of a plate, with the target at rest. If there are several cells, that in the first cell."""
+    """Return shape, size (m), centre (m) and rotation of a plate in plan view, with the target at rest.
+
+    If there are several cells, it is the plate of the first cell.
+    """
     (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
     is_round = plate.outline.is_disc
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0

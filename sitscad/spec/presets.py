@@ -41,10 +41,10 @@ from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
-"""Least adhesive of a coverlay over the copper that it fills (1).
+"""Least thickness of a coverlay's adhesive over the thickness of the copper that it embeds (1).
 
-It is a thousandth of an inch for each ounce (SMT007 Magazine, August 2019, page 55, American Standard Circuits). PCBWay
-lays 25 um on 18 and 35 um foil (Stack-up for FPC).
+The rule is a thousandth of an inch (25 um) for each ounce of copper (35 um): SMT007 Magazine, August 2019, page 55,
+American Standard Circuits. PCBWay lays 25 um on 18 and 35 um foil (Stack-up for FPC).
 """
 
 COVERLAY_FILM = "polyimide-coverlay"
@@ -58,20 +58,20 @@ def least_adhesive(copper: float) -> float:
 
 @cache
 def coverlay_films() -> tuple[tuple[float, float], ...]:
-    """Return polyimide and adhesive (m) of the coverlays in stock, the thinnest first."""
+    """Return thickness pairs (polyimide, adhesive; m) of the coverlays in stock, the thinnest first."""
     stock = [(_length(row, "film"), _length(row, "adhesive")) for row in read_rows("coverlays")]
     return tuple(sorted(stock, key=lambda pair: (sum(pair), pair[0])))
 
 
 def film_text(film: float, adhesive: float) -> str:
-    """Return a description of a coverlay with some polyimide and adhesive (m)."""
+    """Return the description of a coverlay with these thicknesses (m) of polyimide film and adhesive."""
     return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
 
 
 def best_film(least: float) -> tuple[float, float]:
-    """Return polyimide and adhesive (m) of the thinnest coverlay in stock with at least `least` (m) of adhesive.
+    """Return (polyimide, adhesive; m) of the thinnest coverlay in stock with at least `least` (m) of adhesive.
 
-    If none has enough, return the coverlay with the most adhesive.
+    If none has enough adhesive, return the coverlay with the most adhesive.
     """
     filling = [pair for pair in coverlay_films() if pair[1] >= least - 1e-9]
     return filling[0] if filling else max(coverlay_films(), key=lambda pair: pair[1])
@@ -365,7 +365,10 @@ def _table(stem: str) -> dict[str, Row]:
 
 
 _OF_A_FOIL = re.compile(r"_\d+um$")
-"""Pattern of figures for single foils. They are skipped: the figure in use has no foil in its name."""
+"""Pattern of names that end with a foil thickness, such as ``_35um``.
+
+Lists of unverified values skip them: the value in use has a name without a foil.
+"""
 
 
 @record

@@ -235,7 +235,7 @@ def _with_named_sources(rules: DesignRules) -> DesignRules:
 
 
 _PLAIN = {one.name for one in fields(DesignRules)} & RulesDocument.keys.keys() - {"coil_rule_binding", "checked_on"}
-"""Figures that the rules store as they are written."""
+"""Keys of a profile whose values become fields of `DesignRules` unchanged."""
 
 _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "static_bend_": ("static_bend_ratio", int),
@@ -244,10 +244,13 @@ _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "thickness_tolerance_": ("thickness_tolerance", int),
     "stiffened_tolerance_": ("stiffened_tolerance", str),
 }
-"""Prefixes of keys that are entries of a table, with the table and the type of its keys."""
+"""Table of `DesignRules`, and type of the table's keys, by the prefix of a profile's keys for the table's entries."""
 
 _TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
-"""Prefixes of keys of lines, with the key of their rows by foil and the table in the rules."""
+"""Prefixes of a profile's keys for track widths and spacings.
+
+Each prefix has the key of the profile's rows by foil, and the field of `DesignRules` that stores the rows.
+"""
 
 _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web",
            "coverlay_opening_to_trace", "part_size")

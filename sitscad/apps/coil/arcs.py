@@ -45,7 +45,7 @@ def in_line(path: Path) -> list[Segment]:
 
 
 STRAIGHT = 1e-4
-"""Angle (rad) between straight pieces below which they are one piece."""
+"""Angle (rad) between two straight pieces up to which they count as one straight piece."""
 
 
 def _turn(chord: Segment, following: Segment) -> float:
@@ -55,7 +55,11 @@ def _turn(chord: Segment, following: Segment) -> float:
 
 
 def _is_curve(chord: Segment, following: Segment, before: Segment) -> bool:
-    """Whether two chords, and the chord before them, turn gently and in one sense, with similar lengths."""
+    """Whether two successive chords approximate a curve.
+
+    They and the chord before them turn by similar small angles in one direction. The lengths of both chords are
+    similar.
+    """
     if not (isinstance(chord, Line) and isinstance(following, Line) and isinstance(before, Line)):
         return False
     turn = _turn(chord, following)

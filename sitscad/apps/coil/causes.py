@@ -20,10 +20,13 @@ ADDED_PARAMETER = 2.0
 """Penalty on chi-square for each fitted parameter (Akaike 1974)."""
 
 CLOSE = 6.0
-"""The points do not distinguish causes whose penalised chi-squares differ by less: their odds are below 20 to 1."""
+"""Difference of penalised chi-squares below which the points do not distinguish two causes: odds below 20 to 1."""
 
 DECISIVE = 10.0
-"""Decrease of the penalised chi-square from which a cause is preferred to the coil as drawn: odds of 150 to 1."""
+"""Least decrease of the penalised chi-square for which a cause is preferred to the coil as drawn.
+
+It corresponds to odds of 150 to 1.
+"""
 
 STEPS = 12
 """Largest number of Gauss-Newton steps of a fit. Fits of tests need 3 to 6."""

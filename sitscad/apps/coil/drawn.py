@@ -42,7 +42,7 @@ Coils that a spec drew, and whole boards with leads, were read back within 0.25 
 (tests/coil/test_drawn_coil.py). Coils of other generators were not compared with an independent solver."""
 
 TOLERANCE = 3e-2
-"""Tolerance of the resistance for the resolution of the current within the tracks."""
+"""Allowed relative error of the resistance due to the numerical resolution of the current within the tracks."""
 
 CUTS = 8
 """Number of places along each straight side at which the current within the tracks is solved."""
@@ -186,11 +186,11 @@ def estimate_drawn_coil(
 
 
 STUB = 6.0
-"""Length of a straight piece, in widths, below which it is a stub if it lies at an end of a run."""
+"""Length, in track widths, below which a straight piece at an end of a run is a stub, not part of the winding."""
 
 
 def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
-    """Return the parts of a run that lie within a distance of the origin, without short straight pieces at their ends.
+    """Return the parts of a run within `reach` (m) of the origin, without stubs at their ends.
 
     The current within the tracks is solved for pieces that lie beside each other. Short pieces to vias and pads lie in
     line with each other, and leads beyond the turns are far from them.
@@ -241,13 +241,13 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
 
 
 LEAST_TURNS = 0.75
-"""Number of turns from which on a run is a part of the winding."""
+"""Least number of turns of a run that counts as a part of the winding."""
 
 UNEQUAL = 0.3
-"""Difference of turns between layers that leads to a remark. The pieces to vias make some hundredths."""
+"""Difference of turns between layers above which a remark is made. The pieces to vias cause some hundredths."""
 
 OTHER_WIDTHS = 0.02
-"""Fraction of the length with another width that leads to a remark."""
+"""Fraction of the conductor's length, with another width than usual, above which a remark is made."""
 
 
 def _spacing(conductor: DrawnConductor) -> float:
@@ -274,7 +274,7 @@ MOST_POINTS = 6000
 """Largest number of points of a layer between which gaps are measured."""
 
 FURTHER = 12.0
-"""Distance along the conductor, in widths, from which on copper belongs to another turn."""
+"""Least distance along the conductor, in track widths, between two points that belong to different turns."""
 
 
 @checked_arguments

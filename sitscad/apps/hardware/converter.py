@@ -34,7 +34,10 @@ WAKE = 377_512
 
 NEVER = 2**64 - 1
 DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_max"
-"""Limits of the amplitude: below the first the tank does not oscillate; outside the others it is flagged."""
+"""Names of the limits of the tank's amplitude.
+
+Below `DEAD` the tank does not oscillate. Results with an amplitude below `LOW` or above `HIGH` are flagged.
+"""
 
 CONFIGURED = (at.ERROR_CONFIG, at.MUX_CONFIG)
 OF_CHANNELS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
@@ -237,7 +240,7 @@ FAULTS = {
     "reset": "the supply breaks down for a moment: the converter forgets its settings",
     "glitch": "now and then one result of a coil is wrong, without a flag",
 }
-"""Faults by name."""
+"""Description of each simulated fault by its name."""
 
 _WRITTEN = re.compile(r"(?P<name>[a-z-]+)(?::(?P<coils>[^@]+))?(?:@(?P<at>[0-9.eE+-]+))?")
 LONGEST = 86_400.0

@@ -26,21 +26,26 @@ FEWEST = 12
 """Least number of readings of a coil to evaluate its noise and its rate."""
 
 NOISY, SLOW = 2.0, 0.95
-"""Largest noise and least rate, relative to the design."""
+"""Largest ratio of measured noise to the design's noise, and least ratio of measured rate to the design's rate."""
 
 FEW = 10.0
-"""Allowance for noise measured from few results, divided by the square root of their number.
+"""Allowance for noise measured from few results.
 
-It is seven standard deviations of the measured noise.
+With n results, noise up to 1 + FEW / sqrt(n) times the design's noise is accepted. FEW / sqrt(n) is seven standard
+deviations of the measured noise.
 """
 
 JUMP = 12.0
-"""Distance from the median of three, in standard deviations of noise, that no valid result has."""
+"""Distance from the median, in standard deviations of the design's noise, above which a result is an outlier."""
 
 
 @record
 class Verdict:
-    """A requirement of a board, whether it is met, and the observation or the probable fault."""
+    """Verdict on one property of a board.
+
+    ``name`` is the property, and ``verdict`` states whether its requirement is met. ``said`` is the observation, with
+    the probable fault if it is not met.
+    """
 
     name: str
     verdict: str

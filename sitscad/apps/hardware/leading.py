@@ -23,7 +23,7 @@ WINDOW = 1.0
 """Time (s) over which readings are averaged. Two such means are compared to detect motion."""
 
 MOVED = 4.0
-"""Difference of two means, in its standard deviations, above which readings are unstable."""
+"""Largest difference of two successive means of stable readings, in standard deviations of the difference."""
 
 PATIENCE = 60.0
 """Longest wait (s) for stable readings."""
@@ -32,16 +32,16 @@ BACK = "back"
 """Input that repeats the point before."""
 
 OTHERWISE = 0.1, 4.0
-"""Plausible range of a force read by the map of the sensor as drawn, over the applied force.
+"""Least and largest plausible ratio of the force that the map of the sensor as drawn reads to the applied force.
 
-400 simulated units of four templates gave 0.23 to 2.4.
+400 simulated units of four templates gave ratios of 0.23 to 2.4.
 """
 
 LEFT_ON = 0.1
 """Largest reading of a tare after the first, as a fraction of full scale."""
 
 SOUND = 0.9
-"""Least fraction of a coil's results that must be good and near their median."""
+"""Least fraction of a coil's results that must be good, and of its good results that must not be outliers."""
 
 
 class NotTaken(ValueError):
@@ -202,9 +202,10 @@ def taken(board: Board, source: Source, tell: Callable[[str], None], coils: Sequ
 
 
 def window(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array, Array]:
-    """Return mean counts of the coils `coils`, and one standard deviation of the mean by the design's noise.
+    """Return the mean counts (coils,) of the coils `coils` over the scans, and the standard deviation of each mean.
 
-    Single outliers are left out. If there are many, the mean is NaN. Raises NotTaken if a coil has no good readings.
+    The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if fewer
+    than the fraction `SOUND` of the good results remain. Raises NotTaken if a coil has no good readings.
     """
     means, sigmas = [], []
     for coil in coils:

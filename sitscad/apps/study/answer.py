@@ -23,9 +23,9 @@ from sitscad.basics.record import record
 class Binding:
     """A rule or requirement that refuses designs.
 
-    ``share`` is the fraction of all designs that it refuses, and ``alone`` the fraction that it alone refuses.
-    ``nearest`` is the smallest breach, at the design ``nearest_at``. Designs that it alone refuses take precedence
-    there.
+    ``share`` is the fraction of all screened designs that it refuses. ``alone`` is the fraction that only this rule or
+    requirement refuses. ``nearest`` is its smallest breach, by the design ``nearest_at``. If it alone refuses some
+    designs, ``nearest_at`` is one of these designs.
     """
 
     name: str
@@ -37,10 +37,10 @@ class Binding:
 
 @record
 class Relaxation:
-    """The smallest tried relaxation that admits a design.
+    """The smallest relaxation of rules and requirements with which an evaluated design would pass.
 
-    ``names`` are the relaxed rules and requirements, ``breaches`` the design's distances from their limits, and
-    ``point`` the design.
+    ``names`` are the relaxed rules and requirements. ``point`` is the design that would then pass, and ``breaches`` are
+    its distances from the relaxed limits.
     """
 
     names: tuple[str, ...]
@@ -50,10 +50,11 @@ class Relaxation:
 
 @record
 class Agreement:
-    """Agreement of both levels on the designs that both evaluated.
+    """Agreement of the screen level and the full level on the designs that both evaluated.
 
-    ``designs`` is their number, ``undecided`` the number without a verdict of the screen, and ``verdicts_differ`` the
-    number with different verdicts. ``rank_correlation`` is by goal (Spearman), or None if all values are equal.
+    ``designs`` is the number of these designs. ``undecided`` counts designs without a verdict at the screen level, and
+    ``verdicts_differ`` designs with different verdicts. ``rank_correlation`` is Spearman's correlation of both levels
+    by goal. None if all values of the goal are equal.
     """
 
     designs: int
@@ -150,7 +151,8 @@ def agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
 def front(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs at the full level that meet everything and that no other design beats.
 
-    They are sorted by the first goal, the best first. Designs in `but` are left out.
+    A design beats another if it is no worse by any goal and better by at least one. The result is sorted by the first
+    goal, the best first. Designs in `but` are left out.
     """
     return best_of(request, {point: each for point, each in results.full.items() if point not in but})
 
@@ -187,7 +189,11 @@ def beaten_by_base(request: StudyRequest, base: Evaluation, designs: Sequence[Ke
 
 
 NEAR = 0.1
-"""Smallest difference between kept designs of a single goal: a fraction of the keys' ranges, averaged over the keys."""
+"""Smallest distance between two kept designs of a study with a single goal.
+
+The distance is the mean over the varied keys. For each key it is the difference of the values' numbers, over the
+largest possible difference.
+"""
 
 
 def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
@@ -206,7 +212,7 @@ def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Po
 
 
 def _apart(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
-    """Return the first designs of an order that differ from each other by `NEAR`."""
+    """Return the first designs of an order whose distances from each other are at least `NEAR`, at most `keep`."""
     spans = np.maximum(np.array(request.space.shape) - 1, 1)
     points: list[Point] = []
     for point in order:
@@ -231,16 +237,17 @@ def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[P
 
 
 REFERENCE = 1.1
-"""Reference corner of the hypervolume for a front scaled to 0 to 1.
+"""Coordinate of the hypervolume's reference corner for every goal, for a front scaled to 0 to 1.
 
-It lies beyond the front, so that its ends count.
+It is larger than 1, so that the designs at the ends of the front contribute to the volume.
 """
 
 
 def hypervolume(values: Array) -> float:
-    """Return the exact volume between points (n, goals; less is better) and the corner at `REFERENCE`.
+    """Return the volume that points dominate, up to the corner with all coordinates `REFERENCE`.
 
-    It is the sum of the covered cells between all coordinates.
+    `values` is (points, goals); less is better. All coordinates together divide the space into cells. The result is the
+    exact sum of the cells that a point dominates.
     """
     axes = [np.unique(np.append(column, REFERENCE)) for column in values.T]
     lows = np.meshgrid(*(axis[:-1] for axis in axes), indexing="ij")

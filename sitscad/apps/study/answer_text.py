@@ -48,7 +48,7 @@ class AnswerTable:
 REFUSALS = "What refuses designs: share of all that were looked at, and share that nothing else refuses"
 
 NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
-"""Headings of the design nearest to a limit: its figure, and its keys. Texts leave out the keys."""
+"""Column headings: breach of the design nearest to a limit, and keys of this design. Texts omit the keys."""
 
 
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
@@ -189,7 +189,7 @@ def front_table(answer: StudyAnswer) -> AnswerTable:
 
 
 LOW_YIELD = 0.9
-"""Fraction of good units below which the answer has a caution if the study requires no yield."""
+"""Yield (fraction of good units) below which the answer has a caution, if the study requires no yield."""
 
 
 def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:

@@ -47,16 +47,16 @@ from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 
 NO_NEED = frozenset(reason for _, reason in NEEDS.values())
-"""Reasons for a rule that does not apply because the spec lacks the part that it is about, without requirements."""
+"""Reasons in `NotChecked` for rules about a part that the spec does not have. These rules do not count as undecided."""
 
 BY_BUILD = "by sitscad build"
 """Part of the reason of rules that only a build can check."""
 
 
 def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
-    """Return the verdicts of all rules on a design, and these figures.
+    """Return the evaluation of a design: the verdicts of all rules, and the values of `measures`.
 
-    Configuration and comments count as in `check`.
+    Configuration and comments that silence rules apply as in `check`.
     """
     design = Design(spec)
     result = as_configured(spec, checked(design, "none", None))
@@ -72,7 +72,10 @@ def unreadable(error: SpecError, measures: Sequence[str], level: str = FULL) -> 
 
 
 def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
-    """Return the figures of a design by name, and the reasons for absent figures."""
+    """Return the values of measures of a design, and the reasons for absent values, both by measure.
+
+    Each value is a pair of the value and its error bound, in the measure's SI unit.
+    """
     values, absent = {}, {}
     for name in measures:
         try:
@@ -105,11 +108,14 @@ BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138",
 """Rules that use figures of the spec and of its parts only."""
 
 BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
-"""Rules that use the size of the board, which the screen knows for one coil and for two in line."""
+"""Rules that use the size of the board.
+
+The screen level knows this size for a single coil and for two coils in line.
+"""
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
            "SIT213", "SIT214", "SIT215", "SIT217")
-"""Rules that use the electrical figures."""
+"""Rules that use electrical values of the tank (the coil with its capacitor)."""
 
 BY_FEELING = ("SIT401", "SIT402")
 """Rules that use the resolution of forces."""
@@ -140,10 +146,11 @@ for titanium (0.6 MS/m).
 """
 
 RIMS = (-0.3, 1.2)
-"""Valid range of the distance from a coil's middle to the nearest edge of a shared target, in coil radii.
+"""Valid range at the screen level: distance from a coil's centre to the nearest edge of the target, in coil radii.
 
-Farther out, all coils read nearly equally, and shear appears in small differences: the resolution was wrong by a factor
-of seven. Farther in, the target hardly reaches the coil: the resolution was wrong by half.
+The distance is positive if the target covers the centre. Above the range, all coils read nearly equally, and shear
+appears in small differences: the resolution was wrong by a factor of seven. Below the range, the target hardly reaches
+the coil: the resolution was wrong by half.
 """
 
 NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
@@ -222,7 +229,10 @@ WIDER = 2  # Steps by which a board may be wider than its sketch. At most one wa
 
 
 def _is_sized(array: ArraySpec) -> bool:
-    """Whether the board is as large as its sketch: one coil, or two in line. Leads of six in line widened it by 4 %."""
+    """Whether the board is as large as its sketch without leads. True for a single coil, and for two coils in line.
+
+    The leads of six coils in line widened the board by 4 %.
+    """
     return array.is_in_line and len(array.placements) <= 2
 
 
@@ -245,9 +255,10 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
 
 
 def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> list[Finding] | None:
-    """Return the findings of a rule. None if they are not known at the screen level.
+    """Return a rule's findings on a design. None if the screen level cannot decide the rule.
 
-    They are unknown, too, if one of the `variants`, designs within the errors of the screen, has other severities.
+    `variants` are the design with values shifted by the errors of the screen level. The rule is undecided if a variant
+    has findings of other severities.
     """
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec.array)):
         return None
@@ -260,12 +271,12 @@ def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> li
 
 
 def _grave(findings: Sequence[Finding]) -> list[Severity]:
-    """Return the severities of the findings, without notes."""
+    """Return the distinct severities of the findings, without notes."""
     return sorted({each.severity for each in findings} - {Severity.NOTE})
 
 
 def _is_near(rule: Rule, cells: Cells) -> bool:
-    """Whether a sensing figure lies within its error of the required value."""
+    """Whether a sensing result differs from its required value by less than its relative error at the screen level."""
     error = screen_errors()["resolution.normal"]
     results = (each for cell in cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
@@ -274,7 +285,10 @@ def _is_near(rule: Rule, cells: Cells) -> bool:
 def shifted(
     coils: tuple[CoilEstimate, ...], side: float, errors: Mapping[str, float]
 ) -> tuple[CoilEstimate, ...]:
-    """Return the coils with all tanks better (`side` 1) or worse (-1) by the relative errors of screening."""
+    """Return the coils with electrical values that are better (`side` 1) or worse (-1) by their screening errors.
+
+    `errors` are the relative errors of the screen level by measure.
+    """
     return tuple(_shifted(coil, side, errors) for coil in coils)
 
 
@@ -282,7 +296,7 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(estimate: StateEstimate) -> StateEstimate:
-        """Return a state with the tank better by these factors."""
+        """Return a state with L, frequency, Rp and the values that follow from them multiplied by their factors."""
         of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
         more = {name: getattr(estimate, name) * by_l for name in of_inductance if getattr(estimate, name) is not None}
         of_resistance = ("parallel_resistance", "quality_factor", "amplitude")
@@ -305,11 +319,11 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
 
 
 SECONDS = 1.0
-"""Intended work in a chunk (s)."""
+"""Intended computing time of a chunk of designs (s)."""
 
 MOST_IN_CHUNK = 500
 DEATHS = 3
-"""Number of attempts at a chunk whose worker dies before this is an error."""
+"""Number of attempts to evaluate a chunk. If the worker process dies in every attempt, an error is raised."""
 
 NOT_COMPUTED = "not-computed"
 """Rule name in the results of a design whose computation failed."""

@@ -89,7 +89,11 @@ def _states(coils: Sequence[CoilEstimate]) -> Iterator[tuple[CoilEstimate, State
 
 
 def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
-    """Error bound (H) of a state's inductance: of the winding at direct current, of crowding and of the target."""
+    """Error bound (H) of a state's inductance.
+
+    It is the sum of three errors: of the winding's inductance at direct current, of current crowding, and of the
+    target's change.
+    """
     least = 0.01 * coil.winding_inductance
     crowding = crowding_error(coil.winding_inductance, coil.inductance_parts["crowding"])
     by_target = (state.target_change_error or 0.0) * max(abs(state.target_change or 0.0), least)
@@ -108,9 +112,10 @@ def _worst_tank(
 
 
 def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
-    """Return a reader of the worst value of a figure over all tanks.
+    """Return a function that reads a tank quantity of a design at the coil and state with the worst value.
 
-    `by_inductance` and `by_loss` are the exponents of the figure in L and R.
+    `pick` is min or max, and `name` is a field of `StateEstimate`. `by_inductance` and `by_loss` are the exponents of L
+    and R in the quantity; its error bound follows from them.
     """
 
     def read(design: Design) -> Figure:
@@ -123,7 +128,10 @@ def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss:
 
 
 def _sigma(pick: Callable[..., Any], name: str) -> Reader:
-    """Return a reader of one standard deviation of manufacture of a figure, at its worst tank."""
+    """Return a function that reads the standard deviation of a quantity between manufactured units.
+
+    It is read at the coil and state with the worst value of the quantity.
+    """
 
     def read(design: Design) -> Figure:
         sigmas = _worst_tank(design.estimates.coils, pick, name)[1].spread
@@ -157,7 +165,11 @@ def _sensing(results: Sensing) -> SensingAnalysis:
 
 
 def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Reader]:
-    """Return a function that makes a reader for an axis, with the error at the screen level."""
+    """Return a function that takes an axis and returns a reader of a sensing quantity on this axis.
+
+    `of` computes the quantity from the sensing analysis and the axis. The reader raises `AbsentError` if the coils do
+    not measure the axis.
+    """
 
     def along(axis: str) -> Reader:
         def of_axis(sensing: SensingAnalysis) -> float:
@@ -174,7 +186,10 @@ def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Rea
 
 
 def _of_sensing(of: Callable[[SensingAnalysis], float]) -> Reader:
-    """Return a reader of a sensing figure. Its relative error is `NEARLY` at the screen level, 0 at the full level."""
+    """Return a function that reads a sensing quantity of a design, with its error bound.
+
+    The relative error is `NEARLY` at the screen level and 0 at the full level.
+    """
 
     def read(design: Design) -> Figure:
         value = of(_sensing(design.sensing))
@@ -194,7 +209,7 @@ def _by_tilt(sensing: SensingAnalysis, axis: str) -> float:
 
 
 def _by_warmth(place: int) -> Callable[[SensingAnalysis, str], float]:
-    """Return a reader of the drift at one of the loads, from rest (0) to full load (-1)."""
+    """Return a function that reads an axis's temperature drift at a load. `place` 0 is no load, and -1 is full load."""
     return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
 
@@ -244,7 +259,7 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
 
 
 def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
-    """Return a reader of a figure without an error. `why` is the reason if the design does not have it."""
+    """Return a function that reads a quantity with error bound 0. `why` is the reason if the design lacks it."""
     def read(design: Design) -> Figure:
         value = of(design)
         if value is None or not math.isfinite(value):
@@ -261,7 +276,7 @@ WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
     "frequency": (max, "highest frequency of all tanks and states", 0.5, 0.0),
     "amplitude": (min, "least amplitude at the converter, of all tanks and states", 1.0, 1.0),
 }
-"""Quantities of a tank: the function that picks the worst state, the meaning, and the exponents in L and in R."""
+"""Quantities of a tank by name: min or max (selects the worst state), meaning, exponent of L, and exponent of R."""
 
 PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
           Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
@@ -348,10 +363,10 @@ MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
 
 
 def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
-    """Return the measures of these names.
+    """Return measures by name, without duplicates.
 
-    Without names, they are all measures of the level except ranges, sigmas and yield. Raises ValueError for an unknown
-    name, with the nearest names.
+    If `names` is None, return all measures of the level except ranges, sigmas and yield. Raises ValueError for an
+    unknown name, with the nearest names.
     """
     if names is None:
         dear = ("range.", "sigma.", "yield")

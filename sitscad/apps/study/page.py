@@ -107,7 +107,10 @@ MARKS = {
     "refused": (2.2, REFUSED), "passes": (2.6, PASSES), "front": (4.0, FRONT), "nearest": (7.0, KEPT),
     "kept": (8.0, KEPT),
 }
-"""Radius (px) and colour of each kind of design, in the order of drawing. A design has the last kind that applies."""
+"""Radius (px) and colour of each kind of design, in the order of drawing.
+
+If several kinds apply to a design, it has the last of these kinds.
+"""
 
 
 def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
@@ -184,10 +187,13 @@ FEW = 5
 """Number of designs on a front below which the chart also covers other designs."""
 
 MOST_SKETCHES = 1_000_000
-"""Largest number of characters in small drawings on the page. Further designs have figures only."""
+"""Maximum number of characters of all small board drawings on the page. Further designs have no drawing."""
 
 MOST_PAGE = 3_000_000
-"""Largest number of characters of the page. Beyond it, the two limits above are halved until it fits."""
+"""Maximum number of characters of the page.
+
+If the page is longer, `MOST_OTHERS` and `MOST_SKETCHES` are halved until it fits.
+"""
 
 Values = Mapping[str, float]
 
@@ -227,12 +233,12 @@ class StudyPage:
 
     @cached_property
     def figures(self) -> list[dict[str, float]]:
-        """Figures of all points, by number."""
+        """Values of the measures, in the units of the charts, for each design of `points`."""
         return [self.scaled(self.said.found.of(point)) for point in self.points]
 
     @cached_property
     def marks(self) -> list[DesignMark]:
-        """Marks of all points in charts."""
+        """Marks in charts, one for each design of `points`."""
         return [DesignMark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
 
     def _kind(self, point: DesignPoint) -> str:
@@ -422,7 +428,7 @@ CAPTION = ("Grey: refused; light blue: keeps everything, by the screen; blue: no
            "kept, or the nearest where none is; ring: the base.")
 
 BEST = ("kept", "nearest", "front")
-"""Kinds of designs with small drawings."""
+"""Kinds of designs for which the page has a small board drawing."""
 
 CHOSEN = """
 <div id="chosen" hidden><div class="bar"><label>design <select></select></label></div>

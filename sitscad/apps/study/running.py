@@ -38,7 +38,10 @@ GENERATION = 4096
 """Number of designs of a grid or a Sobol' set that are passed to the workers together."""
 
 LEAST_SOBOL, MOST_SOBOL = 32, 1024
-"""Limits of the number of first designs of a search: a quarter of all, as a power of two between these."""
+"""Least and largest number of designs that a search evaluates first, from a Sobol' set.
+
+Within these limits, the number is a quarter of all evaluations, as a power of two.
+"""
 
 
 @record
@@ -98,7 +101,10 @@ def _in_turn(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:
 
 
 def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
-    """Return distinct points of a scrambled Sobol' set with `count` rows."""
+    """Return the distinct designs of a scrambled Sobol' set with `count` rows.
+
+    Each coordinate (0 to 1) selects a value of a key. Rows that select equal values are one design.
+    """
     from scipy.stats import qmc  # loaded for searches only
 
     size = 2 ** max(0, (count - 1).bit_length())  # a power of two keeps the set balanced
@@ -109,7 +115,7 @@ def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
 
 
 WORST = 1e30
-"""Value of a goal that a point does not have. Such a point also violates the requirements."""
+"""Value in place of a goal that a design does not have. Such a design also violates the requirements."""
 
 
 def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
@@ -215,7 +221,10 @@ class _SpentError(Exception):
 
 
 REFUSED = 1e12
-"""Least cost of an invalid design, multiplied by one plus its violation: above all goals in SI units."""
+"""Factor in the cost of an invalid design: the cost is `REFUSED` times (1 + violation).
+
+It is larger than every goal of a valid design in SI units.
+"""
 
 
 def _differential_evolution(
@@ -267,9 +276,9 @@ The comment is removed from kept designs, and the warning is ignored.
 """
 
 LEAST_FULL = 24
-"""Least number of designs to evaluate at the full level, if there are as many.
+"""Least number of designs to evaluate at the full level, if the search has as many.
 
-Four times the kept designs if that is more.
+If four times the number of designs to keep is larger, this number is used instead.
 """
 
 MOST_FRONT = 256
@@ -279,14 +288,18 @@ MOST_AT_ONCE = 8
 """Largest number of designs of one generation to evaluate at the full level during the search."""
 
 MOST_ROUNDS = 4
-"""Number of rounds that evaluate the screen's front at the full level, after earlier designs have failed."""
+"""Maximum number of rounds that evaluate the screen's best designs at the full level after the search.
+
+Rounds do not count while no design meets everything (see `MOST_IN_VAIN`).
+"""
 
 MOST_IN_VAIN = 8
-"""Number of such rounds while no design meets everything."""
+"""Maximum number of rounds (see `MOST_ROUNDS`) after which no design meets everything at the full level."""
 
 MANY = 8
-"""Number of designs with one value that all failed at the full level, after which designs without the value go
-first.
+"""Least number of designs with one value of a key that must fail at the full level before this value goes last.
+
+No design with the value may have passed.
 """
 
 
@@ -336,7 +349,10 @@ class StudyResults:
 
 
 LEAST_RANK = 0.98
-"""Least rank correlation (Spearman) with the full level at which the screen ranks designs by a measure."""
+"""Least rank correlation (Spearman) between screen and full level.
+
+If a measure has less, the screen does not rank designs by this measure.
+"""
 
 
 @cache
@@ -464,7 +480,7 @@ class StudyRun:
             self._costs[point] = costs(self._asked, evaluation)
 
     def search(self) -> None:
-        """Return screen designs chosen by the method, then evaluate the front at the full level until it is stable.
+        """Screen designs chosen by the method, then evaluate the front at the full level until it is stable.
 
         Promising designs are evaluated at the full level during the search, too. Designs with a value that failed often
         come last.
@@ -488,10 +504,10 @@ class StudyRun:
             in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
 
     def _doubtful(self) -> set[tuple[int, int]]:
-        """Return pairs of key and value (numbers of both) with which many screened designs failed at the full level.
+        """Return pairs (key number, value number) that the full level refuses although the screen accepts them.
 
-        All evaluated designs with the value failed, by rules that the screen cannot apply. A key is left out if all its
-        values failed.
+        At least `MANY` designs with the value passed the screen and failed at the full level, and no design with it
+        passed. A key is left out if all its values failed.
         """
         fell, sound = Counter[tuple[int, int]](), set[tuple[int, int]]()
         for point, each in self.found.full.items():

@@ -174,7 +174,10 @@ def code_version() -> str:
 
 
 OF_NO_JUDGEMENT = {"apps", "calibration", "cli", "files", "templates"}
-"""Wings that do not affect verdicts or figures of a design, except for modules of this folder not in `SEARCHING`."""
+"""Folders of the package that do not affect the evaluation of a design.
+
+Modules of this folder are excepted unless `SEARCHING` lists them.
+"""
 
 SEARCHING = {"answer.py", "answer_text.py", "document.py", "page.py", "running.py", "study.py", "sweeping.py",
              "__init__.py"}
@@ -193,10 +196,10 @@ MOST_VALUES = 100_000
 """Largest number of values of one key."""
 
 STEPS = 50
-"""Least number of steps of a range without a step. The step's only digit is one, two or five."""
+"""Least number of steps of a range without a step. The default step is 1, 2 or 5 times a power of ten."""
 
 Point = tuple[int, ...]
-"""A design by the numbers of its variables' values, from 0."""
+"""A design: for each varied key, the number of its value in the key's list of values, from 0."""
 
 _WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*")
 
@@ -321,10 +324,10 @@ def _written(value: Decimal, unit: str) -> Any:
 
 @record
 class Space:
-    """The space of designs.
+    """The designs of a study: all combinations of the values of the varied keys (``variables``).
 
-    ``same`` maps keys to the varied key whose value they take. ``brought`` maps a key and the text of its value to
-    further keys and values.
+    ``same`` maps further keys to the varied key whose value they take. ``brought`` maps a varied key and the text of
+    its value to further keys and their values.
     """
 
     variables: tuple[Variable, ...]
@@ -332,7 +335,7 @@ class Space:
     brought: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
     def moves(self, keys: Iterable[str]) -> bool:
-        """Whether any of these keys, or a part of one, changes in some designs."""
+        """Whether any of these keys is varied, lies inside a varied section, or contains a varied key."""
         moved = [variable.key for variable in self.variables] + list(self.same)
         moved += [key for choices in self.brought.values() for brings in choices.values() for key in brings]
         return any(meet(each, key) for each in moved for key in keys)

@@ -34,20 +34,22 @@ KEPT_BY_UNITS = ("SIT2", "SIT4")
 """Rules that every unit has to keep: electrical, readout and sensing. Board and fit do not vary between units."""
 
 BY_CALIBRATION = ("error.gap",)
-"""Measures of errors that a calibration of every unit removes, after only a tare.
+"""Measures that a unit may exceed before its calibration and still be good after its calibration.
 
-All other measures and rules concern errors that remain after calibration, or no force error.
+The gap's error, from the thickness of glue and pad, remains after a tare. Calibration removes it. All other limits
+must also be met after calibration.
 """
 
 SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
-"""Scattering quantities by their names in studies."""
+"""Causes of scatter in manufacture that are drawn at random for each unit, by their names in studies."""
 
 
 @cache
 def draws(count: int) -> Array:
-    """Return numbers (count, spreads) between 0 and 1 of a Latin hypercube, always the same.
+    """Return random numbers (count, spreads) between 0 and 1: a Latin hypercube with a fixed seed.
 
-    In a Sobol' set with this few points, some pairs of columns are equal.
+    The columns are in the order of `SPREADS`. A Sobol' set is not used: with few points, some pairs of its columns are
+    equal.
     """
     from scipy.stats import qmc  # loaded for studies only
 
@@ -56,7 +58,10 @@ def draws(count: int) -> Array:
 
 
 def unit(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpec:
-    """Return the spec of one unit from its draws (spreads,). `sigmas` replace the tables' standard deviations."""
+    """Return the spec of one manufactured unit from its draws (spreads,), numbers between 0 and 1.
+
+    `sigmas` replace standard deviations of the tables, by spread.
+    """
     from scipy.special import ndtri
 
     for (key, cause), u in zip(SPREADS.items(), row, strict=True):
@@ -99,10 +104,11 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
 class Yield:
     """The yield of a design.
 
-    ``good`` of ``units`` are good as manufactured, and ``calibrated`` are good after calibration. ``failed`` units have
-    a failed computation. ``interval`` is the 95 % confidence interval of the yield (Wilson 1927). ``broken`` is the
-    fraction of units that break a rule or requirement. ``costs`` are Sobol' indices: the fraction of the variance that
-    a spread explains. ``sigmas`` are standard deviations of measures over the units.
+    ``good`` of ``units`` are good as manufactured, and ``calibrated`` are good after calibration. The computation of
+    ``failed`` units failed. ``interval`` is the 95 % confidence interval of the yield (Wilson 1927). For each rule or
+    requirement, ``broken`` is the fraction of units that break it. For each spread, ``costs`` is its Sobol' index: the
+    fraction of the variance between good and bad units that it explains. ``sigmas`` are standard
+    deviations of measures over the units.
     """
 
     units: int
@@ -116,7 +122,7 @@ class Yield:
 
     @property
     def share(self) -> float:
-        """The yield."""
+        """Yield: fraction of units that are good as manufactured."""
         return self.good / self.units
 
 
@@ -146,17 +152,19 @@ def wilson(good: int, count: int) -> tuple[float, float]:
 
 
 BINS, SURELY = 8, 3.5
-"""Number of bins for the draws of a spread, and significance threshold of a Sobol' index.
+"""Number of equal bins for the draws of a spread, and least significance of a returned Sobol' index.
 
-The threshold is in standard deviations of the index under chance (chi-square with BINS - 1 degrees of freedom).
+An index is returned if it exceeds `SURELY` standard deviations of an index by chance (chi-square with BINS - 1 degrees
+of freedom).
 """
 
 
 def _first_order(good: Array, rows: Array) -> dict[str, float]:
-    """Return Sobol' indices of first order by spread.
+    """Return Sobol' indices of first order by spread, the largest first. Insignificant indices are left out.
 
-    An index is the part of the variance that the spread's draw explains: by the means within equal bins of the draw,
-    minus the part expected by chance. Empty if all units are equal.
+    An index is the part of the variance that the spread's draw explains. It is the variance of the means within equal
+    bins of the draw, over the whole variance, minus the part expected by chance. Empty if all units are equal, or if
+    there are fewer than two per bin.
     """
     whole = float(good.var())
     if whole == 0.0 or len(good) < 2 * BINS:

@@ -402,7 +402,10 @@ EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
 
 
 def _borders(middles: Array) -> Array:
-    """Return the borders of cells around values."""
+    """Return the n + 1 borders of cells around n ascending values.
+
+    Inner borders lie halfway between neighbouring values, outer borders as far beyond the first and last value.
+    """
     if len(middles) == 1:
         return np.array([middles[0] - 0.5, middles[0] + 0.5])
     between = (middles[1:] + middles[:-1]) / 2.0

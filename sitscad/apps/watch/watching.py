@@ -183,9 +183,10 @@ ROWS = 5
 
 
 def _gravest(changes: Mapping[str, Any], width: int) -> list[str]:
-    """Return rows of new findings, the gravest first and errors in two rows, then the findings that are gone.
+    """Return terminal rows for findings: new findings, the most severe first, then findings that are gone.
 
-    A finding of an earlier rule and key with another text is changed (~), not new and gone.
+    Signs are + (new), - (gone) and ~ (another text for the rule and key of an earlier finding). Errors may take two
+    rows. The last row counts findings that moved to another line.
     """
     was, now = ({(each["rule"], each["key"]) for each in changes[kind]} for kind in ("gone", "new"))
     signed = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in changes["new"]]
@@ -205,9 +206,9 @@ def _gravest(changes: Mapping[str, Any], width: int) -> list[str]:
 
 
 def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
-    """Return the number of evaluated first designs of a study.
+    """Return the lines on the first designs of a study.
 
-    After the last one, also return the best value of each goal.
+    While designs are evaluated, they are the first two numbers on one line. At the end, each number has a line.
     """
     lines = [f"{name}: {value}" for name, value in numbers.items()]
     done, _, of = numbers["designs"].partition(" of ")

@@ -25,7 +25,8 @@ Point = tuple[float, float]
 MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0
 """Maximum number of turns in all layers of one coil, and of all coils.
 
-The memory of an estimate grows with the square of the first (0.5 GB at 400 turns near metal), its time with both.
+The memory of an estimate grows with the square of the turns of one coil (0.5 GB at 400 turns near metal). Its time
+grows with both numbers.
 """
 
 
@@ -388,7 +389,10 @@ def check_webs(
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
-    """Return position and rotation of coils relative to their mean, in whole nanometres and microradians."""
+    """Return (x, y, rotation) of each coil as whole numbers.
+
+    x and y are nanometres from the mean of the centres, and the rotation is in microradians.
+    """
     x, y = (math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1))
     return [(round((p.centre[0] - x) * 1e9), round((p.centre[1] - y) * 1e9), round(p.rotation * 1e6))
             for p in placements]

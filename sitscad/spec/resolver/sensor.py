@@ -116,7 +116,7 @@ def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Rema
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
     """Return the sides (m) of the smallest pad that carries a target.
 
-    `offset` is the pad's, from the mean of the coils' centres.
+    `offset` is the position (m) of the pad's centre from the mean of the coils' centres.
     """
     reach = Footprint(target.outline.is_disc, target.size, Point(*target.offset), target.rotation).reach
     x, y = (2.0 * (abs(target.offset[axis] - offset[axis]) + reach[axis]) for axis in (0, 1))

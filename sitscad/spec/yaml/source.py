@@ -391,7 +391,10 @@ def _read_mapping(events: Iterator[Event], key: str, result: YamlText, in_bracke
 
 
 CHOICES = "with."
-"""Prefix of the section of a study whose keys are the values to choose from, which may be numbers. No spec has it."""
+"""Prefix of dotted keys in section ``with`` of a study. No spec has this section.
+
+Names in this section are values of varied keys, and may therefore be numbers.
+"""
 
 
 def _key_name(event: Event, may_be_number: bool) -> str:
