@@ -243,7 +243,10 @@ def with_frozen_mappings(value: Made) -> Made:
 
 
 def memo(by: Any, name: str, make: Callable[[], Made]) -> Made:
-    """Return `make()`, computed once and cached with the record under a name. A replaced record computes it again."""
+    """Return the result of `make()`, which is stored in the record `by` under a name.
+
+    Later calls return the stored result. A replaced record computes it again.
+    """
     inside = by.__dict__
     if name not in inside:
         inside[name] = make()

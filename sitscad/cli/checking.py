@@ -173,7 +173,10 @@ def _draw(path: str, inspected: Inspection) -> None:
 
 
 def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
-    """Print the findings that fail because of an option alone. Return 1 if there are any, else 0."""
+    """Print the number of warnings and notes that fail because of an option (``--strict`` or ``--fail-on``).
+
+    Return 1 if there are any, else 0.
+    """
     if not any(spec.fails(weight) for spec in checked):
         return 0
     milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]

@@ -163,7 +163,7 @@ class DesignRules(Readable):
         return replace(self, **changed, sources={**self.sources, **sources}, holders={**self.holders, **holders})
 
     def for_layers(self, count: int) -> DesignRules:
-        """Return the rules with the copper ring for a number of copper layers."""
+        """Return the rules with the annular ring that applies to a board with `count` copper layers."""
         ring_layers = max((least for least in self.annular_rings if least <= count), default=None)
         if ring_layers is None:
             return self
@@ -173,7 +173,7 @@ class DesignRules(Readable):
         return replace(self, annular_ring=self.annular_rings[ring_layers], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
-        """Whether a minimum of coil tracks is an error if it is not met. Otherwise it is a warning."""
+        """Whether a coil track below the minimum in `field` is an error. Otherwise it is a warning."""
         return self.coil_rule_binding and field not in self.unbound
 
     def source_of(self, field: str) -> str:

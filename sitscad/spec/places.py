@@ -51,7 +51,10 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
 
 
 def _with_webs(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
-    """Return the pad of a cell with the widths and lengths of all webs at its sides."""
+    """Return the pad of a cell at `here` (m) with its webs, the strips to neighbouring pads.
+
+    The pad's ``webs`` are the common width and the length at each side (m), 0 at sides without a web.
+    """
     lengths, width = [0.0] * 4, 0.0
     for strip in strips:
         offsets = strip.centre.x - here.x, strip.centre.y - here.y

@@ -257,7 +257,7 @@ _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copp
 
 
 class _Profile:
-    """A profile that is written, its text, and the remarks about it."""
+    """A profile's keys as read, the text that contains them, and the remarks to which its errors are added."""
 
     def __init__(self, document: RulesDocument, place: Origin, remarks: Remarks) -> None:
         self.document, self.place, self.remarks = document, place, remarks
@@ -270,7 +270,11 @@ class _Profile:
         self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
 
     def rules(self, foil: float | None) -> DesignRules:
-        """Return the rules: the profile's figures over its base, for a foil (m; None: the thinnest listed)."""
+        """Return the rules: the base's values, replaced by the values of this profile.
+
+        `foil` is the thickness (m) of the copper foil that widths and spacings are for. None for the thinnest listed
+        foil.
+        """
         figures, base = self.figures, self._base(foil)
         if self.place.chain and "based_on" not in self.place.source.keys:
             self.remarks.default("fpc.rules", f"{self.place.label} based on {self.document.based_on}")
@@ -345,7 +349,10 @@ class _Profile:
         return tables
 
     def _lines(self, kind: str) -> tuple[FoilLines, ...]:
-        """Return widths and spacings by foil, from the thinnest. Contradictions are flaws."""
+        """Return the widths and spacings of tracks for each listed foil, the thinnest foil first.
+
+        Flaws are added for keys that contradict each other.
+        """
         key, pair = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
         is_table = getattr(self.document, key) is not None
         older = [each for each in self.document.by_foil if each.rpartition("_")[0] in pair]
@@ -385,7 +392,7 @@ class _Profile:
             yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
 
     def _row(self, copper: float, pair: Mapping[str, Figure]) -> FoilLines:
-        """Return a row of width and spacing, given their figures by key."""
+        """Return the row for a foil thickness `copper` (m). `pair` has the width, then the spacing, by their keys."""
         width, spacing = (figure.value for figure in pair.values())
         sources = (self._source(key, figure) for key, figure in pair.items())
         return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))

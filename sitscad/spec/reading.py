@@ -63,9 +63,9 @@ KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base`
 
 @record
 class Flaw:
-    """An error at a dotted key, with the facts of its future finding.
+    """An error at a dotted key, which becomes a finding.
 
-    ``edits`` are changes that correct it, empty if unknown.
+    ``edits`` are changes that correct it. Empty if unknown.
     """
 
     rule: str

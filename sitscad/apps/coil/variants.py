@@ -156,7 +156,7 @@ class CoilVariants:
         return self._moved(_impedance(_solve(spec)[1], state, self.frequencies))
 
     def _moved(self, winding: Impedance) -> Impedance:
-        """Return the impedance between the terminals with another winding and the leads of `nominal`."""
+        """Return the impedance with another winding (without leads) and the leads of `nominal`."""
         capacitance = self.nominal.capacitance + winding.capacitance - self.winding.capacitance
         return Impedance(self.frequencies, self.nominal.series + winding.series - self.winding.series, capacitance)
 
@@ -196,7 +196,11 @@ def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
 
 
 def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance: float | None = None) -> Impedance:
-    """Return the impedance of a circuit in a state. Without its leads unless `capacitance` (F, with leads) is given."""
+    """Return the impedance of a circuit in a state.
+
+    With `capacitance` (F, of winding and leads), the leads are included. Otherwise it is the impedance of the winding
+    alone.
+    """
     if capacitance is None:
         circuit = replace(circuit, leads=NO_LEADS, known={})
     inductance, resistance = circuit.own(state, frequencies)
@@ -205,7 +209,10 @@ def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance
 
 
 def _scaled(stackup: Stackup, factor: float, of_copper: bool) -> Stackup:
-    """Return a stack-up with all copper, or all films between copper layers, multiplied in thickness."""
+    """Return a stack-up with some layer thicknesses multiplied by a factor.
+
+    These are all copper layers if `of_copper`, else all films between copper layers.
+    """
     layers = stackup.layers
     copper = [k for k, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
 

@@ -129,7 +129,7 @@ class Board:
         return results
 
     def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
-        """Return the upper register of a coil's result, which has the flags, and the counts of the whole result."""
+        """Return (upper register, counts) of a coil's result. The upper register contains the flags."""
         device, offsets = self.design.spec.readout.device, self.conversion.offsets
         upper, *lower = (chip.read(address) for address in device.data_addresses(self.places[coil].number))
         result = upper & device.result_mask
@@ -138,10 +138,10 @@ class Board:
         return upper, result * self.conversion.counts_per_step + (offsets[coil] if offsets else 0)
 
     def _believed(self, coil: int, counts: int, status: str) -> str:
-        """Return the status of a result. It is stale if the result jumps and the next result has yet to confirm it.
+        """Return the status of a result. It is stale if the result jumps, until the next result confirms it.
 
         A jump is larger than noise and motion explain, as in the driver. Three values are stored for each coil: the
-        last accepted result, its distance from its predecessor, and a result in doubt.
+        last accepted result, its difference from the result before, and an unconfirmed result.
         """
         if status not in (GOOD, AMPLITUDE):
             self.past.pop(coil, None)  # the next result has no valid predecessor
@@ -162,11 +162,15 @@ class Board:
         """
 
     def frequency(self, counts: float) -> float:
-        """Return the frequency (Hz)."""
+        """Return the frequency (Hz) of a coil's counts."""
         return counts * self.conversion.hertz_per_count
 
     def status(self, coil: int, counts: int, flags: int) -> str:
-        """Return the status of a result with the flags of its upper register."""
+        """Return the status of a result: the first fault that applies, else `GOOD`.
+
+        Faults follow from the flags of the upper register, from counts at an end of their range, and from the coil's
+        frequency band.
+        """
         flag, (least, most) = self.at.DATA_FLAGS, self.conversion.ends(coil)
         working = self.bands[coil].working
         conditions = (

@@ -232,10 +232,11 @@ TARES = 16
 
 
 class Forces:
-    """Forces (N) of scans, by maps and their tare.
+    """Forces (N) of scans, computed by the maps from readings to forces.
 
-    If `tared`, the tare is the mean of the first `TARES` whole scans. Without a map there are no forces. Each cell has
-    a map that reads its own coils, and its axes then start with the cell.
+    If `tared`, the readings without load are the mean of the first `TARES` whole scans. Otherwise they are stored in
+    the maps. Without a map there are no forces. Each cell has a map that reads its own coils, and its axes then start
+    with the cell.
     """
 
     def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
@@ -263,7 +264,10 @@ class Forces:
         return [rests.get(band.coil) for band in board.bands]
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
-        """Yield every map with the prefix of its axes, the counts of its coils (1, coils), and the counts at rest."""
+        """Yield (map, prefix of its axes, counts of its coils (1, coils), counts without load) for every map.
+
+        Nothing is yielded before the tare, or if a coil has no good reading.
+        """
         counts = _good(board, scan)
         if counts is None or (self.tared and self.mean is None):
             return

@@ -38,7 +38,10 @@ OTHERWISE = 0.1, 4.0
 """
 
 LEFT_ON = 0.1
-"""Largest reading of a tare after the first, as a fraction of full scale."""
+"""Largest reading without load after the first tare, as a fraction of full scale.
+
+A larger reading means that a load is still applied.
+"""
 
 SOUND = 0.9
 """Least fraction of a coil's results that must be good, and of its good results that must not be outliers."""

@@ -42,7 +42,10 @@ class Source:
     """Converters in the order of their numbers, with a clock."""
 
     creep, paced = 10.0, True
-    """Rest time (s) of a pad under a load before a reading for a calibration, and whether waiting takes real time."""
+    """`creep` is the time (s) that a pad rests under a load before a calibration point is read.
+
+    `paced` is True if waiting takes real time.
+    """
 
     def __init__(self, chips: Sequence[BusConverter], seconds: float | None = None) -> None:
         self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
@@ -63,8 +66,8 @@ class Source:
 class Simulation(Source):
     """Simulated converters of a design with a common time.
 
-    `errors` are the unknowns of each cell of the simulated sensor, or None for a cell as drawn. A sensor without cells
-    counts as a single cell.
+    `errors` holds the manufacturing errors of each cell, or None for a cell as drawn. A sensor without cells counts as
+    a single cell.
     """
 
     chips: Sequence[SimulatedConverter]
@@ -264,9 +267,11 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
 
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
-    """Return loads (`RAMP`, 5; N, N m) from texts such as AXIS:NEWTONS or AXIS:FIRST:LAST; commas separate axes.
+    """Return loads (`RAMP`, 5) that change linearly from the first to the last value of each axis.
 
-    Raises ValueError for another text, and for an axis that occurs twice.
+    The columns are normal, shear_x and shear_y (N), moment_x and moment_y (N m). A text is AXIS:NEWTONS or
+    AXIS:FIRST:LAST, with commas between axes; moments are written in N mm. Raises ValueError for another text, and for
+    an axis that occurs twice.
     """
     loads, axes_set = np.zeros((RAMP, len(AXES))), set()
     for part in (part for text in texts for part in text.split(",")):
@@ -301,10 +306,11 @@ def _in_range(option: str, least: float, most: float, is_whole: bool) -> float:
 def _on_cell(
     cells: Cells, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
 ) -> np.ndarray:
-    """Return frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m) on one cell.
+    """Return frequencies (n, coils; Hz) under loads (n, 3 or 5) on cell `number` (from 1).
 
-    The other cells are not loaded, and crosstalk between cells is neglected. `errors` are the errors of each cell of a
-    unit, or None for the sensor as drawn.
+    The columns of the loads are the normal force, shear along x and y (N), and two moments (N m) if given. The other
+    cells are not loaded, and crosstalk between cells is neglected. `errors` are the manufacturing errors of each cell,
+    or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
     each = [_read_by(cell, unit_errors, loads if k == number else nothing, is_held)
@@ -313,9 +319,10 @@ def _on_cell(
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
-    """Return frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m).
+    """Return frequencies (n, coils; Hz) under loads (n, 3 or 5): normal, shear along x and y (N), two moments (N m).
 
-    They are for a unit with its errors, or for the sensor as drawn. With moments, the target is free to tilt.
+    `unit` holds the errors of a manufactured unit, or is None for the sensor as drawn. With moments, the target is free
+    to tilt.
     """
     is_held = is_held and loads.shape[1] == len(FORCES)
     if unit is None:

@@ -68,11 +68,17 @@ def refusal_table(answer: StudyAnswer) -> AnswerTable:
 
 
 BY_YIELD = "yield by "
-"""Prefix of requirements that too many units would break."""
+"""Prefix of a measure in the name of a yield requirement.
+
+It refuses a design if too many units, with the measure's scatter, would break the limit.
+"""
 
 
 def breach_words(name: str, breach: Breach) -> str:
-    """Return the distance of a design from a limit. Empty if it is unknown, or if figure and limit have equal texts."""
+    """Return the value of a design and the limit as text, for the rule or requirement `name`.
+
+    Empty if either is unknown, or if their texts are equal.
+    """
     if breach.measured is None or breach.limit is None:
         return ""
     measure = name.removeprefix(BY_YIELD)
@@ -135,7 +141,12 @@ def _number(row: Row) -> str:
 
 
 def yield_table(designs: AnswerTable) -> AnswerTable:
-    """Return the yields of designs: interval, broken rules, the yield after calibration, and the deciding spreads."""
+    """Return a table of the yields of designs.
+
+    Its columns are the yield, its 95 % interval, the number of units, the yield after calibration, and failed
+    computations. Then follow the fraction of units that each rule loses, and the Sobol' indices of the spreads that
+    decide the yield.
+    """
     rows = [{"design": row["design"], **row["yield"]} for row in designs.rows if row["yield"] is not None]
 
     def calibrated(row: Row) -> str:
@@ -162,7 +173,10 @@ def _interval(ends: Sequence[float]) -> str:
 
 
 def sigma_table(designs: AnswerTable) -> AnswerTable:
-    """Return one standard deviation of measures: to first order by the estimates, and from the drawn units."""
+    """Return a table of standard deviations of measures from unit to unit.
+
+    One column has the first-order estimate, the other the deviation over the drawn units.
+    """
     rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": sigma}
             for row in designs.rows if row["yield"] is not None
             for name, sigma in row["yield"]["sigmas"].items() if f"sigma.{name}" in row["values"]]

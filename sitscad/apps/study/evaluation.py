@@ -146,8 +146,8 @@ def _figure(value: float) -> float:
 class UnitJudged:
     """The evaluation of one unit: a manufactured sensor with its own errors.
 
-    ``is_good`` is True if it breaks no rule, ``broken`` are the broken rules, and ``is_computed`` is False if a
-    computation failed.
+    ``is_good`` is True if the unit breaks no rule, and ``broken`` lists the broken rules. ``is_computed`` is False if a
+    computation failed. ``values`` holds the measures in SI units.
     """
 
     is_good: bool

@@ -73,16 +73,16 @@ class ChartAxis:
     ticks: tuple[tuple[float, str], ...]
 
     def at(self, value: float) -> float:
-        """Return the position of a figure: 0 at the low end, 1 at the high end, limited to this range."""
+        """Return a value's position on the axis: 0 at the low end and below it, 1 at the high end and above it."""
         return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
 
     def has(self, value: float | None) -> bool:
-        """Whether a figure lies on the axis."""
+        """Whether a value lies within the axis's range. False for None."""
         return value is not None and self.low <= value <= self.high
 
 
 def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
-    """Return an axis that holds all finite figures, with ticks at round numbers."""
+    """Return an axis that contains all finite values with a margin at both ends, and ticks at round numbers."""
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
@@ -96,7 +96,11 @@ def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
 
 @record
 class DesignMark:
-    """A design in a chart: its number, its kind (a key of `MARKS`), and its number among the kept designs."""
+    """A design in a chart.
+
+    ``number`` is its place in `StudyPage.points`, and ``kind`` is a key of `MARKS`. ``kept`` is its number among the
+    kept designs from 1, or 0.
+    """
 
     number: int
     kind: str

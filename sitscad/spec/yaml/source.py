@@ -148,7 +148,10 @@ class SpecSource:
         return (1, 1) if self.text else (None, None)
 
     def absent(self, key: str | None) -> str | None:
-        """Return the key if it is missing in the text and can be added. None if not, such as below a preset's name."""
+        """Return the key if it is missing in the text and can be added there.
+
+        None if the text has it, or if it cannot be added, such as below a preset's name.
+        """
         if not key or "." not in key or not self.keys or key in self.keys:
             return None
         parent = key.rpartition(".")[0]
