@@ -38,7 +38,10 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
 
 @record
 class Naming:
-    """Inputs of the archive's file names: design name, naming convention (`way`) and number of copper layers."""
+    """Inputs of the archive's file names: design name, naming convention and number of copper layers.
+
+    `way` is a value of the column ``naming`` in the data table ``archive_names``.
+    """
 
     name: str
     way: str
@@ -92,7 +95,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
 
 
 def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the files that every order contains: those named in job files, job files, netlists and readmes."""
+    """Return the files that every order contains: job files, files named in job files, netlists and readmes."""
     jobs = b"".join(content for path, content in files.items() if path.endswith(".gbrjob"))
     return {
         path: content for path, content in files.items()
@@ -109,7 +112,10 @@ def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: 
 
 
 def archive_name(named: Naming, path: str, content: bytes) -> str:
-    """Return a file's name in the archive, chosen by its X2 file function if it has one, else unchanged."""
+    """Return a file's name in the archive.
+
+    The X2 file function of a Gerber or drill file selects the name. Other names are unchanged.
+    """
     file_name = path.rpartition("/")[2]
     match = _FUNCTION.search(content)
     if match is None or not path.endswith((".gbr", ".drl")):
@@ -127,12 +133,15 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
 
 @cache
 def _endings(naming: str) -> tuple[tuple[str, str], ...]:
-    """Return the beginnings of X2 file functions and the file endings of one naming convention."""
+    """Return rows of one naming convention: beginning of the X2 file function, and file ending."""
     return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
 
 
 def _is_sent(path: str, in_panel: bool) -> bool:
-    """Whether a file goes to the fabricator: all but SVG and JSON files and the other set of images."""
+    """Whether a file goes to the fabricator.
+
+    SVG and JSON files do not. If `in_panel`, the panel's images go, otherwise the images of the single board.
+    """
     name = path.removeprefix(f"{FOLDER}/")
     if name.endswith((".svg", ".json")):
         return False
@@ -142,7 +151,10 @@ def _is_sent(path: str, in_panel: bool) -> bool:
 
 
 def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
-    """Replace file names in readmes and job files by the names in the archive."""
+    """Replace file names in the text of a readme or job file by the names in the archive.
+
+    `called` maps paths in the package to names in the archive. Other kinds of files are returned unchanged.
+    """
     if not path.endswith((".txt", ".gbrjob")):
         return content
     for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
@@ -152,5 +164,8 @@ def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
 
 
 def _in_place(new: bytes, match: re.Match[bytes]) -> bytes:
-    """Replace a name; if a column follows, the padding is adjusted so that the column keeps its place."""
+    """Return the new name for a matched name.
+
+    If two or more spaces follow (a column of a table), they are adjusted so that the next column keeps its place.
+    """
     return new + (b" " * max(2, len(match[0]) - len(new)) if match["gap"] else b"")

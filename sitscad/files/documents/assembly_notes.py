@@ -243,7 +243,10 @@ def _prepared(layout: Layout) -> Iterator[str]:
 
 
 def _above_board(at: Levels, part: str) -> Toleranced:
-    """Return the height of a piece's upper face above the board's top face."""
+    """Return the height (m, with tolerance) of a part's upper face above the board's top face.
+
+    `at` holds the heights of the lower and the upper face of each part.
+    """
     return at[part][1] - at["board"][1]
 
 
@@ -294,7 +297,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
-"""Pieces of the closed pair that belong to the instrument, with the jaw's key that holds each piece's thickness."""
+"""Parts that belong to the instrument with both jaws, and the key of `mount.jaw` with each part's thickness."""
 
 
 def _checks(

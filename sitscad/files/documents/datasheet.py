@@ -95,10 +95,10 @@ Rows = list[tuple[str, ...]]
 
 @record(eq=False)
 class Content:
-    """Everything that the data sheet prints as text, table or plot; page and sheets print the same values.
+    """Texts, tables and plots of the data sheet; HTML page and PDF print equal values.
 
-    Each table has its head as first row. `unit_errors` is the table of predicted calibration errors, and `errors_are`
-    its note; both are empty if no calibration is predicted.
+    The first row of each table holds its headings. `unit_errors` is the table of predicted calibration errors, and
+    `errors_are` its note; both are empty if no calibration is predicted.
     """
 
     name: str
@@ -196,7 +196,10 @@ MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts 
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
-    """Return column widths (mm): `first`, then equal widths; with more than four columns, all are equal."""
+    """Return the column widths (mm) of a table whose total width is `whole` (mm).
+
+    Up to four columns, the first has the width `first` (mm) and the others are equal. With more, all are equal.
+    """
     count = len(rows[0]) if rows else 1
     if count > 4:
         return [whole / count] * count
@@ -251,7 +254,7 @@ def _table(rows: Rows) -> str:
 
 
 def _lines(rows_and_head: Table) -> Rows:
-    """Return the head and the rows of a table."""
+    """Return a table as a list of rows, with the headings as first row."""
     return [tuple(rows_and_head.head), *map(tuple, rows_and_head.rows)]
 
 
@@ -318,7 +321,7 @@ ACCEPT = (
     "oscillates. One of converter and LCR meter is enough. An LCR meter at the tank's frequency reads another "
     "inductance: the report has it."
 )
-"""Use of the limits for bare coils."""
+"""Instruction for the acceptance test of bare coils."""
 
 TARES = (
     "The one tare is taken at rest before the temperature changes: its drift counts from there. A tare before each "
@@ -357,7 +360,7 @@ def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...], te
 
 
 def _within_sigmas(value: float, sigma: float, unit: str) -> str:
-    """Format the accepted range of a reading."""
+    """Format the range of accepted readings: `value` within `ACCEPTED_SIGMAS` standard deviations, at least 0."""
     return _between(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
 
 

@@ -64,7 +64,7 @@ EXTRAPOLATED = "extrapolated"
 
 
 def _shade(axes: Any, curve: Curve, limit: float) -> None:
-    """Mark the shear beyond which the pad's law is extrapolated, with a single entry in the legend."""
+    """Shade the shear forces beyond `limit` (N), for which the pad's law is extrapolated, with one legend entry."""
     most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
     if curve.axis not in SHEARS or most <= limit:
         return
@@ -74,7 +74,10 @@ def _shade(axes: Any, curve: Curve, limit: float) -> None:
 
 
 def difference(curves: Curves, axis: str) -> tuple[str, Array]:
-    """Return the combination of coils that measures a shear or a moment, as text and as weights (coils)."""
+    """Return the difference of coil inductances that measures a shear or a moment: its text, and its weights (coils).
+
+    It is the mean of the coils on one side of the middle, minus the mean on the other side.
+    """
     places = curves.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
     weights = np.where(np.abs(places) < 1e-9, 0.0, -places / np.maximum(np.abs(places), 1e-12))
     low, high = ([name for name, w in zip(curves.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
@@ -140,7 +143,10 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
 
 
 def _range(curves: Curves, figure: Any) -> None:
-    """Draw the working range: the sum of the coils over their differences."""
+    """Draw the working range: sum of the coils' inductances over their difference (nH), one panel per shear or moment.
+
+    Blue lines have one normal force, orange lines one shear force or moment.
+    """
     panels = figure.subplots(1, len(curves.ranges), squeeze=False)[0]
     for axes, (kind, normal, shear, inductance) in zip(panels, curves.ranges, strict=True):
         label, weights = difference(curves, kind)
@@ -161,7 +167,7 @@ def _range(curves: Curves, figure: Any) -> None:
 
 
 def _parted(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
-    """Yield the shear forces (N) of a line in parts, with line styles: solid within `limit`, dashed beyond."""
+    """Yield the shear forces (N) of each part of a line, and its line style: solid up to `limit` (N), dashed beyond."""
     ends = np.clip([-limit, limit], shear[0], shear[-1])
     yield np.array([ends[0], *shear[np.abs(shear) < limit], ends[1]]), "-"
     for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):

@@ -57,7 +57,7 @@ def refusal(name: str, converter: Converter, reason: str) -> dict[str, str]:
 
 
 SETTINGS = ("capacitance_F", "conversion_capacitance_F", "scan_rate_Hz", "supply_current_A")
-"""Keys of the readout in the JSON file, beside the keys of the converter's formula."""
+"""Keys of the readout at the top level of the JSON file, beside the keys of the converter's formula."""
 
 TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
 """Keys of the readout under ``timing`` in the JSON file."""
@@ -66,7 +66,7 @@ TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_
 def table(
     spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
-    """Return the JSON text: keys with SI units as suffixes, registers as numbers in the order of writing."""
+    """Return the text of the JSON file: keys end in SI units; registers are numbers in the order of writing."""
     converter, readout = spec.readout.device, estimates.readout
     registers = converter.register_map
     value: dict[str, Any] = {
@@ -218,7 +218,10 @@ SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
 
 
 def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
-    """Describe one step of a reading in henries of the converter's formula, and the frequency's standard deviation."""
+    """Describe the inductance (H) of one step of the converter's result, and the frequency's standard deviation.
+
+    The converter's formula gives the inductance. "unknown" if the settings or the inductance are unknown.
+    """
     conversion, inductance = readout.conversion, state.converter_inductance
     step, size = "one count of the reference", "unknown"
     if conversion is not None:
@@ -297,7 +300,7 @@ def _loads(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> dict[s
 
 
 def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> list[str]:
-    """Return force and expected inductance of pressed states other than that under the required force."""
+    """Return macros with force and expected inductance of pressed states, except the state under the required force."""
     lines = []
     for name, force in _loads(coils, states).items():
         if name == PRESSED:
@@ -311,7 +314,10 @@ def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], state
 
 
 def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
-    """Return macros for the expected inductance at rest and pressed, and its change per newton with one sigma."""
+    """Return macros for the expected inductance at rest and pressed, and its change per newton with one sigma.
+
+    `force` is the required normal force (N); None if the spec requires no force.
+    """
     macros = []
     for index, coil in enumerate(coils):
         rest, pressed = (coil.states[name].converter_inductance if name in coil.states else None

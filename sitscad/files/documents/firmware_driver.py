@@ -64,13 +64,16 @@ def driver_files(
 
 
 def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
-    """Return a band in counts: the design's value, lowest and highest, limited to the converter's range."""
+    """Return a frequency band in counts: design value, lowest and highest, each limited to the converter's range."""
     scale, most = 1.0 / conversion.hertz_per_count, 2**conversion.device.bits - 2
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
 def unlike(coil_bands: Sequence[CoilBands]) -> float:
-    """Return the least frequency difference (Hz) at which the self-test detects two exchanged coils."""
+    """Return the least frequency difference (Hz) of two coils at which the self-test detects their exchange.
+
+    It is five standard deviations of the difference between the two coils with the largest `own_sigma`.
+    """
     widest = sorted(band.own_sigma for band in coil_bands)[-2:]
     return 5.0 * math.hypot(*widest)
 
@@ -217,7 +220,10 @@ def _coil(place: Channel, frequencies: CoilBands, conversion: Conversion) -> str
 
 
 def _tank(place: Channel, coil: CoilEstimate) -> str:
-    """Return a coil's converter, channel, frequency and R_P as drawn, assembled if it has this state."""
+    """Return a coil's C initialiser: converter, channel, frequency (Hz) and parallel resistance (ohm).
+
+    The values belong to the state at rest, or to the first state if there is no estimate at rest.
+    """
     state = coil.states.get(REST) or next(iter(coil.states.values()))
     return f"{{{place.converter}, {place.number}, {state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
 
@@ -467,7 +473,7 @@ def _i2c_addresses(converter: Converter, coils: int) -> str:
 
 
 BUSES = (1, 3)
-"""Numbers of the I2C buses in the examples for Linux."""
+"""Linux numbers (``i2cdetect -y N``) of the first and the second I2C bus in the examples."""
 
 
 def _steps(

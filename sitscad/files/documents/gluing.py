@@ -47,28 +47,28 @@ PRESS_MASS = 2e-3
 """Least mass (kg) of a printed press of the jig."""
 
 BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
-"""Diameters (m) of the steel bars that load a press, and of the bars' central hole for the press's peg."""
+"""Outer diameters (m) of the steel bars that load a press, and diameter (m) of their hole for the press's peg."""
 
 HEIGHT_ERROR = 5e-6
-"""Largest compression (m) of a pad by the instrument that measures its height."""
+"""Compression (m) of a pad that its height gauge may cause. It limits the contact force of the gauge."""
 
 LIGHT_GAUGE = 0.1
-"""Force (N) of a light dial gauge. From memory, not verified."""
+"""Contact force (N) of a light dial gauge. From memory, not verified."""
 
 LARGEST_BEAD = 10.0
-"""Largest volume (mm3) of glue that is also stated as a single bead."""
+"""Volume (mm3) of glue below which the text also states the diameter of a single spherical bead."""
 
 RATCHET = 5.0
-"""Least force (N) of a micrometer's ratchet, usually 5 to 10 N. From memory, not verified."""
+"""Least force (N) at which a micrometer's ratchet slips, usually 5 to 10 N. From memory, not verified."""
 
 
 def toleranced(size: Toleranced) -> str:
-    """Format a length in millimetres with its largest deviation by tolerances."""
+    """Format a length in millimetres with its tolerance, the largest deviation to either side."""
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
 def grams(mass: float) -> str:
-    """Format a mass (kg) to two digits, in grams or kilograms."""
+    """Format a mass (kg) to two significant digits, in grams or kilograms."""
     return f"{_plain(mass * 1e3, 2)} g" if mass < 1.0 else f"{_plain(mass, 2)} kg"
 
 
@@ -86,7 +86,10 @@ def product(assembly: Assembly) -> str:
 
 
 def dose(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
-    """Describe the dose of glue for an area (m2) and a line (m): a volume (``2.9 mm3 of ...``) or an area of tape."""
+    """Describe the dose of glue under an area (m2): a volume (``2.9 mm3 of ...``), or an area of tape.
+
+    `line` is the thickness (m) of the glue line, and `tolerance` (m) its largest deviation.
+    """
     under, volume = f"{_plain(1e6 * area, 3)} mm2", 1e9 * area * line
     if glue is not None and glue.viscosity is None:
         return f"{glue.product}, {under} cut to the outline"
@@ -145,7 +148,7 @@ def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
 
 
 def washers(mass: float) -> int | None:
-    """Return the number of washers that bring a press to a mass (kg); None if its peg is too short for them."""
+    """Return the number of washers with which a press has a total mass (kg); None if its peg is too short for them."""
     count = max(1, math.ceil((mass - PRESS_MASS) / WASHER_MASS))
     return count if count * WASHER_HEIGHT <= PEG[1] else None
 
@@ -156,13 +159,16 @@ def bar_height(across: float, mass: float) -> float:
 
 
 def steel_bar(mass: float) -> tuple[float, float]:
-    """Return diameter and height (m) of a steel bar with a hole that brings a press to a mass (kg)."""
+    """Return diameter and height (m) of the steel bar with which a press has a total mass (kg).
+
+    The diameter is the smallest of `BARS` at which the bar is not higher than wide, or else the largest.
+    """
     bars = [(across, bar_height(across, mass - PRESS_MASS)) for across in BARS]
     return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
 MOST_STANDING = 3.0
-"""Largest mass (kg) that stands on a press; a steel bar of this mass is as high as wide. An assumption."""
+"""Largest mass (kg) placed on a press; above it, a clamp over a spring presses instead. An assumption."""
 
 
 def is_clamped(mass: float) -> bool:
@@ -171,11 +177,11 @@ def is_clamped(mass: float) -> bool:
 
 
 SPRING_RATE = 10e3
-"""Rate (N/m) of a compression spring under a clamp: usual, and some millimetres of travel are read easily."""
+"""Rate (N/m) of the compression spring under a clamp. Such springs are usual and compress by readable millimetres."""
 
 
 def spring(mass: float) -> str:
-    """Describe the force of a mass (kg) and the compression of a spring by this force."""
+    """Describe the weight (N) of a mass (kg), and the compression by it of a spring of the rate `SPRING_RATE`."""
     force = mass * STANDARD_GRAVITY
     travel = force / SPRING_RATE
     return (f"{show(force, 'N', 2)}: a spring of {1e-3 * SPRING_RATE:g} N/mm, at least "
@@ -183,7 +189,7 @@ def spring(mass: float) -> str:
 
 
 def loaded(part: str, mass: float) -> str:
-    """Return the instruction to load the press of a part to a mass (kg); other text follows in the sentence."""
+    """Return the instruction to load a part's press to a total mass (kg), without a full stop."""
     if is_clamped(mass):
         return (
             f"Have a bar clamp and a compression spring ready, which goes over the peg of jig-{part}-press: so large a "
@@ -202,7 +208,11 @@ def loaded(part: str, mass: float) -> str:
 
 
 def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
-    """Describe the gluing of the elastomer or the target in the jig, and the resulting height."""
+    """Describe the gluing of the elastomer or the target in the jig, and the resulting height.
+
+    `under` names the face below the piece. `height` (m) is the height of the piece's upper face above the board's top
+    face. `place` is the text on the piece's place in the well.
+    """
     assembly, count = spec.assembly, len(plates_of(spec).glued(part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
     dose_text = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
@@ -257,7 +267,10 @@ def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
 
 
 def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive | None) -> str:
-    """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue."""
+    """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue.
+
+    `board` is the outline and the area (m2) under the board, and `hard` the glue for hard faces.
+    """
     adhesive, used, (plan, area) = assembly.adhesive, hard, board
     if adhesive is None or used is None or used == adhesive:
         return ""

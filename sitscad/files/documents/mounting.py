@@ -170,12 +170,19 @@ def in_place(layout: Layout) -> Iterator[str]:
 
 
 def _spacing(spacing: tuple[float, float] | None) -> str:
-    """Describe the spacing of the screws; empty if they are not the corners of a rectangle."""
+    """Describe the spacing of the screws.
+
+    `spacing` holds the sides (m) of the screws' rectangle. If it is None, the text is empty.
+    """
     return "" if spacing is None else f"; the screws {in_mm(spacing[0], 2)} x {in_mm(spacing[1], 2)} mm apart"
 
 
 def _heads(height: float | None, is_near: bool) -> str:
-    """Describe the screws' material, and the height of their heads above the sensor; empty for inch threads."""
+    """Describe the screws' material, and the height of their heads above the sensor's top face.
+
+    `height` (m) is None for inch threads; then the text is empty. `is_near` is True if steel would be too near to a
+    coil.
+    """
     above = height
     if above is None:
         return ""
@@ -198,13 +205,16 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 
 
 def set_screw(body: Box, mount: Mount | None) -> float:
-    """Return the length (m) of the set screws in a cap's sides; the longest standard screw that does not stand out."""
+    """Return the length (m) of the set screws in a cap's sides: the longest standard length that does not protrude."""
     _, side = cap_size(body, mount)
     return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
 
 
 def nut_screw(depth: float) -> tuple[int, bool]:
-    """Return the length (mm) of the M2 screws through mount and adapter of a depth (m), and whether to cut them."""
+    """Return the length (mm) of the M2 screws through mount and adapter, and whether they must be cut to `depth`.
+
+    `depth` (m) is the distance from below the screws' heads to the adapter's lower face, with the nuts in it.
+    """
     grip = depth - CORNER_SCREW.nut_height
     length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
     if min(1e-3 * length - grip, NUT) >= NUT / 2:
@@ -213,7 +223,7 @@ def nut_screw(depth: float) -> tuple[int, bool]:
 
 
 def _into_nuts(depth: float) -> str:
-    """Describe the M2 screws through mount and adapter of a depth (m) into the nuts below, in a whole sentence."""
+    """Describe the M2 screws into the nuts in the adapter, in a whole sentence; `depth` (m) as in `nut_screw`."""
     length, is_cut = nut_screw(depth)
     if is_cut:
         return f"M2 x {length} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
@@ -250,7 +260,10 @@ def screws(thread: str, grip: float) -> str:
 
 
 def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
-    """Describe limits on metal in the part under a plate or custom mount; empty for a finger or jaw."""
+    """Describe the distance below the board within which a plate or custom mount must have no further metal.
+
+    Empty for a finger or a jaw.
+    """
     if mount is None or mount.jaw is not None or mount.finger is not None:
         return ""
     if mount.metal_behind is not None:
@@ -313,7 +326,10 @@ def skin(layout: Layout, film: Encapsulation) -> str:
 
 
 def pushed_out(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str:
-    """Describe the removal of the board from the jig's base."""
+    """Describe the removal of the board from the jig's base.
+
+    `holes` are the centres (m) of the holes through the base, and their diameter (m).
+    """
     places, size = holes
     holding = "glue" if skin is None else "glue or skin"
     if len(places) == 1:
@@ -334,7 +350,7 @@ def cures_badly(mount: Mount | None) -> bool:
 
 
 PARABOLA = 1.5
-"""Ratio of the largest to the mean bulge of a bonded pad's free side, a parabola (Gent 2012, 2.3)."""
+"""Largest bulge over mean bulge of a bonded pad's free side, which bulges as a parabola (Gent 2012, 2.3)."""
 
 
 def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
@@ -484,7 +500,7 @@ def _balance(total: Balance) -> dict[str, Any]:
 
 
 def _rounded(value: float, digits: int = 9) -> float:
-    """Round a value to a nanometre or to `digits` decimals, because CAD kernels differ between machines below this."""
+    """Round a value to `digits` decimals (9 is 1 nm for lengths), below which CAD kernels differ between machines."""
     return round(value, digits) + 0.0
 
 

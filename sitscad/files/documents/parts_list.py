@@ -230,7 +230,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
 
 
 def _place(plate: Target | ElastomerPad) -> str:
-    """Describe a plate's place; empty if it is neither shifted from the coils' mean nor turned."""
+    """Describe the shift and the rotation of elastomer or target; empty if centred on the coils and not turned."""
     return f"; {place}" if (place := place_text(plate)) else ""
 
 
@@ -370,7 +370,10 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
 
 
 def _screw(thread: str, grip: float, hole: float) -> str:
-    """Describe a screw with its length through plastic of a thickness (m), or by its hole's diameter (m)."""
+    """Describe a screw: its thread, and its length for a plastic thickness `grip` (m).
+
+    If the length is unknown, the thread alone. Without a thread, the diameter `hole` (m) of the screw's hole.
+    """
     length = screw_length(thread, grip)
     return (thread or f"for {in_mm(hole)} mm holes") if length is None else f"{thread} x {length}"
 

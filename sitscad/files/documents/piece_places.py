@@ -24,7 +24,10 @@ FLUSH = 10e-6  # Smallest step (m) between faces that counts; smaller ones are f
 FILM = "film that no glue holds (polyethylene or PTFE)"
 
 GAUGE, FILM_STEP = 0.05e-3, 0.05e-3
-"""Thinnest gap (m) that a feeler gauge measures well, and step of films' thicknesses (m). From memory, not verified."""
+"""Smallest gap (m) that a feeler gauge measures well, and step (m) between available film thicknesses.
+
+From memory, not verified.
+"""
 
 
 def near(assembly: Assembly) -> str:
@@ -33,7 +36,7 @@ def near(assembly: Assembly) -> str:
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
-    """Return the place of the tip end (m) and the largest width (m) of each piece between a jaw and the board.
+    """Return (x of the tip end, largest width) in metres, by name, of each piece between a jaw and the board.
 
     Pieces of a mount widen upwards as far as the port leaves room.
     """

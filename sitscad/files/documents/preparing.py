@@ -91,7 +91,7 @@ MADE = {
     "resin": "printed in resin", "powder": "printed in powder", "filament": "printed in filament",
     "machined": "milled in plastic",
 }
-"""Description of the manufacturing process, by `mount.process`."""
+"""Text on the manufacturing process of the mount, by the value of `mount.process`."""
 
 USES = (
     ("mount-adapter", "stays: between the mount and the part below"),
@@ -103,13 +103,13 @@ USES = (
     ("mould-skin", "casts the skin"),
     ("mould-.*", "casts the elastomer; not needed for a cut one"),
 )
-"""Purpose of each piece, by a pattern of its name; the first match applies."""
+"""Regular expression for a piece's name, and the piece's purpose; the first row that matches applies."""
 
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
-"""Part of a build (`--only`) that writes the files named in the steps."""
+"""Build stage (a value of `--only`) that writes the files, by the beginning of their paths."""
 
 SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
-"""Files of each of these parts, as text."""
+"""Folder or file named in the text, by the build stage that writes it."""
 
 
 def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: int) -> Iterator[str]:

@@ -17,14 +17,14 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount
 
 LEAST_FIXED = 3e-3
-"""Least length (m) of tail glued to the jaw if nothing else holds the tail."""
+"""Length (m) of tail glued to the jaw's face if the mount has no tongue, and least length of this face."""
 
 LEAST_MET = 0.05e-3
-"""Least overlap (m) of rod and mount that the notes mention."""
+"""Least overlap (m) of bending rod and mount that the instructions mention."""
 
 
 def tail_fixed(layout: Layout) -> tuple[float, float] | None:
-    """Return length and width (m) of the tail glued to a mount's tongue or a jaw's face; None if none is."""
+    """Return length and width (m) of the tail's area glued to a mount's tongue or a jaw's face; None if not glued."""
     tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
     if jaw is None or path is None:
         return None

@@ -31,7 +31,7 @@ TEXT = 2.6
 SMALLEST = 1.5  # Letters that can still be read on paper (mm)
 INDENT = 3.0  # Indent of a paragraph's lines after the first (mm)
 SUBSTITUTE = 1.08
-"""Allowance for texts in a substitute font, over their width in Helvetica.
+"""Largest expected width of a text in a substitute font, over its width in Helvetica.
 
 SVG viewers without Helvetica use a substitute. With rsvg and Noto Sans, a ratio of 1.07 was measured.
 """
@@ -267,9 +267,9 @@ def table(
 
 
 def wrapped(text: str, width: float, size: float) -> list[str]:
-    """Return break a text between words into lines no wider than `width` (mm).
+    """Return the lines of a text, broken between words so that no line is wider than `width` (mm).
 
-    Returns the lines. A word that is too wide is broken, too.
+    `size` is the size (mm) of the letters. A word wider than a line is broken, too.
     """
     lines, line = [], ""
     for word in (piece for each in text.split() for piece in _broken(each, width, size)):
@@ -282,7 +282,7 @@ def wrapped(text: str, width: float, size: float) -> list[str]:
 
 
 def _broken(word: str, width: float, size: float) -> list[str]:
-    """Return break a word into pieces no wider than `width` (mm), and return them."""
+    """Return the pieces of a word, broken so that no piece is wider than `width` (mm)."""
     pieces, piece = [], ""
     for character in word:
         if piece and text_width(piece + character, size) > width:
@@ -302,8 +302,8 @@ def fitting_paragraph(
 ) -> float:
     """Draw texts below each other, and return the y (mm) of the last line.
 
-    Texts are broken into lines of `width` (mm). Letters shrink, down to `SMALLEST`, until the last line is above `low`
-    (mm). Lines stay within `width` in a viewer's substitute font, too.
+    The first line is below `top` (mm). Texts are broken into lines of `width` (mm). Letters shrink from `size`, down to
+    `SMALLEST`, until the last line is above `low` (mm). Lines stay within `width` in a viewer's substitute font, too.
     """
     width = width / SUBSTITUTE
     while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:

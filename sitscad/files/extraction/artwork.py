@@ -41,7 +41,7 @@ SAGITTA = 5e-8
 """Largest distance (m) between an arc and its chords."""
 
 QUARTER_SEGMENTS = 16
-"""Number of chords of a quarter of a round end: 0.05 um at a radius of 50 um."""
+"""Number of chords for a quarter circle at a round end. Their error is 0.05 um at a radius of 50 um."""
 
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
@@ -49,7 +49,7 @@ _HEAD = 4096
 """Number of bytes at the beginning of a file that are searched for a zero byte, which shows that it is no text."""
 
 UNLISTED = "Drillmap"
-"""File function of a drawing, which job files do not list."""
+"""First field of the file function of drill maps, which job files do not list."""
 
 _COVER = re.compile(r"Other,Tail_Coverlay_L(\d+)")
 _EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")

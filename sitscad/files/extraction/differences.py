@@ -26,7 +26,10 @@ from sitscad.files.extraction.intent import Mark, MarkSource, read_marks
 from sitscad.files.extraction.limits import ExtractionError, content_of
 
 REACH = 1e-6
-"""Largest distance (m) of a mark from its copper: the resolution of an IPC-D-356 coordinate."""
+"""Largest distance (m) between a mark (place at which a file states a net) and the mark's copper.
+
+It is the resolution of an IPC-D-356 coordinate.
+"""
 
 SMALLEST_LOOP = 1e-12
 """Smallest area (m2) of a hole in the copper that counts as a loop: 1 um x 1 um. Smaller holes arise from chords."""
@@ -185,7 +188,10 @@ def _cell(x: float, y: float) -> tuple[int, int]:
 
 
 def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[BarePad]:
-    """Return the contact that a mark names, if a pad is flashed exactly at the mark. Otherwise empty."""
+    """Return the contact that a mark names, if a pad is flashed exactly at the mark. Otherwise empty.
+
+    `flashes` holds the flashed pads by layer and by grid cell of their centre.
+    """
     if mark.pin is None or mark.layer is None:
         return []
     flash = flashes.get((mark.layer, *_cell(mark.x, mark.y)))
@@ -243,7 +249,7 @@ class _DisjointSets:
 
 
 PAD_EDGE = 1e-6
-"""Distance (m) from a flashed pad up to which copper counts as a part of the pad."""
+"""Allowance (m) round a flashed pad, the extent of a layer or a coverlay: copper this near counts as inside."""
 
 OPEN_RIM = 0.3e-3
 """Distance (m) from a contact up to which an opening of the coverlay may expose copper.
@@ -252,13 +258,16 @@ Openings are larger than contacts by the registration of the coverlay, 0.05 to 0
 """
 
 HELD = 0.5
-"""Largest fraction of a contact under the coverlay, which holds the rims of solder pads and the ends of fingers."""
+"""Largest allowed fraction of a contact's area under the coverlay.
+
+The coverlay intentionally covers the rims of solder pads and the ends of contact fingers.
+"""
 
 ROUNDED = 2.6e-6
-"""Allowance (m) for hole diameters in netlists, which are rounded to a ten-thousandth of an inch."""
+"""Largest allowed difference (m) of a drilled diameter from the netlist's, which is rounded to 0.0001 inch."""
 
 SMALLEST_TRACK = 1e-9
-"""Largest area (m2) of copper beyond the pads that does not count as a track: a square of 30 um."""
+"""Largest area (m2) of copper outside the pads that does not count as a dead end: a square of 30 um."""
 
 
 class DifferenceKind(StrEnum):
@@ -426,7 +435,10 @@ def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _drawn(kind: DifferenceKind, copper: BaseGeometry, layer: int, says: str) -> Iterator[Difference]:
-    """Yield a difference at a point of an area of copper. Yields nothing if the area is empty."""
+    """Yield a difference at a point inside an area of copper. Empty if the area is empty.
+
+    `says` ends the message, after the place of the copper.
+    """
     if not copper.is_empty:
         x, y = copper.representative_point().coords[0]
         yield Difference(kind, f"copper at {_place(x, y, layer)} {says}", (), x, y, layer)

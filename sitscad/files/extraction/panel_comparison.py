@@ -36,7 +36,7 @@ from sitscad.files.extraction.intent import Mark, MarkSource
 from sitscad.files.extraction.limits import ExtractionError, content_of
 
 NEAR = 1e-6
-"""Distance (m) within which shapes are equal: rounding moves an arc's centre by nanometres."""
+"""Largest distance (m) between two shapes that count as equal. Rounding moves an arc's centre by nanometres."""
 
 NM = 1e-9
 
@@ -44,7 +44,7 @@ MAX_SIZE = 1e4
 """Largest coordinate (mm) in a panel's list."""
 
 Key = tuple[int, int, Any]
-"""First point of an object (nm), and its remaining properties, which do not depend on its place."""
+"""x and y of the first point of an object (nm), and its properties that do not depend on its place."""
 
 Places = NDArray[np.int64]
 
@@ -59,8 +59,9 @@ _LIST_SHAPES = {
 class PanelList:
     """Intended places on a panel (nm), from its lower left corner.
 
-    ``parts`` and ``coupons`` are the shifts of each copy's origin. ``bridges`` and ``coupon_bridges`` are both ends of
-    each gap in the cut, relative to the copy's origin.
+    ``parts`` and ``coupons`` (n, 2) are the origins of the copies of board and coupon. ``bridges`` and
+    ``coupon_bridges`` (n, 2, 2) are both ends of each gap in the cut, relative to the copy's origin. ``size`` is width
+    and height of the panel. Diameters are in nanometres, too.
     """
 
     size: Places
@@ -113,7 +114,10 @@ def read_panel_list(panel: Path) -> PanelList:
 
 
 def _lengths(values: Any, shape: tuple[int, ...]) -> Places:
-    """Return lengths (mm) from JSON in nanometres. Raises ValueError for values of another shape, or too large."""
+    """Convert lengths (mm) from JSON to whole nanometres.
+
+    Raises ValueError for an array of another shape, and for a length of `MAX_SIZE` or more.
+    """
     lengths = np.array(values, dtype=float)
     if not (np.abs(lengths) < MAX_SIZE).all():
         raise ValueError("a coordinate is no place on a panel")
@@ -123,7 +127,7 @@ def _lengths(values: Any, shape: tuple[int, ...]) -> Places:
 
 
 class Plotted:
-    """Objects of a file. Copies take their objects away; the others remain."""
+    """Graphic objects of a file. `take` removes the objects of a copy of board or coupon; the others remain."""
 
     def __init__(self, name: str, fields: list[str], objects: list[Any]) -> None:
         self.name, self.fields, self.objects = name, fields, objects
@@ -133,11 +137,14 @@ class Plotted:
             self.by_key[key].append(number)
 
     def left(self) -> list[int]:
-        """Return the numbers of all objects that were not taken."""
+        """Return the numbers of the remaining objects, which `take` did not remove."""
         return sorted(number for numbers in self.by_key.values() for number in numbers)
 
     def take(self, keys: Sequence[Key], move: Places) -> str:
-        """Take the objects of a copy shifted by `move` (nm). Return the difference as text, empty if there is none."""
+        """Remove the objects of a copy shifted by `move` (nm). Return the difference as text.
+
+        Empty if no object is missing and the order of plotting is equal.
+        """
         dx, dy = move.tolist()
         matched, missing = [], []
         for x, y, form in keys:
@@ -153,9 +160,9 @@ class Plotted:
         return "" if is_ordered else "objects in another order"
 
     def copy_in(self, room: BaseGeometry, move: Places) -> list[Key]:
-        """Return the keys of untaken objects that begin in an area (m) shifted by `move` (nm).
+        """Return the keys of remaining objects that begin in an area (m) shifted by `move` (nm).
 
-        The keys are shifted back.
+        The area counts as its bounding box. The keys are shifted back.
         """
         x0, y0, x1, y1 = np.array(room.bounds) + NM * np.tile(move, 2)
         dx, dy = move.tolist()
@@ -253,7 +260,7 @@ def _differences(
 
 
 def _coupons(whole: dict[str, Plotted], listed: PanelList) -> Iterator[str]:
-    """Take the coupons. Yield flaws of the first coupon and differences between coupons."""
+    """Remove the objects of all coupons. Yield flaws of the first coupon, and differences of the others from it."""
     leftover = whole[CUTS].left()
     if not leftover:
         raise ExtractionError("the panel's coupon is not cut out")
@@ -301,8 +308,8 @@ def cut_differences(
 ) -> Iterator[str]:
     """Yield the flaws of the cut around a copy shifted by `move` (nm).
 
-    Cut and bridges must close an outline. The cut must not enter a bridge, and must stay in the area ``edge`` of the
-    board's drawn outline.
+    `bridges` (n, 2, 2; nm) are both ends of each gap in the cut, and `where` begins each text. Cut and bridges must
+    close an outline. The cut must not enter a bridge, and must stay in the area ``edge`` of the board's drawn outline.
     """
     if not cuts:
         yield f"{where} is not cut out"
@@ -323,7 +330,7 @@ def cut_differences(
 
 
 def frame_differences(file: Plotted, listed: PanelList) -> Iterator[str]:
-    """Yield the differences between the untaken objects and the frame.
+    """Yield the differences between the remaining objects of a file and the listed marks of the frame.
 
     On copper layers the sensor's name is written on the rails. All other objects must be listed marks.
     """

@@ -66,7 +66,7 @@ def _via(via: Via, is_through: bool, covered: int) -> str:
 def _record(
     operation: str, net: str, component: str, pin: str, hole: str, access: str, at: Point, size: str, covered: int
 ) -> str:
-    """Return one test record.
+    """Return one test record; `covered` is the code of the sides under coverlay (0 to 3).
 
     Columns: 1-3 operation, 4-17 net, 21-26 component, 28-31 pin, 32-38 hole, 39-41 access, 42-57 place, 58-67 size,
     68-71 rotation, 73-74 covered sides.

@@ -222,7 +222,7 @@ def edges(gmsh: Any, surfaces: Iterable[int]) -> list[int]:
 
 
 def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float) -> None:
-    """Set the element size: the first size (mm) at curves, growing to the second size at a distance `reach` (mm)."""
+    """Set the element size: ``sizes[0]`` (mm) at curves, growing to ``sizes[1]`` at a distance `reach` (mm)."""
     field = gmsh.model.mesh.field
     near, size = field.add("Distance"), field.add("Threshold")
     field.setNumbers(near, "CurvesList", curves)
@@ -237,15 +237,16 @@ SAMPLES = 100  # Points on each curve from which distances are measured
 
 
 def written(gmsh: Any, path: Path) -> bytes:
-    """Return the mesh in the format of the file's ending."""
+    """Write the mesh to a file in the format of the file's ending, and return the file's bytes."""
     gmsh.write(str(path))
     return path.read_bytes()
 
 
 def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
-    """Return the numbers of nodes and tetrahedra, and figures of the tetrahedra's quality SICN.
+    """Return the numbers of nodes and tetrahedra, and least, median and share below 0.1 of their quality SICN.
 
-    SICN is 1 if regular, 0 if flat and negative if inverted. `volumes` restricts the figures to some volumes.
+    SICN (signed inverse condition number) of a tetrahedron is 1 if regular, 0 if flat and negative if inverted. If
+    `volumes` is not empty, only these volumes are evaluated.
     """
     places = [tag for _, tag in volumes] or [-1]
     tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
@@ -262,7 +263,10 @@ def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
 ELEMENTS_THROUGH_THICKNESS = 5
 ELEMENTS_ACROSS = 10
 AT_EDGES = 0.5
-"""Element size along the bonded edges, over the size elsewhere. It grows within two elements from the edges."""
+"""Element size along the edges of the bonded faces, over the size elsewhere.
+
+The size grows within two elements from the edges.
+"""
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
@@ -519,7 +523,7 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
 
 @contextmanager
 def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterator[None]:
-    """Return provide a new gmsh model with all relevant options set.
+    """Provide a new gmsh model with all relevant options set, for use in a `with` statement.
 
     A session that the caller has open remains open.
     """

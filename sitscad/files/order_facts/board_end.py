@@ -14,7 +14,10 @@ from sitscad.spec.circuit import FpcSpec, Stackup, Tail
 from sitscad.spec.presets import cover_name
 
 SAME = 1e-6
-"""Smallest difference (m) between two widths. The outline's arcs are approximated by chords to this accuracy."""
+"""Largest difference (m) between two widths that count as equal.
+
+The outline's arcs are approximated by chords to this accuracy.
+"""
 
 
 @record

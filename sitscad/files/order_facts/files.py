@@ -246,7 +246,7 @@ def stack_names(copper_layers: int, layers: tuple[StackLayer, ...]) -> list[str]
 
 
 UNIT = 1e-9
-"""Unit of the coordinates (m)."""
+"""Unit (m) of integer coordinates and diameters of holes."""
 
 
 class DrilledHole(NamedTuple):

@@ -95,7 +95,10 @@ def step_text(layout: Layout) -> str:
 
 
 def _beside_lap(vias: tuple[Via, ...], lap: float) -> str:
-    """Describe the gap from the tail's own coverlay to the walls of holes in the body; empty without such holes."""
+    """Describe the gap from the tail's own coverlay to the walls of through holes; empty without through holes.
+
+    `lap` is the x coordinate (m) of the coverlay's edge.
+    """
     through = [via.centre.x + via.drill / 2 for via in vias if via.lowest is None]
     if not through:
         return ""
@@ -104,10 +107,10 @@ def _beside_lap(vias: tuple[Via, ...], lap: float) -> str:
 
 
 def bend_text(stretch: tuple[float, float] | None, tail_bends: tuple[Bend, ...], pivot: float | None) -> str:
-    """Describe the tail's bends: lines, directions, angles, radii, and the stretch that must stay free.
+    """Describe the tail's bends: lines, directions, angles, radii, and the stretch without holes and joints.
 
-    Holes and joints must stay out of this stretch. The text also relates each bend's line to the pivot of the jaw's
-    hinge.
+    `stretch` holds both ends (x, m) of this stretch; None if the tail has no straight stretch. `pivot` is the x (m) of
+    the pivot of the jaw's hinge. None if it is unknown.
     """
     if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
@@ -356,7 +359,7 @@ def thickness_text(layout: Layout, where: Where) -> str:
 
 
 ROUNDING = 1e-9
-"""Smallest difference (m) between two thicknesses; smaller differences come from rounding."""
+"""Largest difference (m) between two thicknesses that count as equal; it comes from rounding."""
 
 
 def _band(thickness: FinishedThickness) -> str:

@@ -33,7 +33,7 @@ MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
 
 def moved_rows(calibration: Calibration) -> Iterable[tuple[str, ...]]:
-    """Yield a row per unknown: fitted value, its sigma, usual scatter, and change in sigmas of manufacture."""
+    """Yield a row per unknown: name, fitted value, its sigma, sigma before the fit, and change by the fit in sigmas."""
     units = {unknown.name: unknown.unit for unknown in calibration.sensors.known}
     for name, row in calibration.moved.items():
         yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
@@ -183,7 +183,7 @@ MOMENTS = ("A moment is a load beside the middle: move the guide until the rod s
 """Instructions for applying moments."""
 
 ASIDE = 0.1e-3
-"""Common shift (m) of all loads whose additional errors a plan states."""
+"""Shift (m) of the places of all loads together, for which a plan states the additional errors."""
 
 
 def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:

@@ -199,7 +199,7 @@ def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_forc
 
 
 def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
-    """Return the relative scatter by manufacture (one sigma) in each state, and the largest cause for Rp."""
+    """Return the scatter by manufacture (one sigma over the value) of each quantity, and the largest cause for Rp."""
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
         return percent(sigma / value) if sigma is not None and value else NONE

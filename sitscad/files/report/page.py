@@ -365,7 +365,7 @@ COLOURS = {
     "elastomer": "#a9cfe0", "film": "#cfe3cf", "gap": "#f7f9fa",
 }
 METAL_SHOWN = 0.6e-3
-"""Largest thickness (m) of a jaw, a finger or metal behind that the section shows."""
+"""Largest drawn thickness (m) of a jaw, a finger or metal behind the board; thicker metal is cut off."""
 
 
 @record

@@ -45,11 +45,11 @@ def response_rows(response: Response) -> tuple[list[str], list[list[str]]]:
 
 
 COLUMNS = [each for each in RESPONSE if each.label]
-"""Quantities of a coil at a point in the text."""
+"""Quantities of a coil that are columns of the text table."""
 
 
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
-    """Yield one row per coil; the first row also has the point."""
+    """Yield the rows of point `k`, one per coil; only the first row has case, pose and force."""
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
     rotation = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))

@@ -216,7 +216,10 @@ def _is_turned(tail: Tail | None) -> bool:
 
 
 def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
-    """Return the lowest and highest y of the outline at its end; for a tail that turns, the first contact's ends."""
+    """Return the lowest and the highest y (m) of the outline at its end in x.
+
+    For a tail that turns, the ends in y of contact 1. Empty if the outline has no point there.
+    """
     if _is_turned(tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})
     x1 = bounding_box([outline])[2]
@@ -244,7 +247,8 @@ def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
 def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
     """Draw the tail's bend lines with their directions and angles; return the top of the drawn lines on paper.
 
-    The text is beside the tail. If the outline would cross it there, it is at `below`, under the ordinates.
+    The text is beside the tail. If the outline would cross the text, its place is `below` (mm on paper), under the
+    coordinate dimensions.
     """
     tail_bends, tail = bends(layout), layout.spec.fpc.tail
     if not tail_bends or tail is None:

@@ -52,12 +52,12 @@ from sitscad.spec.mount import Assembly, Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)  # Room for the section on paper: left, low, width, height (mm)
 RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
-"""Views beside the section: left edge, width, top edge, and height of each (mm)."""
+"""Views beside the section: left edge, width, top edge of the first view, step to the next top edge (mm on paper)."""
 TOO_MUCH = Pen(0.35, RED)
 CIRCLE = Pen(0.5, RED, (3.0, 1.5))
 HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
         "SIT325", "SIT326")
-"""Rules whose findings are drawn."""
+"""Rules whose findings this drawing shows."""
 
 
 def _sizes(fault: Finding) -> tuple[float, ...]:
@@ -67,7 +67,7 @@ def _sizes(fault: Finding) -> tuple[float, ...]:
 
 
 def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """Return the sheet on some findings; None if there is no jaw or no drawn rule fails.
+    """Return the drawing of failed fits; None if there is no jaw or no finding of a rule in `HELD`.
 
     `bodies` is the name of a picture of the colliding solids, which a note mentions.
     """
@@ -122,7 +122,10 @@ RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: th
 
 
 def _needed(fault: Finding) -> Iterator[float]:
-    """Yield the diameter (m) of the circle that the closed pair needs according to a finding."""
+    """Yield the diameter (m) of the circle that encloses the closed pair, from a finding of SIT303 or SIT321.
+
+    Empty for other rules. The finding of SIT321 states a radius, which is doubled.
+    """
     if fault.rule in ("SIT303", "SIT321"):
         yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
@@ -156,7 +159,10 @@ def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: 
 
 
 def _width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: str) -> None:
-    """Draw a centred dimension across the section at a height on paper, with extension lines to the middle."""
+    """Draw the dimension of a width `size` (m), centred on the section, at the height `y` on paper (mm).
+
+    Extension lines run to the height of the pair's axis. If `colour` is empty, the dimension is black.
+    """
     for x in (-size / 2, size / 2):
         sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label, colour or BLACK)
@@ -165,7 +171,10 @@ def _width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: 
 def _widths(
     width: float, circles: tuple[Measure, ...], jaw: Jaw, fault: Finding
 ) -> Iterator[tuple[float, str, float, str]]:
-    """Yield each width that exceeds its limit, and the limit, both in m and as text."""
+    """Yield (width (m), its label, limit (m), its label) for a finding of SIT301 or SIT309.
+
+    Empty for other rules. `width` is the width (m) of the board.
+    """
     measured, limit = _sizes(fault)
     if fault.rule == "SIT309":
         yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
@@ -183,7 +192,10 @@ def _widths(
 
 
 def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float) -> None:
-    """Draw the thickness of a printed piece that is too thin for its process."""
+    """Draw the thickness of a printed piece that is below its process's least wall thickness.
+
+    The dimension's lines begin at the place `x` on paper (mm).
+    """
     measured, limit = _sizes(fault)
     at = levels(layers)
     middle = at["opposing-jaw"][1].nominal / 2
@@ -200,7 +212,10 @@ Draw = Callable[[Sheet, float], None]
 
 
 def _extra_views(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
-    """Return the views beside the section (along the jaw, at the hinge, through the shaft) whose rules fail."""
+    """Return functions that draw the views beside the section: along the jaw, at the hinge, through the shaft.
+
+    Only views whose rules fail are included. Each function takes the sheet and the view's top edge on paper (mm).
+    """
     views: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
         views.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
@@ -213,7 +228,7 @@ def _extra_views(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Dr
 
 
 def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
-    """Draw the pair from the side, with the lengths of body and jaw."""
+    """Draw both jaws from the side, with the lengths of board and jaw; `top` is the top edge on paper (mm)."""
     start, heel = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
     x0, x1 = min(start, body[0]), max(heel, body[1])
@@ -293,7 +308,10 @@ STEPS = 12  # Segments of a side along the port's circle
 
 
 def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen = PORT) -> None:
-    """Draw each layer across the jaw at its height, the glue lines, and the port's circle about the pair's axis."""
+    """Draw the cross section of the closed pair: layers, glue lines, and the port's circle about the pair's axis.
+
+    `port` is the pen of the circle.
+    """
     layers = column(layout)
     at = {name: (lower.nominal, upper.nominal) for name, (lower, upper) in levels(layers).items()}
     middle = at["opposing-jaw"][1] / 2
@@ -325,7 +343,10 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
 
 
 def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
-    """Yield a jaw's outline across its axis (m), its floor at height 0; with a pocket, cut out of a taller bar."""
+    """Yield the outline (m) of a jaw's cross section, with the face that carries the sensor at height 0.
+
+    If the sensor lies in a pocket, the jaw is taller by `recess` (m), and the pocket has the width ``pocket[1]`` (m).
+    """
     if pocket is None or not recess:
         yield section(jaw).outline
         return
@@ -356,7 +377,11 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
 
 
 def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
-    """Return a layer's outline (m): a rectangle, or for mount pieces a shape with sides along the port's circle."""
+    """Return the outline (m) of a layer in the cross section.
+
+    It is a rectangle. Only pieces of the mount have sides along the port's circle. `at` holds the heights (m) of the
+    lower and the upper face of each part.
+    """
     lower, upper = at[part]
     for body in plates_of(layout.spec).all:
         if body.role.value == part:
@@ -371,7 +396,10 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
 
 
 def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]) -> Iterator[Path]:
-    """Yield the film (m) on the board and round the pieces on it, to be drawn before these pieces."""
+    """Yield the outlines (m) of the film in the cross section: on the board, and round each piece.
+
+    They are drawn before the pieces, which cover the middle of their outlines.
+    """
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
     thick, half, y = upper - lower, width / 2, axis(body).y
     yield rectangle(-half, board, half, board + thick)

@@ -145,10 +145,10 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
 
 
 def _closed(body: Box, pieces: tuple[Body, ...], closes: Closing, pivot: float) -> tuple[float, str]:
-    """Return the angle (rad) of each jaw in the closed view, and its description.
+    """Return the tilt (rad) of each jaw in the closed view, and the caption of the view.
 
-    The jaws are parallel on the tissue that allows this. If the sensor is too thick, they touch at the sensor's end at
-    the heel.
+    The tilt is 0 if the jaws can be parallel with tissue between them. If the sensor is too thick for this, the tilt
+    is set so that the sensor touches at its end nearest to the hinge (heel).
     """
     if closes.reach is None:
         return 0.0, "closed"

@@ -22,7 +22,7 @@ from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
 PLATE = "#b8b8b8"
 TAIL, JOINT, BODY = 24.0, 92.0, 160.0
-"""Places of the sections along the paper (mm): tail's end, joint of tail and body, body's end."""
+"""x coordinates on paper (mm): free end of the tail, joint of tail and body, end of the body."""
 TOP, ROOM = 182.0, 92.0  # Top and largest height of the sections (mm)
 CAPTION, CAPTIONS = 116.0, 140.0  # Width of a layer's caption and height of all of them (mm)
 LAP = 10.0  # Length of the lap of the tail's own coverlay in the body's section (mm)

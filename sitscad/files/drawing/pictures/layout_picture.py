@@ -87,7 +87,7 @@ Lengths are pixels.
 AXES_AT = 340.0
 """x position (pixels) of the axes symbol in the row of the scale bar."""
 UNDER = 0.3
-"""Width of the line that shows a covered track, over the width of the track."""
+"""Width of the line that shows a track under upper copper, over the width of this track."""
 
 
 class PicturePoint(NamedTuple):
@@ -111,7 +111,10 @@ def colour(layer: int) -> str:
 
 
 def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[PicturePoint]) -> list[tuple[Sign, str]]:
-    """Return a sign and its meaning for everything that the picture shows."""
+    """Return the legend: a function that draws each sign, and the meaning of the sign as text.
+
+    `shown` are the numbers of the shown copper layers, from 1 at the top.
+    """
     plate = layout.stiffener
 
     def sees(x: float) -> bool:
@@ -144,13 +147,17 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
 
 
 WIDER_FONT = 1.2
-"""Largest width of letters over that in Helvetica, in a substitute font (DejaVu Sans: 1.15 to 1.2)."""
+"""Width of letters in the widest substitute font, over their width in Helvetica (DejaVu Sans: 1.15 to 1.2)."""
 
 
 def _scale_bar(
     sheet: Sheet, body_size: tuple[float, float], size: tuple[float, float], name: str, view: View, top: float
 ) -> None:
-    """Draw a scale bar of a round length near a sixth of the picture, the axes and the sizes in words."""
+    """Draw a scale bar, the axes, and the sizes of body and board as text.
+
+    The bar's length is 1, 2 or 5 times a power of ten metres, and at most a sixth of the picture's width. `body_size`
+    and `size` are the two sides (m) of body and board. `top` is the upper edge of the row (pixels).
+    """
     # The largest of 1, 2 and 5 times a power of ten up to `length`
     length = WIDTH / view.length(1.0) / 6
     power = 10.0 ** math.floor(math.log10(length))
@@ -178,7 +185,7 @@ def _ring(ink: str) -> Sign:
 
 
 def _under(upper: str, lower: str) -> Sign:
-    """Return the sign of a lower track that upper copper covers."""
+    """Return the legend's sign of a track under upper copper: an area with a narrow line."""
 
     def draw(sheet: Sheet, x: float, y: float) -> None:
         sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, upper)

@@ -55,7 +55,11 @@ class Coloured:
 
 @record(eq=False)
 class SpaceView:
-    """Projection from space to the sheet: unit vectors right, up and to the viewer, scale, and left upper corner."""
+    """Parallel projection from space to the sheet.
+
+    `right`, `up` and `toward` (to the viewer) are unit vectors. `scale` is a length on the sheet over the length in
+    space. `corner` holds the coordinates along `right` and `up` of the sheet's origin, its left upper corner.
+    """
 
     right: Array
     up: Array
@@ -64,7 +68,7 @@ class SpaceView:
     corner: tuple[float, float]
 
     def __call__(self, points: Array) -> Array:
-        """Return points (n, 3) as (n, 2) on the sheet, downwards from y = 0."""
+        """Return points (n, 3) in space as points (n, 2) on the sheet; y is 0 at the upper edge, negative below."""
         flat = np.stack([points @ self.right, points @ self.up], axis=1)
         return (flat - np.array(self.corner)) * self.scale
 
@@ -169,7 +173,7 @@ def _normals(mesh: Coloured) -> Array:
 
 
 def _shaded(colour: str, normals: Array) -> Indices:
-    """Return the colour of every face (0xrrggbb): darker if it is turned further from the light."""
+    """Return the colour (0xrrggbb) of each face: `colour`, darker the further the face is turned from the light."""
     bright = np.round(np.clip(normals @ LIGHT, 0.0, 1.0) * SHADES) / SHADES
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
     return np.asarray(
@@ -178,7 +182,7 @@ def _shaded(colour: str, normals: Array) -> Indices:
 
 
 def _surfaces(meshes: Sequence[Coloured]) -> Indices:
-    """Return the number of the smooth surface of each triangle.
+    """Return a number per triangle, equal for all triangles of one smooth surface.
 
     Neighbours in a mesh share a surface unless they meet at a `CREASE`.
     """
@@ -201,9 +205,9 @@ def _surfaces(meshes: Sequence[Coloured]) -> Indices:
 
 
 def _junctions(labels: Indices) -> set[Corner]:
-    """Return the corners of raster points at which more than two areas, or two areas twice, meet.
+    """Return the corners (x, y) of raster points at which three or four border lines between areas meet.
 
-    The raster is padded by one point on each side.
+    `labels` is the number of the area of each raster point, padded by one point on each side.
     """
     a, b, c, d = labels[:-1, :-1], labels[:-1, 1:], labels[1:, 1:], labels[1:, :-1]
     borders = (a != b).astype(np.uint8) + (b != c) + (c != d) + (d != a)
@@ -245,7 +249,10 @@ def _loops(area: Flags) -> list[list[Corner]]:
 
 
 def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
-    """Return a closed loop with stairs replaced by slanted lines, equal on both sides of every border."""
+    """Return a closed border with its stairs replaced by slanted lines.
+
+    The `corners` where areas meet stay in place. Both areas beside a border get equal lines.
+    """
     outline: list[Corner] = []
     for piece in _pieces(loop, corners):
         line = _both_ways(piece)
@@ -270,7 +277,10 @@ def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
 
 
 def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
-    """Return a simplified piece of a border. The result does not depend on the direction of the piece."""
+    """Return the points of a simplified piece of border. They do not depend on the direction of the piece.
+
+    Omitted points lie within `STAIR` of the result.
+    """
     line = min(piece, piece[::-1])
     corners, waiting = {0, len(line) - 1}, [(0, len(line) - 1)]
     points = np.array(line, dtype=float)
@@ -460,7 +470,7 @@ def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
 
 
 def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -> tuple[float, float, Polygons] | None:
-    """Return the closed pair's axis height and port radius (mm), and the opposing jaw's polygons.
+    """Return the height of the closed pair's axis, the port's radius, and the opposing jaw's polygons (y, z) in mm.
 
     Returns None if there is no jaw in the section.
     """

@@ -87,9 +87,9 @@ def _file(name: str, issue: Issue, file: FabricationFile, body: Iterator[str]) -
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
-    """Return images of rails and coupons for files that show the extent of layers missing from tails.
+    """Return (image, places (m)) of rails and coupon, for a file with the extent of layers missing from tails.
 
-    Empty for other files.
+    The rails have one place, the coupon one for each copy. Empty for other files.
     """
     layout, coupon = panel.layout, panel.coupon
     if file not in body_files(layout.spec.name, layout.spec.fpc):

@@ -34,7 +34,10 @@ _CORNERS = 64
 
 @record
 class _End:
-    """Terminal of a coil: its place, and the size of its dot on one layer, or its hole and the track to the hole."""
+    """Terminal of a coil: a copper dot on one layer, or a hole with a track from the last turn.
+
+    `size` is the diameter (m) of the dot. `hole` and `track` are None for a dot.
+    """
 
     at: Point
     layer: int

@@ -63,7 +63,10 @@ def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[R
 
 
 def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
-    """Return the footprint of the contacts on the board, with nets at the pads. `sheet` is the sheet's corner."""
+    """Return the footprint of the contacts on the board, with nets at the pads.
+
+    `sheet` is the sheet's upper left corner relative to the layout's origin (nm).
+    """
     place = anchor(layout.pads)
     return node(
         f"footprint {quoted(f'{layout.spec.name}:{FOOTPRINT_NAME}')}", '(layer "F.Cu")',
@@ -96,8 +99,8 @@ def _around(
 ) -> list[str]:
     """Return the content of a footprint.
 
-    `words` are reference, value and description. Reference and value stand `above` (nm) beyond the pads. `before` are
-    attributes and openings, placed before the courtyard. `texts` are the pads as text.
+    `descriptions` are reference, value and description. Reference and value stand `above` (nm) beyond the pads.
+    `before` are attributes and openings, placed before the courtyard. `texts` are the pads as text.
     """
     low, high = extent(pads)
     low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
@@ -171,7 +174,10 @@ def library_footprints(layout: Layout) -> dict[str, str]:
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
-    """Yield the capacitors' footprints on the board. `sheet` is the sheet's corner."""
+    """Yield the capacitors' footprints on the board.
+
+    `sheet` is the sheet's upper left corner relative to the layout's origin (nm).
+    """
     name, chip = layout.spec.name, layout.spec.readout.chip
     for each in layout.capacitors:
         yield node(
