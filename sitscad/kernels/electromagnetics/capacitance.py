@@ -13,14 +13,15 @@ from sitscad.kernels.electromagnetics.constants import EPSILON0
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 CELLS = 4
-"""Cells across each face of a strip, dense at its edges."""
+"""Number of cells across each face of a strip. The cells are narrower at its edges."""
 
 HARMONICS = 48
-"""Number of spatial harmonics of the pitch."""
+"""Number of spatial harmonics of the pitch over which the fields are summed."""
 
 OFFSETS = ((0.1127016654, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346, 5.0 / 18.0))
-"""Gauss points and weights over half a pitch, for a uniform distribution of the shift between crossing tracks of two
-layers.
+"""Shifts between crossing tracks of two layers, as fractions of half a pitch, with their weights.
+
+They are Gauss points, because the shift is uniformly distributed from 0 to half a pitch.
 """
 
 
@@ -140,11 +141,12 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
 
 
 def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
-    """Return charges per length (F/m) of layers at 1 V, (layers, layers), by Galerkin's method.
+    """Return charges per length (F/m) on the layers (rows) if one layer (columns) has 1 V, (layers, layers).
 
-    Charges are uniform on each cell. `green` (waves, faces, faces; m/F) is the potential of a charge wave. `form`
-    (waves, cells) is a wave's mean over each cell. `middle` (cells; m) are the cells' places. `waves` is in 1/m,
-    `shift` (layers) in m.
+    Method: Galerkin, with a uniform charge on each cell. `green` (waves, faces, faces; m/F) is the potential on one
+    face of a charge wave on another face. `form` (waves, cells) is the mean of a wave over each cell. `middle` (cells;
+    m) are the middles of the cells across a strip. `waves` is in 1/m, `shift` (layers; m) is the shift of each layer's
+    strips.
     """
     count = shift.size
     place = (np.repeat(shift, 2)[:, None] + middle).ravel()

@@ -48,10 +48,10 @@ def chebyshev_points(low: float, high: float, count: int) -> Array:
 
 
 def shares(points: Array, at: Array, weights: Array | None = None) -> Array:
-    """Return the weights (n, points) of values at points in the polynomial through them at (n,) places.
+    """Return the weights (n, points) that interpolate from values at `points` to the places `at` (n,) by a polynomial.
 
-    Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). If `weights` (points) is None, points are
-    Chebyshev points.
+    Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). `weights` (points) are the barycentric weights. If
+    None, `points` are Chebyshev points.
     """
     offset = at[:, None] - points
     offset[offset == 0.0] = 1e-300  # at a point, its own weight dominates

@@ -127,15 +127,15 @@ one shape.
 """
 
 LOWEST_SHARE = 0.05
-"""Lowest frequency of an oscillation, over the plain resonance.
+"""Lowest frequency of an oscillation, over the resonance without loss and delay (`Network.resonance`).
 
-A phase condition that is met only below it belongs to direct current, where every tank conducts.
+A phase condition that is met only at lower frequencies belongs to direct current, where every tank conducts.
 """
 
 STEPS = 40  # Steps after which a tank counts as not oscillating: the shortest end below `LOWEST_SHARE`
 
 STRIDE, STRIDE_OVER_CABLE = 0.3, 0.1
-"""Longest step, relative to the frequency, without and with a cable.
+"""Largest change of the frequency in one step of `oscillate`, relative to the frequency: without and with a cable.
 
 With a cable the step is so short that it skips no extra crossing of the phase.
 """

@@ -63,7 +63,7 @@ def _is_constant(lines: Sequence[LineModes]) -> bool:
 
 
 def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
-    """Return a body (m) in which function `number`, a constant, has no response and no coupling to other functions.
+    """Return a body (m) in which a constant function, number `number`, has no response and no coupling to others.
 
     A constant potential has no gradient and so no field. Its own energy is set to the mean diagonal of S, which keeps
     the matrices invertible.
@@ -104,11 +104,10 @@ def on_surface(counts: Sequence[int]) -> Index:
 
 @record(eq=False)
 class _Axis:
-    """Relations of the functions along one axis (`LineModes`), as arrays that broadcast over all products.
+    """`LineModes` of one axis and both parities, as arrays that broadcast over all products of functions.
 
     The first three dimensions are the parities along x, y and z, the last three are the functions along x, y and z.
-    Dimensions other than the own axis have length 1. If a parity has fewer functions than the other, the array is
-    padded.
+    Dimensions of the other two axes have length 1. If a parity has fewer functions than the other, the array is padded.
     """
 
     squares: Array
@@ -136,10 +135,10 @@ class _Axis:
 
 @record(eq=False)
 class _Driven:
-    """Squared coefficients (m) with which two kinds of functions drive fields inside the body.
+    """Squared coefficients (m) with which a pair of surface functions drives fields inside the body.
 
-    `amounts` are by wave and are summed over the axes `over`. `level` holds, for an axis, the coefficients of fields
-    that do not vary along it.
+    `amounts` has a coefficient for each field. They are summed over the axes `over`, along which both functions have
+    the end function as factor. `level` maps each of these axes to the coefficients of fields that do not vary along it.
     """
 
     over: tuple[int, ...]
@@ -161,7 +160,10 @@ class _Driven:
 
 @record(eq=False)
 class _Entries:
-    """Positions of the pairs that are `used` in the matrix of one parity's functions."""
+    """Places of pairs of functions in the matrix (`size`, `size`) of one parity: numbers of `rows` and `columns`.
+
+    `used` flags, among all pairs, those pairs with both functions in use.
+    """
 
     size: int
     rows: Index
@@ -230,7 +232,11 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
 def _of_parity(
     number: int, selection: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
 ) -> BodyEnergies:
-    """Return the body of one parity's kept functions from the energies and D (m) of all pairs of functions."""
+    """Return the body (m) of the functions of one parity that `selection` flags.
+
+    `number` is the parity's row in the results of `answers`. `vacuum` (m) and `answers` (m) are the energies S and D of
+    all pairs of functions, and `pairs` (2, pairs) are their function numbers.
+    """
     place, used = np.cumsum(selection) - 1, selection[pairs[0]] & selection[pairs[1]]
     rows, columns = place[pairs[:, used]]
     entries = _Entries(int(np.count_nonzero(selection)), rows, columns, used)

@@ -225,9 +225,11 @@ def _of_parity(
 
 @record(eq=False)
 class _Folded:
-    """Integrals of a line's functions of one parity, by Gaussian and with the tail last, each pair of functions once.
+    """Integrals of a line's functions of one parity, with each pair of functions stored once.
 
-    `mass` is in m2, `slope` has no unit, `end` is as in `LineIntegrals`. `which` (n, n) is the number of each pair.
+    `mass` and `slope` (Gaussians + 1, pairs) are as in `LineIntegrals` (m2, no unit). Their last row is for the tail of
+    the `GaussianSum` and comes from `GradedLine.grams` (m, 1/m). `end` is as in `LineIntegrals`. `which` (n, n) is the
+    number of the pair of two functions.
     """
 
     mass: Array
@@ -287,7 +289,10 @@ def _inductance(
 
 
 def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
-    """Return the places (no unit) of a face's kept functions, those above -1, and their numbers along its edges."""
+    """Return the matrix places (no unit) of a face's functions in use, and their function numbers along both edges.
+
+    `places` is -1 for functions that are not in use.
+    """
     at = np.nonzero(places >= 0)
     return places[at], at
 

@@ -55,20 +55,20 @@ AT_ONCE = 8192
 """Number of points interpolated at once, so that intermediate arrays stay in a processor's cache."""
 
 REPEATED = 14
-"""Number of images of images between two mirrors, on each side, that represent the field far away."""
+"""Number of repeated images between two mirrors, on each side, whose dipoles represent the field far away."""
 
 FAR = 0.5
-"""Height above a dipole, in sides of the grid, from which the field of its repetitions is a sum of waves.
+"""Least height above a dipole, in sides of the grid, at which the field of its repetitions is a sum of waves.
 
-At lower heights, a uniform field stands for the repetitions beyond the nearest, with an error of up to 5e-4 of the
-coil's field.
+At lower heights, a uniform field stands for the repetitions beyond the eight nearest, with an error of up to 5e-4 of
+the coil's field.
 """
 
 FAR_BETWEEN = 0.25
-"""The same height between two mirrors, where many images lie near it."""
+"""Height as in `FAR`, for a coil between two mirrors, where many images lie near this height."""
 
 WAVES = 6
-"""Number of waves along x and y in each direction. The next wave is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5."""
+"""Highest order of the waves along x and y. The next order has exp(-2 pi x 7 x 0.25) = 2e-5 of a dipole's field."""
 
 SMOOTH = 24
 """Number of points along a side of the grid from which the smooth field of the repeated coils is interpolated."""

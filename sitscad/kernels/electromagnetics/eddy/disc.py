@@ -32,7 +32,7 @@ from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, ma
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 STABLE = 0.3
-"""Limit of acosh(x) below which the recursion of Q_(n-1/2)(x) towards higher orders n is stable."""
+"""Value of acosh(x) below which the recursion of Q_(n-1/2)(x) from low to high orders n is stable."""
 
 BEYOND = 21.0
 """Number of extra orders, times acosh(x), above the highest order, at which the downward recursion starts.

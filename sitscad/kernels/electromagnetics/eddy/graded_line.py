@@ -18,7 +18,10 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 STEP = 0.45
-"""Step in ln s: 1/R is then right to 2e-5 of itself (the error falls like exp(-pi^2 / 2 step))."""
+"""Step of the trapezoidal rule in ln s (see `GaussianSum`), for a relative error of 2e-5 in 1/R.
+
+The error falls like exp(-pi^2 / 2 step).
+"""
 
 
 @record(eq=False)
@@ -85,7 +88,7 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
 
 
 FAR = 6.0
-"""Argument from which erf is 1 to rounding."""
+"""Argument of erf from which its value is 1 up to rounding."""
 
 ERF_STEPS = 512
 """Number of tabulated values of erf per unit of its argument."""
@@ -122,15 +125,16 @@ DEGREE = 3
 PARITIES = (1, -1)
 
 EQUAL = 1e-12
-"""Difference of two distances, relative to half the line, below which they are equal up to rounding."""
+"""Largest difference of two distances, over half the line, that is rounding alone: the distances count as equal."""
 
 
 @record(eq=False)
 class LineIntegrals:
-    """Integrals with every Gaussian.
+    """Double integrals of a line's functions with each Gaussian exp(-s^2 (x - x')^2).
 
-    `mass` (scales, n, n; m2) is of two functions, `slope` (scales, n, n; no unit) of two slopes. `end` (scales, n; no
-    unit) is of a slope against the upper end.
+    `mass` (scales, n, n; m2) integrates products of two functions, `slope` (scales, n, n; no unit) products of two
+    slopes. `end` (scales, n; no unit) is a single integral: a slope times the Gaussian of the distance from the upper
+    end.
     """
 
     mass: Array
@@ -140,11 +144,13 @@ class LineIntegrals:
 
 @record(eq=False)
 class LineModes:
-    """Relations of the functions of one parity along a line, or of one order along a radius.
+    """Functions of one parity along a line, or of one order along a radius, described by their integrals.
 
+    A mass is the integral of the product of two functions, a stiffness is the integral of the product of their slopes.
     All but the last function are 0 at the end. They have unit mass, are orthogonal in mass and stiffness, and have the
-    stiffnesses `squares` (n - 1; 1/m2). The last function is 1 at the end and orthogonal to them in stiffness. `ends`
-    are its mass products with them, `mass` and `stiffness` its own values.
+    stiffnesses `squares` (n - 1; 1/m2). The last function is 1 at the end and orthogonal to the others in stiffness.
+    `ends` (n - 1) are the masses of the last function with the others. `mass` and `stiffness` are the last function's
+    own values.
     """
 
     squares: Array

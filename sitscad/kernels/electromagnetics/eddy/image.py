@@ -131,26 +131,29 @@ def inverse_distance(points: Array, image_points: Array, way: float, shift: floa
 
 
 LEAST = 2e-4
-"""Coupling with the image, relative to a current's own energy, below which a combination is left out.
+"""Least coupling of a combination of currents with its image, over its own energy, at which it is kept.
 
-The omission is at most 1e-5 of a change and 5e-4 of the loss that comes with the change. Cases: boxes and discs of 3 to
-20 mm over mirrors, moved and tilted.
+Omitting the others changes an inductance change by at most 1e-5, and the loss that comes with it by 5e-4. Cases: boxes
+and discs of 3 to 20 mm over mirrors, moved and tilted.
 """
 
 NOISE = 1e-5
-"""Energy of a current, relative to the largest, below which it is within the error of the integrals."""
+"""Least energy of a current, relative to the largest energy. Lower energies are within the error of the integrals.
+
+Lower energies are raised to this value if the inductance matrix is not positive definite.
+"""
 
 AMONG = 64
-"""Number of combinations of one symmetry among which the relevant combinations are searched.
+"""Number of pseudo-random combinations, for one symmetry, from which the significant combinations are computed.
 
-The number is doubled until at most a third of the combinations is relevant. The omission is below 1e-11 of a change
+The number is doubled until at most a third of the combinations is significant. The omission is below 1e-11 of a change
 (templates, compared with all combinations).
 """
 
 FURTHER = 6
-"""Number of images of images between two mirrors, on each side.
+"""Number of repeated images between two mirrors, on each side.
 
-Leaving out the next images costs 1e-4 of a front plate's effect.
+Omitting the next images causes an error of 1e-4 of a front plate's effect.
 """
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -394,7 +397,10 @@ def _weyl_numbers(*shape: int) -> Array:
 
 
 def _is_kept(size: Array) -> Flags:
-    """Whether combinations with squared singular values (n; H2/m2) are significant."""
+    """Whether combinations are significant, by their squared singular values (n, rising; H2/m2).
+
+    The limit is the larger of 1e-9 of the largest value and the square of 0.01 `LEAST`.
+    """
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
@@ -421,7 +427,10 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
-    """Return the sum over classes of within' block (k, any), in the unit of the blocks."""
+    """Return the sum over classes of the products within' block (k, any), in the unit of the blocks.
+
+    `blocks` (functions, any) and `within` (functions, k) have one array per class.
+    """
     total = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
     for w, block in zip(within, blocks, strict=True):
         rows, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # of one symmetry

@@ -104,10 +104,10 @@ def made_definite(inductance: Array, constant: int) -> Array:
 
 @record(eq=False)
 class Energies:
-    """Energies of functions (n, n).
+    """Energies of surface functions inside and outside the body, as matrices (n, n).
 
-    `vacuum` is S inside a body of vacuum (H), `inverse` is its inverse (1/H), and `outside` is the part of the energy
-    outside, 1 - S^-1 L (no unit).
+    `vacuum` (H) is S, the energy inside if the body is vacuum. `inverse` is the inverse of S (1/H). `outside` is the
+    part of the energy outside, 1 - S^-1 L (no unit), with the inductance matrix L.
     """
 
     vacuum: Array

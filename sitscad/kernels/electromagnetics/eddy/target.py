@@ -25,7 +25,10 @@ AT_ONCE = 100_000
 """Number of points at which fields are evaluated together."""
 
 NOTHING = 1e-11
-"""Response of a class of currents, relative to the largest, below which the class is left out (approximate)."""
+"""Least response of a class of currents, relative to the largest class, at which the class is solved.
+
+The responses that are compared are approximate.
+"""
 
 
 @record(eq=False)
@@ -46,18 +49,19 @@ class SolvedTarget:
 
     @cached_property
     def answers(self) -> tuple[Array, ...]:
-        """Responses (1/H) of the classes to drives (2 functions, functions), imaginary parts below the real ones.
+        """Response matrices (2 functions, functions; 1/H) of the classes: currents per flux linkage of each function.
 
-        They serve many poses. Real and imaginary parts are separate because the drives are real.
+        Real parts come first, then imaginary parts. They are separate because the drives are real. The matrices serve
+        many poses.
         """
         currents = [answer(each, self.metal, np.eye(len(each.functions.inductance))) for each in self.surface.classes]
         return tuple(np.concatenate([current.real, current.imag]) for current in currents)
 
     @cached_property
     def image_answers(self) -> tuple[Array, ...]:
-        """Responses (functions, twice the combinations; no unit) of every class to the image's combinations.
+        """Responses (functions, 2 combinations; no unit) of every class to the image's combinations of currents.
 
-        Real parts come first. Empty if there is no mirror.
+        Columns are the real parts, then the imaginary parts. Empty if there is no mirror.
         """
         parts = () if self.images is None else self.images.within
         halves = (np.split(reply @ combinations, 2) for reply, combinations in zip(self.answers, parts, strict=False))
@@ -244,7 +248,10 @@ def turned(angles: Array) -> Array:
 
 
 def _summed(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
-    """Return the sum over classes of a' b, in the product of their units."""
+    """Return the sum over classes of a' b, in the product of their units.
+
+    `left_tables` holds a and `right_tables` holds b for each class; a' is the transpose of a.
+    """
     return np.asarray(sum(a.T @ b for a, b in zip(left_tables, right_tables, strict=True)))
 
 

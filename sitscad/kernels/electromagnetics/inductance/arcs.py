@@ -21,13 +21,13 @@ Rule = tuple[Array, Array]
 Method = Callable[..., float]
 
 FAR = 4.0
-"""Distance of an arc's middle from another piece, over its half length, from which few points are enough.
+"""Distance of an arc's middle from another piece, over the arc's half length, beyond which `POINTS` are enough.
 
-The error is 4e-6 of the pair there. It is 1e-7 of all pairs, because most pairs are farther apart.
+There the error is 4e-6 of the pair. It is 1e-7 of the sum over all pairs, because most pairs are farther apart.
 """
 
 POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
-"""Largest angle (degrees) of an arc, and number of points that are right to 1e-7 for it.
+"""Largest angle (degrees) of an arc, and the number of Gauss points with an error of 1e-7 up to this angle.
 
 The current's direction turns along the arc, so the number grows with the angle.
 """
@@ -39,18 +39,18 @@ MIDDLING_POINTS = 8
 """Number of points on an arc that is farther than `MIDDLING` from the other piece."""
 
 APART = 0.7
-"""Distance between two arcs, over the longer half length, from which each arc needs MIDDLING_POINTS.
+"""Least distance between two arcs, over the longer half length, at which MIDDLING_POINTS on each arc are enough.
 
-With this distance and the next two, the total is right to 1e-7.
+With the limits APART, SPACED and BESIDE, the total is right to 1e-7.
 """
 
 SPACED = 0.36
-"""Distance between two arcs, over the longer half length, from which each arc needs SPACED_POINTS."""
+"""Least distance between two arcs, over the longer half length, at which SPACED_POINTS on each arc are enough."""
 
 BESIDE = 0.07
-"""Distance between two arcs, over the longer half length, from which 16 crowded points are enough.
+"""Least distance between two arcs, over the longer half length, at which 16 points crowded at the ends are enough.
 
-They are for the outer integral; the inner integral is in closed form.
+The points are for the outer integral; the inner integral is over graded points. Nearer arcs get 20 points.
 """
 
 SPACED_POINTS = 12
@@ -202,7 +202,10 @@ def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Bundle) -
 
 
 def _sorted(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, ...]:
-    """Return flags (n,; no unit) of the pairs of each method: far pairs first, then the entries of METHODS in order."""
+    """Return flags (n,) of the pairs of arcs for each method: the far pairs, then one array for each entry of METHODS.
+
+    Every pair has exactly one method.
+    """
     a, b = first.arcs[pairs.first], second.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))

@@ -22,10 +22,10 @@ from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_
 Points = tuple[Array, Array]
 
 LEAF = 250
-"""Number of points up to which a cluster is not divided."""
+"""Largest number of points of a cluster that is not divided into halves."""
 
 APART = 2.0
-"""Distance of two clusters' boxes, over the larger half side, from which nodes replace points."""
+"""Least distance of two clusters' boxes, over the larger half side, at which nodes replace the points."""
 
 ORDER = 8
 """Number of nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
@@ -52,10 +52,10 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
 
 @record(eq=False)
 class Plans:
-    """Points of the distinct plans of a winding's layers.
+    """Points of the distinct plans (courses in x and y) of a winding's layers.
 
     `places` (n, 2; m) are the points, `elements` (n, 2; m) their line elements and `owner` (n) their plan numbers.
-    `layers` are the plan number, mid-plane (m) and thickness (m) of every layer.
+    `layers` has (plan number, mid-plane (m), thickness (m)) for every layer.
     """
 
     places: Array

@@ -14,7 +14,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FAR = 12.0
-"""Distance, over the longer filament's length, from which a pair of parallel filaments is summed by Gauss points."""
+"""Least distance of two parallel filaments, over the longer length, at which Gauss points replace the closed form."""
 
 TOUCHING = 1e-12
 """Least distance (m) assumed between filaments, so that crossing filaments do not divide by zero."""

@@ -19,7 +19,10 @@ from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, share
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SERIES_FROM = 4.0
-"""Distance, over the sum of the half diagonals, from which the series is used (10th order, error below 1e-7)."""
+"""Least distance of two rectangles' centres, over the sum of their half diagonals, at which the series is used.
+
+The series has the 10th order and an error below 1e-7.
+"""
 
 
 def log_mean_distance(
@@ -220,13 +223,13 @@ def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
 
 
 RIGHT = math.log(3e-8)
-"""Logarithm of the largest error of the polynomial in the squared height."""
+"""Natural logarithm of the largest relative error of the polynomial in the squared height, 3e-8."""
 
 
 def nodes_enough(squares: Array, apart: Array) -> Index:
-    """Return numbers of nodes (n; no unit) that represent sorted squared heights (m2), for points `apart` (n; m).
+    """Return how many polynomial nodes (n) represent all squared heights (m2), for points at distances `apart` (n; m).
 
-    All heights are kept if fewer nodes are not enough.
+    `squares` are in rising order. If fewer nodes are not accurate to `RIGHT`, the number is the number of heights.
 
     Notes
     -----

@@ -22,7 +22,10 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import Track
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 LONG = 1.5
-"""Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
+"""Largest length of a part over its distance from the other winding.
+
+The error of eight points is then 1e-7 of the pair.
+"""
 
 BEND = 3.2
 """Largest angle (rad) of a curved part."""
@@ -31,15 +34,15 @@ POINTS = 8
 """Largest number of Gauss points of a part."""
 
 SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
-"""Lengths of a part over its distance from the other winding up to which 2, 3, 4 ... points are right to 1e-7."""
+"""Largest length of a part, over its distance from the other winding, for 2, 3, ... 7 points with an error of 1e-7."""
 
 SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
-"""Angles (rad) of a curved part up to which 2, 3, 4 ... points are right to 1e-7."""
+"""Largest angle (rad) of a curved part for 2, 3, ... 7 points with an error of 1e-7."""
 
 WIDE = 0.003
 """Track width over the winding's radius above which a track needs two strands.
 
-A single strand misses the width's square.
+A single strand neglects the term in the square of the width.
 """
 
 NEAR = 0.2

@@ -19,7 +19,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 CROSSING_STRANDS = 3
-"""Largest number of strands of layers that cross.
+"""Largest number of strands across the width of each of two layers that cross.
 
 The clearance of more strands is so small that each pair would need its own points.
 """

@@ -21,10 +21,13 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FLOOR = 1e-24
-"""Least squared distance over the squared size of the tracks, so that strands that meet do not divide by zero."""
+"""Least squared distance of strands, over the squared size of the tracks.
+
+It avoids a division by zero if strands meet.
+"""
 
 THICK = 0.25
-"""Thickness over width from which pieces on two layers are taken at two heights."""
+"""Least thickness over width of tracks at which two heights represent the thickness of each pair of layers."""
 
 BLOCK = 60_000
 """Number of pairs of pieces processed at once, which fit a processor's cache."""
@@ -64,9 +67,9 @@ class Track:
 
 @record(eq=False)
 class Pairs:
-    """Pairs of pieces: numbers (n) of the first and the second piece, and their multiplicity.
+    """Pairs of pieces: numbers (n) of the first and of the second piece, and multiplicities.
 
-    `times` is (n, 1), or (n, heights) for every height between them.
+    `times` is (n, 1), or (n, heights) with a multiplicity for each height between the pieces.
     """
 
     first: Index
@@ -220,16 +223,16 @@ def directions(steps: Array) -> Array:
 
 
 DIGITS = 9
-"""Decimal places, relative to the coil's size, to which equal pieces agree."""
+"""Number of decimal places to which the coordinates of equal pieces agree, in units of the coil's size."""
 
 CIRCLE = 720_720_000
-"""Parts of a circle in which directions are counted.
+"""Number of parts of a circle. Directions are rounded to whole numbers of parts.
 
-Directions of regular polygons with up to 16 sides are whole numbers of parts.
+Directions of regular polygons with up to 16 sides are exact.
 """
 
 SPACE = 3_000_000
-"""Number of possible pair codes up to which pairs are counted in a table. Above, they are sorted."""
+"""Largest number of possible pair codes at which pairs are counted in a table. If there are more, codes are sorted."""
 
 AT_ONCE = 500_000
 """Number of pairs of pieces numbered at once."""
@@ -237,7 +240,10 @@ AT_ONCE = 500_000
 
 @record(eq=False)
 class Kinds:
-    """Kind number, mirror image's kind number, direction number and layer number of each piece (n)."""
+    """Numbers (n) that describe each piece: kind, kind of the mirror image, direction and layer.
+
+    Pieces of one kind are equal up to a rotation about the centre.
+    """
 
     number: Index
     mirrored: Index
@@ -364,9 +370,10 @@ def distinct_pairs(
 
 
 def _plans(kinds: Kinds, count: int) -> list[int]:
-    """Return for each of `count` layers the first layer with the same pieces: many coils repeat every other layer.
+    """Return, for each of `count` layers, the number of the first layer with the same pieces.
 
-    Layers may be without pieces, such as a track that leads to a pad has no arcs.
+    Many coils repeat every other layer. Layers may have no pieces of the kind, such as arcs in a track that leads to a
+    pad.
     """
     numbers: dict[tuple[bytes, ...], int] = {}
     layers = [kinds.owner == layer for layer in range(count)]
@@ -409,7 +416,10 @@ def _codes(kinds: Kinds, other_kinds: Kinds, turns: Turns, i: Index, j: Index) -
 
 
 def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
-    """Return the distinct codes, a place of each, and their counts (no unit)."""
+    """Return the distinct codes, the index of one occurrence of each in `codes`, and their counts (no unit).
+
+    `space` is the number of possible codes.
+    """
     if space > SPACE:
         return np.unique(codes, return_index=True, return_counts=True)
     counts: Index = np.bincount(codes, minlength=space)

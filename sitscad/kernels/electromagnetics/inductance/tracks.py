@@ -44,7 +44,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import (
 )
 
 NEAR = 3.0
-"""Distance, in widths, up to which a pair of straight strands gets the finer set of strands."""
+"""Distance between two straight pieces, in widths, below which the pair gets the larger number of strands."""
 
 ENDS_AND_CORNERS = np.array([
     (0.001, -0.00111, -0.00062, -0.00559, -0.0101, -0.02437), (0.002, -0.00121, -0.00069, -0.00562, -0.01016, -0.02452),
@@ -58,11 +58,12 @@ ENDS_AND_CORNERS = np.array([
     (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
     (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
 ])
-"""Error of strands by thickness / width: two strands at an open end, then three at an end and at corners of 45, 60, 90
-deg.
+"""Error of Neumann's integral by strands. Each row is for one thickness / width, the first column.
 
-The unit is mu0/(4 pi) times the width, because a corner has the same shape at every size. Positive if strands read low.
-From a volume integral of this project over a straight bar and two arms of sixteen widths (tests/validation).
+The next columns are for an open end: the error of two strands, then of three strands. The last columns are the error of
+three strands at corners of 45, 60 and 90 degrees. The unit is mu0/(4 pi) times the width, because a corner has the same
+shape at every size. The error is positive if the strands give too small a value. It is from a volume integral of this
+project over a straight bar and two arms of sixteen widths (tests/validation).
 """
 
 FAR = 150.0
@@ -72,7 +73,7 @@ The error falls with the distance squared.
 """
 
 WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
-"""Width over layer distance, and the number of strands from there on, for near sides above each other."""
+"""Least width over layer distance, and the number of strands from there on, for near sides of two layers."""
 
 _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 
@@ -234,22 +235,28 @@ def ends_and_corners(track: Track, strands: int) -> float:
 
 
 Layers = tuple[int, int, float]
-"""Numbers of two layers, and the multiplicity of their pair."""
+"""Number of the first layer, number of the second layer, and multiplicity of this pair of layers."""
 
 DISTANT = 3.0
-"""Distance of pieces, over the height of all layers, from which few heights represent all layers."""
+"""Least distance of two pieces, over the largest height between layers, at which few heights represent all layers."""
 
 FEW = 24
-"""Number of pieces up to which the ends of a track with arcs matter so much that more strands are worth their cost."""
+"""Largest number of pieces of a track with arcs to which `FEW_CORNERS` adds strands.
+
+The ends of a short track matter so much that more strands are worth their cost.
+"""
 
 OWN = ((8, 5), (48, 3))
-"""Largest number of pieces of a track with arcs, and the number of strands for its own inductance."""
+"""Largest number of pieces, and number of strands for the self-inductance of a layer with arcs. Two for more pieces."""
 
 BENT = ((1.0, 3), (8.0, 4))
-"""Width over layer distance, and the number of strands from there on, for tracks with arcs."""
+"""Least width over layer distance, and number of strands from there on, for two layers with arcs. Two below."""
 
 FEW_CORNERS = (3.0, 3)
-"""Width over layer distance, and the extra strands from there on, for few pieces with rounded corners."""
+"""Least width over layer distance, and number of extra strands from there on, for two layers with rounded corners.
+
+Only tracks of at most `FEW` pieces get the extra strands.
+"""
 
 
 def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:

@@ -25,7 +25,10 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, fiel
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 BLOCK = math.radians(30.0)
-"""Angle (rad) of arc that a single cut represents. The cut is in the middle chord of an odd number of chords."""
+"""Largest angle (rad) of the blocks into which arcs are divided.
+
+One plane cuts each block, in the middle of an odd number of chords.
+"""
 
 ROUND = math.radians(200.0)
 """Angle (rad) of a run of arcs that decides how it is divided.
@@ -36,16 +39,16 @@ with other beginnings lie abreast.
 """
 
 ABREAST = math.radians(5.0)
-"""Difference of directions (rad) below which sides lie abreast."""
+"""Largest difference of directions (rad) at which sides belong to one group, which the same planes cut."""
 
 DISTANT = 1.5
-"""Distance of a block of arcs from a cut, in lengths of the block, from which a third of its chords suffices."""
+"""Distance of a block of arcs from a cut, over the block's length, beyond which a third of its chords represents it."""
 
 TIGHTEST = 0.7
-"""Radius of the centre line, in widths, below which an arc has the current of this radius.
+"""Least radius of an arc's centre line, in widths. Tighter arcs get the current distribution of this radius.
 
-At 0.5 the inner edge is a point that would take the whole current. Tighter arcs between straight sides are corners
-(`corners.mitred`).
+At a radius of 0.5 the inner edge is a point that would take the whole current. Tighter arcs between straight sides are
+corners (`corners.mitred`).
 """
 
 CORNER = 0.4
@@ -149,7 +152,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int, end: int | None) -> list[ProximityLoss]:
-    """Return losses (ohm, H) of a group of sides. With an `end` (0 or 1), only this half of the sides is cut."""
+    """Return the losses (ohm, H) of a group of sides. With an `end` (0 or 1), only this half of the sides is cut."""
     if sides.curvature[index[0]]:
         return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
     spans = sides.end[index] - sides.start[index]
@@ -290,9 +293,10 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
 
 
 def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
-    """Return number of the group of a direction (rad), separate for straight sides and arcs.
+    """Return the number of the group of a direction (rad), with separate groups for straight sides and arcs.
 
-    A new group if none is near.
+    `groups` lists the direction and the kind (`part`) of each group. If no group of this kind differs by less than
+    `ABREAST`, a new group is appended.
     """
     for number, (other, kind) in enumerate(groups):
         if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
@@ -302,7 +306,10 @@ def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
 
 
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
-    """Return tracks (m) of some sides where a plane crosses them at a fraction of their lengths."""
+    """Return some sides as a cut: the tracks (m) where a plane crosses the sides at a fraction of their lengths.
+
+    Each track stands for `weight` times the length of its side.
+    """
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
     normal = np.array([tangent[1], -tangent[0]])
@@ -317,7 +324,7 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
                 modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
-    """Return modes of the sides at a cut, driven by the flux (Wb/m/A) of bends and of the rest of the path.
+    """Return the modes of the sides at a cut, driven by the flux (Wb/m/A) of bends and of the rest of the path.
 
     Biot and Savart for straight filaments.
     """
@@ -340,7 +347,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    """Return flux (n, points; Wb/m/A) of arcs as parts of rings, in place of the flux of straight tracks.
+    """Return the flux (n, points; Wb/m/A) of arcs as parts of rings, in place of the flux of straight tracks.
 
     `half` (n; rad) is the angle of the arc on either side of the cut. Derived here from `smooth_rings` and `arc_field`.
     """
@@ -396,7 +403,7 @@ def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Arra
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    """Return potential (n, points; Wb/m/A) of the other tracks of a cut as straight filaments.
+    """Return the potential (n, points; Wb/m/A) of the other tracks of a cut as straight filaments.
 
     It is -mu0 / (2 pi) ln(distance / unit) times the square root of the ratio of both lengths (Jackson, Classical
     Electrodynamics, chapter 5, for an infinite wire).

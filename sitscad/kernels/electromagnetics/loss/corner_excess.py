@@ -22,36 +22,44 @@ TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
 """Angles (rad) by which a track turns at corners of octagons, hexagons and squares, and zero."""
 
 TIGHT = (0.0, 0.55, 0.7)
-"""Radii of the centre line, over the width, of the tables of corners: sharp corners, and bends that count as sharp."""
+"""Bend radii of the rows in the tables of corners, over the track width: sharp corners, then rounded corners.
+
+The radius belongs to the centre line.
+"""
 
 MOMENTS = ((0.0, 0.0710, 0.1014, 0.1889), (0.0, 0.0688, 0.0931, 0.1435), (0.0, 0.0681, 0.0915, 0.1391))
-"""Magnetic moment of the loop over current and squared width, for each radius of `TIGHT` and each of `TURNS`.
+"""Magnetic moment of a corner's loop over current and squared track width. Rows: `TIGHT`, columns: `TURNS`.
 
 The error is below 0.5 %. Rows for rounded corners, here and below, come from `corner_flow.py rounded`, the limit of two
 meshes.
 """
 
 SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0, 0.4972, 0.6503, 0.9493))
-"""Resistance of a corner in squares beyond its straight sides, for each of `TIGHT` and `TURNS` (sharp:
-`bend_squares`).
+"""Resistance of a corner in squares, without its straight sides. Rows: `TIGHT`, columns: `TURNS`.
+
+A square is a piece of track with a length equal to its width. The row of sharp corners is from `bend_squares`.
 """
 
 ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
-"""Inductance of the corner's loop over the sharp corner's inductance in `OWN`, for each of `TIGHT` and `TURNS`."""
+"""Inductance of a rounded corner's loop over a sharp corner's (`OWN`). Rows: `TIGHT`, columns: `TURNS`."""
 
 INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
-"""Distance (widths) by which the middle of the loop moves inwards from the middle of a sharp corner, likewise."""
+"""Shift of a rounded corner's loop towards the inside (widths), relative to a sharp corner's loop.
+
+Rows: `TIGHT`, columns: `TURNS`.
+"""
 
 POINTS = (
     ((-0.146, 0.169, 0.389), (0.205, 0.569, 0.215), (0.272, 0.151, 0.338), (0.490, 1.149, 0.058)),
     ((-0.120, 0.155, 0.408), (0.218, 0.550, 0.201), (0.332, 0.164, 0.322), (0.633, 1.026, 0.069)),
     ((-0.212, 0.133, 0.251), (0.155, 0.264, 0.353), (0.504, 0.204, 0.277), (0.752, 0.790, 0.119)),
 )
-"""Places and weights of the moment, for each turn from the second on.
+"""Points that represent the moment of a corner's loop, for turns of 45, 60 and 90 degrees (rows of the table).
 
-A row has two distances and a weight. The first distance is along the bisector, from the corner of the centre lines to
-the inside. The second is to either side of the bisector. The flux of a field through these eight points is within 6 %
-of the flux through the loop, from a third of a width on.
+Each entry is (distance along the bisector, distance from the bisector, weight), with distances in widths. The first
+distance runs from the corner of the centre lines to the inside. Each entry stands for two points, one on either side of
+the bisector, which share the weight. For sources a third of a width away or farther, the flux of their field through
+these eight points is within 6 % of the loop's.
 """
 
 OWN = np.array([
@@ -60,10 +68,10 @@ OWN = np.array([
     (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
     (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
 ])
-"""Inductance of the loop of a corner with long arms, in mu0 times the width, over thickness / width.
+"""Inductance of the loop of a sharp corner with long arms, by thickness / width (first column).
 
-Columns are the turns from the second on. It is twice the coupling with both arms plus the self-inductance, the limit of
-two meshes, within 1 %.
+The other columns are for turns of 45, 60 and 90 degrees. Inductances are in mu0 times the width. Each is twice the
+coupling with both arms plus the self-inductance, the limit of two meshes, within 1 %.
 """
 
 
@@ -73,21 +81,23 @@ RELAXATION = np.array([
     (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
     (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
 ])
-"""Inductance that a bend loses to alternating current beyond the modes of its sides and arcs, over its radius.
+"""Inductance that a bend loses to alternating current, in addition to the modes of its sides and arcs.
 
-Columns, for bends of 45, 60 and 90 degrees: the final loss of inductance (mu0 widths), then the place of half of this
-loss (mu0 times conductivity, width, thickness and angular frequency; one relaxation). Fitted to meshes of triangles
-less the modes, for one bend of copper 0.03 to 0.04 times as thick as wide, within 0.0005 (0.001 for 90 degrees of
-radius 0.6) (`python tests/validation/corner_relaxation.py`).
+Columns: radius / width, then the final loss (mu0 widths) for bends of 45, 60 and 90 degrees, then the place of half of
+this loss. The place also has a column for each of the three bends. It is mu0 times conductivity, width, thickness and
+angular frequency; each bend has one relaxation. The values are fitted to meshes of triangles less the modes, for one
+bend of copper 0.03 to 0.04 times as thick as wide. They hold within 0.0005, or 0.001 for 90 degrees and radius 0.6
+(`python tests/validation/corner_relaxation.py`).
 """
 
 THICKER = np.array([
     (0.027, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.1, 1.09, 1.06, 1.56, 1.14, 1.13, 1.43),
     (0.3, 1.20, 1.06, 3.8, 1.54, 1.60, 2.5), (1.0, 0.0, 0.0, 0.0, 1.54, 1.60, 2.5),
 ])
-"""Factors on the first row of `RELAXATION` for thicker copper, over thickness / width.
+"""Factors on the values of `RELAXATION` for thicker copper. Columns: thickness / width, then one factor per value.
 
-Beyond 0.3 the current is not even through the thickness, which the meshes assume. The unknown part fades out there.
+For rounded bends, the factors on the loss are limited to 1. Beyond a thickness of 0.3 widths the current is not even
+through the thickness, which the meshes assume. There the loss is reduced to zero, because it is unknown.
 """
 
 
@@ -95,8 +105,8 @@ Beyond 0.3 the current is not even through the thickness, which the meshes assum
 class Loops:
     """Small loops of current in the plane of a track.
 
-    `places` (n, 2; m), `moments` (n; m2 per ampere of the track, positive upwards), and `spread`, the standard
-    deviation (m) of a Gaussian over which each moment is distributed.
+    `places` (n, 2; m) are their middles. `moments` (n; m2 per ampere of the track) are positive upwards. Each moment is
+    distributed over a Gaussian with the standard deviation `spread` (m).
     """
 
     places: Array
@@ -106,19 +116,19 @@ class Loops:
 
 @lru_cache(maxsize=256)
 def moment(turn: float, radius: float = 0.0) -> float:
-    """Return moment of the loop over current and squared width, for a turn (rad) and a radius over the width.
+    """Return the moment of a corner's loop over current and squared track width (`MOMENTS`).
 
-    By the tables of `corner_flow.py`.
+    `turn` is in rad, `radius` is over the track width.
     """
     return _tight(MOMENTS, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def points(turn: float, radius: float = 0.0) -> Array:
-    """Return places and weights of the loop's moment (8, 3; widths), for a turn (rad) and a radius over the width.
+    """Return places and weights (8, 3; widths) of the eight points that represent a corner's loop (`POINTS`).
 
-    Columns are the distance to the inside of the corner of the centre lines, the distance to the left of this
-    direction, and the weight. By the tables of `corner_flow.py`.
+    Columns are the distance from the corner of the centre lines to the inside, the distance to the left of this
+    direction, and the weight. `turn` is in rad, `radius` is over the track width.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
@@ -129,7 +139,7 @@ def points(turn: float, radius: float = 0.0) -> Array:
 
 @lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
-    """Return inductance (H, negative) of the loop of a corner between long arms, by the table `OWN`.
+    """Return the inductance (H, negative) of the loop of a corner between long arms, by the table `OWN`.
 
     Width and thickness in metres, the radius over the width.
     """
@@ -146,20 +156,23 @@ def tight_squares(turn: float, radius: float) -> float:
 
 
 def gentle_squares(turn: float, radius: float) -> float:
-    """Return resistance in squares of a wider arc between straight sides; turn in rad, radius over the width.
+    """Return the resistance in squares of a wider arc between straight sides.
+
+    `turn` is in rad. `radius` is the centre line's radius over the width, beyond the last of `TIGHT`.
 
     Notes
     -----
-    Turn over ln of the ratio of radii (textbook), plus 0.029 radius^-2.6 for the ends, where the current changes to a 1
-    / radius profile. This term is fitted here to arcs of 45 to 90 degrees and 0.7 to 4.5 widths (`corner_flow.py`),
-    within 0.015 squares. For smaller turns the result is up to 0.08 squares too large.
+    It is the turn over ln(outer radius / inner radius) (textbook), plus 0.029 radius^-2.6 for the ends. There the
+    current changes to a profile in proportion to 1 / radius. The second term is fitted here to arcs of 45 to 90 degrees
+    and 0.7 to 4.5 widths (`corner_flow.py`), within 0.015 squares. For smaller turns the result is up to 0.08 squares
+    too large.
     """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + 0.029 * radius**-2.6
 
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Return inductance (H) of a wider arc less its inductance with a 1 / radius profile all along it.
+    """Return the inductance (H) of a wider arc less its inductance with a 1 / radius profile all along it.
 
     Turn in rad, width and thickness in m, radius over the width. It is 0.0086 (turn / 90 degrees)^2 radius^-2.2 mu0
     widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0 widths.
@@ -169,10 +182,10 @@ def gentle_inductance(turn: float, width: float, thickness: float, radius: float
 
 
 def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
-    """Return inductance (H) that a bend loses to alternating current, and the relaxation time (s).
+    """Return the inductance (H) that a bend loses to alternating current, and its relaxation time tau (s).
 
-    L falls by the inductance times w2 tau2 / (1 + w2 tau2), by the table `RELAXATION`. Turn in rad, width and thickness
-    in m, radius over the width, conductivity in S/m.
+    At the angular frequency w, the inductance falls by the first value times (w tau)^2 / (1 + (w tau)^2), by the table
+    `RELAXATION`. Turn in rad, width and thickness in m, radius over the width, conductivity in S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]
@@ -191,5 +204,8 @@ def _sharp(turn: float, aspect: float) -> float:
 
 
 def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
-    """Return value of a table with one row for each radius of `TIGHT`, at a turn (rad) and a radius over the width."""
+    """Return the value of a table with rows `TIGHT` and columns `TURNS`, linearly interpolated.
+
+    `turn` is in rad, `radius` is over the track width. The result has the table's unit.
+    """
     return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))

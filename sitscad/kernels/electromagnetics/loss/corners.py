@@ -1,9 +1,9 @@
 """Direct current at the corners of a winding: it crowds to the inside, which lowers resistance and inductance.
 
 The model is an even current, mitred at every corner, plus a loop of current at each corner (`corner_excess`). The loop
-changes the inductance by its coupling with itself and its two arms, a table, and by the flux of the rest of the winding
-through it. Alternating current along the sides is added by `bent_tracks`. Its further effect at a bend is one
-relaxation for each bend.
+changes the inductance in two ways. Its coupling with itself and its two arms is from a table. Its coupling with the
+rest of the winding is from the winding's flux through the loop. Alternating current along the sides is added by
+`bent_tracks`. Its further effect at a bend is one relaxation for each bend.
 """
 
 from __future__ import annotations
@@ -35,31 +35,32 @@ from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 LEAST_TURN = 1e-3
-"""Angle (rad) between straight pieces from which they form a corner."""
+"""Least angle (rad) between two straight pieces at which their joint counts as a corner."""
 
 MOST_TURN = math.radians(120.0)
-"""Angle (rad) up to which an arc between sides counts as a rounded corner. Larger arcs are curves of their own."""
+"""Largest turn (rad) of an arc between sides that counts as a rounded corner. Longer arcs are curves of their own."""
 
 OPEN = 1.3
-"""Radius, in widths, from which an arc between sides is treated as an arc for alternating current too.
+"""Radius of an arc between sides, in track widths, from which alternating current treats it as an arc, not a corner.
 
-From the last of `TIGHT` up to it, current crowds to the inner edge faster than the modes of a slender arc can follow.
+Between the last of `TIGHT` and this radius, current crowds to the inner edge faster than the modes of a slender arc can
+follow.
 """
 
 NEAR = 4.0
-"""Distance, in widths, between a loop and a side, up to which the loop is distributed and the side has a width.
+"""Largest distance between a loop and a side, in widths, at which the loop is distributed and the side has a width.
 
-Beyond, they are a dipole and a filament.
+At larger distances, the loop is a dipole and the side is a filament.
 """
 
 STRANDS = 4
 """Number of filaments across the width of a side nearer than `NEAR` to a loop."""
 
 CHORD = math.radians(15.0)
-"""Angle (rad) of the chords by which arcs contribute flux, about."""
+"""Largest angle (rad) of the pieces into which an arc is divided, for its field and for its loops."""
 
 FAR_METAL = 1.0
-"""Distance of metal, in widths, from which a single place represents a loop."""
+"""Least distance of metal, in track widths, at which a single place represents a loop."""
 
 SPREAD = 0.14
 """Standard deviation, in widths, of each of the eight places over which a loop is distributed.
@@ -77,12 +78,12 @@ BLOCK = 40_000
 
 @record(eq=False)
 class Corners:
-    """Sharp corners, one row each.
+    """Loops of current at tight bends, one row for each bend.
 
-    `middle` (n, 2) and `height` (m) locate the loops. `moment` (m2) are their moments over the current, positive
-    upwards. `places` (n, 8, 2) and `shares` (n, 8) distribute the moments. `width` (m) is the track's. `own` is
-    the inductance of each loop with itself and its two arms (H), and `arms` (n, 2) are the indices of these arms among
-    the filaments.
+    `middle` (n, 2; m) and `height` (n; m) locate the loops. `moment` (n; m2) are their moments over the current,
+    positive upwards. `places` (n, 8, 2; m) and `shares` (n, 8) distribute the moments. `width` (n; m) is the track's
+    width. `own` (n; H) is the inductance of each loop with itself and its two arms. `arms` (n, 2) are the indices of
+    these arms among the filaments.
     """
 
     middle: Array
@@ -111,7 +112,7 @@ class MitredFilaments:
 
 
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
-    """Return loss of a winding with the effect of its corners on direct and on alternating current.
+    """Return the loss of a winding with the effect of its corners on direct and on alternating current.
 
     `loss` is for the `mitred` tracks, and `tracks` are the real tracks. The conductivity is in S/m.
     """
@@ -131,7 +132,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
-    """Return resistance (ohm) of a track for direct current, with corners by `corner_excess`.
+    """Return the resistance (ohm) of a track for direct current, with corners by `corner_excess`.
 
     In arcs the current is proportional to 1 / radius: a / ln(outer / inner radius) squares for an angle a (textbook).
     The conductivity is in S/m.
@@ -194,7 +195,7 @@ def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> Be
 
 
 def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
-    """Whether every straight side still runs forwards."""
+    """Whether every straight side of the changed track runs in the direction of the same side of the original track."""
     straight = track.turns == 0.0
     steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
     return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
@@ -275,12 +276,12 @@ class _TrackBend:
 
 
 def _lengths(track: BentTrack) -> Array:
-    """Return lengths (n; m) of the pieces of a track. Arcs have the lengths of their chords."""
+    """Return the lengths (n; m) of the pieces of a track. Arcs have the lengths of their chords."""
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
 def _bends(track: BentTrack) -> list[_TrackBend]:
-    """Return bends of a track: mitred corners and arcs, each with its turn (rad) and radius (widths)."""
+    """Return the bends of a track: mitred corners and arcs, each with its turn (rad) and radius (widths)."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
@@ -330,12 +331,12 @@ def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Ar
 
 
 def _chords(track: BentTrack) -> Index:
-    """Return number of chords (n,) of each piece: one for each `CHORD` of its turn."""
+    """Return the number of chords (n,) of each piece: one for each `CHORD` of its turn."""
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
-    """Return chords of a track (n, 2 each) with the mitres at their ends, height and width (n; m)."""
+    """Return the chords of a track (n, 2 each) with the mitres at their ends, height and width (n; m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
         nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
@@ -362,7 +363,7 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
 
 
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
-    """Return mean field (T/A) over the loops i of the sides j, which have the width of the track.
+    """Return the mean field (T/A) over the loops i of the sides j, which have the width of the track.
 
     Biot and Savart for `STRANDS` filaments. A loop's own arms are infinite filaments.
     """
@@ -407,7 +408,7 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
 
 
 def _onwards(point: Array, end: Array, way: Array) -> Array:
-    """Return field (n; T/A) in its own plane of a half-infinite filament from `end` (n, 2; m) along `way`.
+    """Return the field (n; T/A) in its own plane of a half-infinite filament from `end` (n, 2; m) along `way`.
 
     The current runs along `way` (Biot and Savart).
     """

@@ -23,13 +23,16 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, loca
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 TRUSTED = 1e-3
-"""Largest fraction of a resistance that may come from negative relaxation times. Rounding alone leaves 1e-20."""
+"""Largest part of the resistance from negative relaxation times at which the resistance counts as resolved.
+
+It is relative to the whole resistance (no unit). Rounding alone leaves 1e-20.
+"""
 
 SETTLED, SETTLED_AT, FEWEST_STEPS = 3e-4, 20e6, 4
-"""A Lanczos run ends when a step changes R and L at this frequency (Hz) by less than this fraction, after at least this
-number of steps.
+"""End of a Lanczos run: largest relative change of R and L in a step, their frequency (Hz), least number of steps.
 
-The result is then right to a third of the fraction, and to 1e-5 at 10 MHz.
+A run ends if one step changes R and L at `SETTLED_AT` by at most the fraction `SETTLED`. The result is then right to a
+third of this fraction, and to 1e-5 at 10 MHz.
 """
 
 FEW = 64
@@ -98,7 +101,7 @@ class ProximityLoss:
         return {}
 
     def scaled(self, direct: float) -> ProximityLoss:
-        """Return loss of another length of the same conductor, given by its resistance (ohm) for direct current."""
+        """Return the loss of another length of the same conductor, given by its resistance (ohm) for direct current."""
         part = direct / self.direct
         return ProximityLoss(
             direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
@@ -106,7 +109,7 @@ class ProximityLoss:
 
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
-    """Return loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
+    """Return the loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
     conducting = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
         math.fsum(part.direct for part in conducting),
@@ -189,7 +192,7 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
 def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
                 matrix: Array | NearAndFar | None = None, current: Array | None = None) -> ModeSystem:
-    """Return equations of the modes of a cut's tracks in series.
+    """Return the equations of the modes of a cut's tracks in series.
 
     Parameters
     ----------
@@ -275,9 +278,10 @@ def _lanczos(
 
 
 def _effect(diagonal: Array, beside: Array) -> Array:
-    """Return R and L at `SETTLED_AT` (2, k) from symmetric tridiagonal matrices of relaxation times (s).
+    """Return the relative effects on R and L at `SETTLED_AT` (2, k) from matrices of relaxation times (s).
 
-    The matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both results are relative to a vector of length 1.
+    The k symmetric tridiagonal matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both effects are for a
+    drive vector of length 1.
     """
     size = np.arange(diagonal.shape[1])
     table = np.zeros((len(diagonal), size.size, size.size))

@@ -25,31 +25,32 @@ AT_ONCE = 16_000
 """Number of distances evaluated at once: these fit into the processor's cache."""
 
 MANY = 60
-"""Number of tracks from which distant pairs of tracks interact by their lowest modes only."""
+"""Least number of tracks in a cut at which distant pairs of tracks interact by their lowest modes only."""
 
 REACH = 6.0
 """Largest distance between two centres, in diagonals of the larger cross-section, at which all modes interact."""
 
 LOW = 2
-"""Highest order, across and through together, of the modes by which distant tracks interact."""
+"""Highest order of the modes by which distant tracks interact: the sum of the orders across and through a track."""
 
 FAR_POINTS = 3
 """Number of points across a distant track, and largest number through it: exact for the orders of `LOW`."""
 
 
 SAME = 9
-"""Number of decimal places to which two relative positions are compared, in narrowest widths."""
+"""Number of decimal places to which equal relative positions agree, in units of the narrowest track width."""
 
 REPEATED = 8
-"""Number of pairs per relative position from which the matrix is multiplied position by position."""
+"""Least mean number of pairs per relative position at which pairs of equal position share one block of the matrix."""
 
 
 @record(eq=False)
 class Neighbourhood:
-    """Tracks with the same neighbours at the same relative positions.
+    """Tracks of one height, with the relative positions of their neighbours.
 
-    `tracks` (n,) are their numbers, and `neighbours` (n, m) the numbers of the neighbours of each track. A missing
-    neighbour has the number of all tracks. `blocks` (m modes, modes) are the blocks of the positions below each other.
+    `tracks` (n,) are track numbers. `neighbours` (n, m) holds, for each track, the number of its neighbour at each of m
+    relative positions. If a track has no neighbour at a position, the entry is the total number of tracks, which is no
+    valid track number. `blocks` (m modes, modes) are the matrix blocks of the m positions, one below the other.
     """
 
     tracks: Index
@@ -134,9 +135,10 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
 
 
 def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhood, ...]:
-    """Return the negative blocks of near pairs, and of each track with itself.
+    """Return the negative matrix blocks of near pairs of tracks, and of each track with itself.
 
-    Tracks of one height share the blocks of all relative positions. If few positions repeat, every track has its own.
+    Tracks of one height share the blocks of all relative positions. If few positions repeat (`REPEATED`), each track
+    has its own blocks. `near` (tracks, tracks) flags the near pairs.
     """
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _relative_positions(cut, i, j)
@@ -160,7 +162,10 @@ def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhoo
 
 
 def _relative_positions(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
-    """Return one example of each relative position of pairs of tracks, and the number of the position of every pair."""
+    """Return an example of each distinct relative position, and the position number of each pair of tracks.
+
+    Pair number p consists of the tracks `i[p]` and `j[p]`. The examples are pair numbers.
+    """
     size = float(cut.width.min())
     sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
     _, section = np.unique(sections, axis=1, return_inverse=True)
@@ -173,7 +178,11 @@ def _relative_positions(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
 
 
 def _blocks_by_pair(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
-    """Yield slices of the pairs with the block (modes, modes) of every pair, some pairs at once."""
+    """Yield some pairs at a time: their slice, and the block (modes, modes) of each pair.
+
+    `blocks` (positions, modes, modes) has a block for each relative position. `way` is the position number of each
+    pair.
+    """
     for part in slices(way.size, AT_ONCE // max(blocks[0].size, 1) if len(blocks) else 1):
         yield part, blocks[way[part]]
 

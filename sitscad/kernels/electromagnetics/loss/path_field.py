@@ -24,7 +24,7 @@ AT_ONCE = 60_000
 """Number of pairs of points and filaments evaluated at once: these fit into the processor's cache."""
 
 APART = 1.0
-"""Distance of a filament from a box of points, in half sides of the box, from which the nodes are used."""
+"""Least distance of a filament from a box of points, over the box's half side, at which the field is interpolated."""
 
 ORDER = 5
 """Number of nodes along the longest side of a box.
@@ -36,17 +36,18 @@ LINE = 5
 """Number of points on the middle line of a box from which distances are measured."""
 
 WORTH = 3.0
-"""Number of points per node from which interpolation saves time."""
+"""Least number of points per node of a box at which interpolation saves time."""
 
 LEAST = 100_000
-"""Product of points and filaments up to which all are summed directly."""
+"""Largest number of pairs of points and filaments that are all summed directly, without boxes."""
 
 
 @record(eq=False)
 class Filaments:
-    """Straight filaments: starts and ends (n, 2), heights (m), and the squared least distance (m2) of each.
+    """Straight filaments: starts and ends (n, 2; m), heights (n; m), and the squared least distance (n; m2) of each.
 
-    `own` are the indices of a cut's own tracks. `block` numbers the block of arcs of each filament, -1 for none.
+    `own` are the filament numbers of a cut's own tracks. `block` is the block of arcs to which each filament belongs,
+    or -1.
     """
 
     start: Array
@@ -172,7 +173,7 @@ def box_of(points: Array) -> PointBox:
 
 
 def _summed(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
-    """Return field (n; 1/m) of all filaments at points (n, 3; m): Biot and Savart, integrated along each filament.
+    """Return the field (n; 1/m) of all filaments at points (n, 3; m): Biot and Savart, integrated along each filament.
 
     It is the distance to the right of the filament over the squared distance, times the difference of the cosines at
     both ends. To the right of the current the field points down.

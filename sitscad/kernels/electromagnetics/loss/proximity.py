@@ -53,21 +53,21 @@ ROUGH = 0.1
 """Relative tolerance of R from which a single cut and few modes suffice."""
 
 ROUGH_STEPS = 5
-"""Number of Lanczos steps at this tolerance."""
+"""Number of Lanczos steps for tolerances of `ROUGH` and above."""
 
 LEAST_CUTS = 3
 """Least number of cuts around a turn."""
 
 MOST_CUTS = 40
-"""Largest number of cuts around a turn, about."""
+"""Approximate largest number of cuts around a turn."""
 
 HARMONICS = np.arange(1, 80)
-"""Harmonics of the azimuth at which crossing layers are evaluated."""
+"""Orders of the harmonics, over the azimuth, of the interaction between crossing layers (see `missed_crossings`)."""
 
 UNSEEN = {False: 0.02, True: 0.005}
-"""Fraction of the added loss that the cuts may miss, at the usual (False) and the fine (True) resolution.
+"""Largest error from too few cuts, relative to the added loss: tolerances from 0.02 (False) and below (True).
 
-See `missed_crossings`.
+The error is estimated by `missed_crossings`.
 """
 
 
@@ -157,7 +157,7 @@ def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeS
 
 
 def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
-    """Return middles and widths (rad) of about `cuts` sectors.
+    """Return azimuths of the middles and widths (rad) of about `cuts` sectors that together cover a turn.
 
     No sector contains the beginning or the end of a layer.
     """
@@ -213,16 +213,20 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
 
 
 MISSED = 2.2
-"""Error of the added loss per amount of missed harmonics, for small amounts (see `missed_crossings`)."""
+"""Slope of the error in the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
+
+The error is relative to the added loss. The amount is the weighted sum of harmonics in `missed_crossings`.
+"""
 
 MISSED_MOST = 0.3
-"""Amount of missed harmonics at which their error has half of its limit `MISSED` x `MISSED_MOST`."""
+"""Amount m of missed harmonics at which the error is half of its limit, MISSED times MISSED_MOST (see `MISSED`)."""
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
-    """Return least distance (m) that sets the number of points on a track: to the next layer, or past the spacing (m).
+    """Return the least distance (m) between tracks, from which the number of points on a track follows.
 
-    The rule was chosen here.
+    It is the least distance of two layers' heights, or the `spacing` plus a quarter of the `width` if this is less. The
+    rule was chosen here.
     """
     ordered = sorted(heights)
     return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
@@ -242,14 +246,14 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
                    modes: ModeSet) -> ModeSystem:
-    """Return modes of a cut at an azimuth, driven by the real winding; conductivity in S/m."""
+    """Return the modes of a cut at an azimuth, driven by the real winding; conductivity in S/m."""
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
     return mode_system(cut, smooth, conductivity, modes)
 
 
 def ring_flux(cut: Cut, modes: ModeSet) -> Array:
-    """Return flux per ampere (tracks, points; Wb/A) of filament rings through the circles at every point.
+    """Return the flux per ampere (tracks, points; Wb/A) of filament rings through the circles at every point.
 
     It is Maxwell's (1873, art. 701), without the logarithm of straight tracks.
     """
@@ -280,7 +284,7 @@ def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Ar
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
-    """Return flux (tracks, points; Wb/m/A) of the difference between the real ends of layers and full rings.
+    """Return the flux (tracks, points; Wb/m/A) of the difference between the real ends of layers and full rings.
 
     Full rings reach from half a turn before the first passage of a layer to half a turn after its last one. The
     difference is an arc at either end (Biot and Savart).
@@ -304,7 +308,7 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
 
 
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
-    """Return normal field (tracks, nodes; T/A) of a concentric arc at radii (tracks, nodes; m).
+    """Return the normal field (tracks, nodes; T/A) of a concentric arc at radii (tracks, nodes; m).
 
     The arc is given by quadrature points: radii `source` (m), angles from the places (rad) and weights (rad).
     `clearance` (tracks, 1; m2) is added to the squared distances. Biot and Savart; Jackson, Classical Electrodynamics,

@@ -24,7 +24,7 @@ LANCZOS_STEPS = 30
 
 def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
                     coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:
-    """Return conductivity (S/m) of a metal at a temperature (degrees Celsius), from that at 20 C.
+    """Return the conductivity (S/m) of a metal at a temperature (degrees Celsius), from that at 20 C.
 
     The law is that resistivity is linear (NBS Handbook 100). Raises ValueError if it gives no positive resistivity.
     """
@@ -65,7 +65,7 @@ def via_resistance(length: float, drill: float, plating: float, conductivity: fl
 
 @lru_cache(maxsize=64)
 def lone_track_loss(width: float, thickness: float, conductivity: float) -> ProximityLoss:
-    """Return loss per metre (ohm, H) of a single straight track, with R within 1 % up to 10 MHz.
+    """Return the loss per metre (ohm, H) of a single straight track, with R within 1 % up to 10 MHz.
 
     Width and thickness are in metres, the conductivity in S/m. The modes are solved (`current_modes`).
     """
@@ -77,7 +77,7 @@ def lone_track_loss(width: float, thickness: float, conductivity: float) -> Prox
 
 @lru_cache(maxsize=64)
 def pair_loss(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
-    """Return loss per metre (ohm, H) of two equal straight tracks that carry a current there and back.
+    """Return the loss per metre (ohm, H) of two equal straight tracks that carry a current there and back.
 
     `across` and `height` (m) are the distances of their centres along the width and through the board. The modes are
     solved (`current_modes`).

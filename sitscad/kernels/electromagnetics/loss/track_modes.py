@@ -157,7 +157,7 @@ def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=16)
 def local_points(modes: ModeSet) -> tuple[Array, Array]:
-    """Return gauss points of a cross-section in half widths and half thicknesses. Points through it run fastest."""
+    """Return the Gauss points of a cross-section in half widths and half thicknesses. Points through it run fastest."""
     nx, nz = modes.points
     return np.repeat(gauss(nx)[0], nz), np.tile(gauss(nz)[0], nx)
 

@@ -20,9 +20,9 @@ from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1
 
 LEAST_HARMONICS, MOST_HARMONICS = 3, 8
-"""Smallest and largest number of harmonics of a spiral.
+"""Smallest and largest value of a spiral's highest harmonic about its axis.
 
-More than the smallest number is used only for metal nearer than some pitches.
+Values above the smallest are used only for metal nearer than some pitches.
 """
 
 
@@ -32,11 +32,12 @@ AT_ONCE = 100_000
 
 @record(eq=False)
 class CurrentSpectrum:
-    """Spectrum of a coil for reflection.
+    """Spectrum of a coil's current, from which the effect of reflectors follows.
 
-    Wave numbers (k; 1/m), weights (k; 1/m), heights (layers; m) and power spectra (k, layers, layers; m2). `power[n, i,
-    j]` is the mean over directions of the product of layers i and j. Its scale: the mutual inductance is mu0 pi times
-    the weighted sum of power times exp(-k distance) of the layers' mid-planes (Dodd and Deeds 1968, for rings).
+    The fields are wave numbers (k; 1/m), weights of the integral over them (k; 1/m), heights (layers; m) and power
+    spectra (k, layers, layers; m2). `power[n, i, j]` is the mean, over directions, of the product of the waves of
+    layers i and j. Its scale: the mutual inductance is mu0 pi times the weighted sum of power times exp(-k distance) of
+    the layers' mid-planes (Dodd and Deeds 1968, for rings).
     """
 
     wave_numbers: Array
@@ -163,7 +164,10 @@ def _size(layer: SpiralLayer) -> tuple[float, ...]:
 
 @record(eq=False)
 class _RadialSamples:
-    """Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r)."""
+    """Quadrature radii (r; m) of a spiral with weights (r; m), and Bessel functions at each wave number and radius.
+
+    `values` are J_m and `slopes` are J_m' (m, k, r), for harmonics m from 0.
+    """
 
     radii: Array
     weights: Array

@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array, ComplexArray, Index
 from sitscad.basics.record import record
 
 LEAST_ROW = 4
-"""Number of places from which a row is summed in closed form, which costs as much as three places."""
+"""Least number of places of a row that is summed in closed form, which costs as much as three single places."""
 
 
 @record(eq=False)
@@ -47,10 +47,11 @@ class Rows:
 class Figures:
     """Points grouped into patterns that repeat.
 
-    A pattern is the points between two steps that occur only once. `kinds` are point numbers of one copy of each
-    pattern, pattern after pattern, from index `first` on. `inner` (m) are positions relative to the pattern's first
-    point. `places` (m) are the first points of all copies, pattern by pattern, from index `begins` on. Places within
-    `same` (m) are equal.
+    A pattern is the points between two steps that occur only once. `kinds` (point numbers) and `inner` (m; position
+    relative to the pattern's first point) list the points of one copy of each pattern, pattern after pattern. Each
+    pattern begins at its index `first` in these arrays. `places` (m) are the first points of all copies, pattern after
+    pattern. Each pattern begins at its index `begins` in `places`. Places that differ by less than `same` (m) are
+    equal.
     """
 
     kinds: Index
@@ -115,7 +116,10 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
 
 
 def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
-    """Return rows of consecutive places (n, 2; m): middle, step and number. A place off a row is its own row."""
+    """Return rows of consecutive places (n, 2; m) with equal steps: (middle (2,; m), step (2,; m), number of places).
+
+    A place that continues no row is a row of its own.
+    """
     rows: list[tuple[Array, Array, int]] = []
     first = 0
     while first < len(places):

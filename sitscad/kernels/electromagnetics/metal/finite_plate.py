@@ -31,7 +31,7 @@ from sitscad.kernels.solve_cache import solved
 Source = tuple[Array, Array, Array]
 
 MARGIN = 3.0
-"""Multiple of (radius + gap) beyond the coil's edge from which the rest of a plate does not matter (below 0.2 %)."""
+"""Distance from the coil's edge, over (radius + gap), beyond which a plate's metal has an effect below 0.2 %."""
 
 DEEPEST = 0.03
 """Largest depth of the sheet within a plate, in coil diameters.
@@ -40,16 +40,19 @@ Currents keep to the near face and the side walls.
 """
 
 THICKEST = 0.15
-"""Thickness of a plate, in coil diameters, beyond which more thickness has no effect."""
+"""Largest thickness of a plate that enters the calculation, in coil diameters. More thickness has no effect."""
 
 STOUTEST = 0.2
-"""Thickness of a plate, in plate widths, beyond which more thickness has no effect."""
+"""Largest thickness of a plate that enters the calculation, in plate widths. More thickness has no effect."""
 
 LONGEST = 0.8
-"""Thickness of a magnetic plate, in coil diameters, beyond which more thickness draws in no more field."""
+"""Largest thickness of a magnetic plate that enters the calculation, in coil diameters.
+
+More thickness draws in no more field.
+"""
 
 OWN_WAY = 1.6
-"""Rate at which the field through a plate grows with thickness over width, relative to a thin plate."""
+"""Constant c in the field through a magnetic plate: 1 + c thickness / width times the field of a thin plate."""
 
 MOST_MODES = 32
 """Largest number of functions along one side, half even and half odd."""
@@ -310,7 +313,7 @@ def loss_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 EASED = 1.4
-"""Ratio of sizes over which a stated error changes from a larger to the next smaller value.
+"""Ratio of the sizes at which a transition between two stated errors ends and begins.
 
 Errors are known at some sizes. The stated error is nowhere below a known error, and it has no jump.
 """

@@ -65,7 +65,7 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
 
 
 KEPT = 1 << 13
-"""Number of factors of one stack up to which they are cached, because states, tanks and poses need them repeatedly."""
+"""Largest number of reflection factors in a result that is cached. States, tanks and poses need results repeatedly."""
 
 
 OPAQUE = 18.0

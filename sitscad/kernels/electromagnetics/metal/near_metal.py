@@ -37,16 +37,19 @@ from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Refle
 from sitscad.kernels.electromagnetics.special_functions import j1
 
 STEPS = 5
-"""Number of steps of the block Krylov run. Each adds up to three vectors."""
+"""Number of steps of the block Krylov run. Each step adds up to three vectors per cut."""
 
 ROUGH_STEPS = 2
-"""Number of these steps in screening."""
+"""Number of steps of the block Krylov run for screening."""
 
 MIDDLE = 3e6
-"""Frequency (Hz) of the reflection that defines the subspace."""
+"""Frequency (Hz) at which the reflection is evaluated to compute a subspace, which then serves all frequencies."""
 
 ABOUT = 1.25
-"""Ratio of successive metal distances that have their own subspaces."""
+"""Ratio of successive metal distances with their own subspaces.
+
+Each metal distance is rounded, on a logarithmic scale, to the nearest of these distances.
+"""
 
 PERFECT = 1e18
 """Conductivity (S/m) of metal that waves do not enter."""
@@ -54,10 +57,11 @@ PERFECT = 1e18
 
 @record(eq=False)
 class _ReflectedCuts:
-    """Modes of all cuts and their waves.
+    """Modes of all cuts and their amplitudes in the waves.
 
-    `tables` (cuts, 2 k, modes) holds waves that decay downwards, then waves that decay upwards. It is in single
-    precision, because it is most of the memory of an estimate. Cuts with fewer tracks are padded with zeros.
+    `tables` (cuts, 2 k, modes) holds, for each of k wave numbers, waves that decay downwards, then waves that decay
+    upwards. It is in single precision, because it is most of the memory of an estimate. Cuts with fewer tracks are
+    padded with zeros.
     """
 
     systems: tuple[ModeSystem, ...]
@@ -70,7 +74,7 @@ class _ReflectedCuts:
         return np.stack([_filled(system.carrier, most) for system in self.systems])
 
     def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
-        """Return a vector of each system (cuts, modes, 1), in its unit."""
+        """Return the vector that `of` takes from each system, padded with zeros to (cuts, modes, 1), in its unit."""
         return np.stack([_filled(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
 
     def project(self, vectors: Array) -> Array:
@@ -94,7 +98,7 @@ class _ReflectedCuts:
         return np.asarray((self.tables @ vectors.astype(np.float32)).astype(np.float64))
 
     def seen(self, waves: Array) -> Array:
-        """Return the effect of waves (cuts, 2 k, n) on the modes (cuts, modes, n), in the product of both units."""
+        """Return the drive (cuts, modes, n) of the modes by waves (cuts, 2 k, n), in the product of both units."""
         return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
 
 
@@ -149,7 +153,7 @@ class CrowdingNearMetal:
         return self.changed[key]
 
     def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
-        """Return the reflectors above and below that represent these in the search of the subspace."""
+        """Return the representatives (`_stand_in`) of both reflectors, for which a subspace is computed."""
         return _stand_in(above, self.levels[1], self.nearest), _stand_in(below, -self.levels[0], self.nearest)
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
@@ -179,9 +183,9 @@ def _stand_in(reflector: Reflector | None, level: float, nearest: float | None) 
 
 @record(eq=False)
 class _Waves:
-    """Weights (k,) of products of waves in the mutual inductance.
+    """Weights (k,) of products of waves in the mutual inductance, for each wave number.
 
-    They are for up with up, up with down, and down with down.
+    `both` is for up with up waves, `mixed` for up with down waves, and `other` for down with down waves.
     """
 
     both: NDArray[Any]
@@ -262,10 +266,11 @@ A single block of all waves took a gigabyte near metal.
 
 @record(eq=False)
 class _Reduced:
-    """All cuts in subspaces of their modes.
+    """Modes of all cuts, projected on a subspace of n combinations for each cut.
 
-    `rates` (cuts, n) are relaxation times, `drive` (cuts, n) are drives in free air. `waves` (cuts, 2 k, n + 2) are the
-    waves of the subspaces, of the whole current and, last, of its non-uniform part.
+    `rates` (cuts, n) are relaxation times (s), `drive` (cuts, n) are the drives of the combinations in free air.
+    `waves` (cuts, 2 k, n + 2) are amplitudes in the waves. Its columns are the n combinations, the whole current and
+    the non-uniform part of this current.
     """
 
     rates: Array

@@ -31,10 +31,10 @@ MOST = 28
 """Largest number of panels along a side of the opening."""
 
 WAVES = 3
-"""Number of waves of the channel along a side, for each panel along the side."""
+"""Number of cosine waves in the opening along a side, per panel along this side."""
 
 IMAGES = 4
-"""Number of images of each mirror in the other that are summed one by one."""
+"""Number of repeated reflections between two mirrors whose images are summed one by one."""
 
 
 @record

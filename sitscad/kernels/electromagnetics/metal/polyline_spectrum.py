@@ -158,7 +158,7 @@ Then the chords of its arcs are as long as its sides.
 """
 
 ROUND = 48, 1.0
-"""Directions over which the waves of a round track are averaged, and extra directions per radian of phase.
+"""Number of directions over which a round track's waves are averaged: constant part, and number per radian of phase.
 
 The phase is the wave number times the track's length in excess of its width.
 """
