@@ -45,7 +45,7 @@ DRAWS_IN = 1.5
 
 
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
-    """Return the name of the limit for the smallest parallel resistance that the drive of so many coils sustains.
+    """Return the name of the limit for the smallest parallel resistance that the drive of `coil_count` coils sustains.
 
     `high_current` is the readout's setting of the high-current drive, which serves a single coil.
     """
