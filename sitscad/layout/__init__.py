@@ -144,7 +144,7 @@ def _undrawn(artwork: ArtworkSpec, bus: Bus, coils: tuple[Coil, ...], body_end: 
 
 @record
 class _Attempt:
-    """Wound coils, their routing if there is one, and the shortfalls."""
+    """Result of one trial: wound coils, routing (None if it failed), tail, body, and shortfalls."""
 
     wound: tuple[WoundCoil, ...]
     routing: Routing | None
@@ -174,17 +174,23 @@ def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
 
 
 WIDE_TRIALS = 1_500
-"""Largest number of search trials for leads with each gap wider than the fabricator's minimum."""
+"""Largest number of search trials at each gap between leads that is wider than the fabricator's minimum."""
 
 UNSEEN = 0.1
-"""Fraction of the outline tolerance by which wider gaps may enlarge the board: the user does not notice it."""
+"""Excess of the gaps over the fabricator's minimum, divided by the outline tolerance, that needs no spare width.
+
+Up to this excess, the board may be as wide as the jaw. Above it, `ROOMY` limits the width.
+"""
 
 ROOMY = 0.9
-"""Fraction of the jaw's width up to which a board may grow for wider gaps. A wider board may stand out of the port."""
+"""Largest width of a board with wider gaps, divided by the jaw's width. A wider board may stand out of the port."""
 
 
 def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
-    """Return the largest length and width (m) of a body whose gaps are `wider` (m) than the fabricator's minimum."""
+    """Return the largest permitted length and width (m) of a body. Infinite if nothing limits them.
+
+    `wider` (m) is the excess of the gaps between leads over the fabricator's minimum.
+    """
     length = width = math.inf
     if (jaw := artwork.jaw) is not None:
         room = 1.0 if wider <= UNSEEN * artwork.fpc.rules.outline_tolerance else ROOMY
@@ -196,7 +202,7 @@ def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
 
 
 def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
-    """Route leads at the spacing of a bus, with tail, body and shortfalls."""
+    """Route the leads with the gaps and layers of `bus`, and lay out tail and body. Shortfalls name failures."""
     shortfalls = list(windings[0].shortfalls)
     if not artwork.array.is_in_line and not bus.is_stacked:
         # side by side on one layer, pairs are led along the jaw only

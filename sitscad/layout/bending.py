@@ -20,7 +20,7 @@ from sitscad.spec.presets import stock_stiffeners
 
 
 class Where(StrEnum):
-    """A region of the board with its own layer stack."""
+    """A region of the board with its own layer stack: at the coils, in the tail, or at the contacts."""
 
     COIL = "coil"
     TAIL = "tail"
@@ -29,7 +29,7 @@ class Where(StrEnum):
 
 @record
 class FinishedThickness:
-    """Thickness (m): the sum of the layers, and the minimum and maximum that the fabricator delivers.
+    """Thickness (m) of the finished board: the sum of the layers, and the least and largest delivered thickness.
 
     `source` names the origin of this range.
     """
@@ -66,9 +66,9 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
 
 def contact_copper(layout: Layout) -> frozenset[int]:
-    """Return numbers of the copper layers with copper under the bare part of a contact.
+    """Return the numbers of the copper layers with copper under the bare part of a contact.
 
-    Only layer 1 without contacts.
+    Only layer 1 if there are no contacts.
     """
     bare_boxes = [box for pad in layout.pads if (box := _bare_box(layout.top_openings, pad)) is not None]
     if not bare_boxes:
@@ -100,7 +100,7 @@ def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> Box | None:
 
 
 def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """Return layers of the tail under the contacts, with the contacts' own copper.
+    """Return the layers of the tail under the contacts, with the contacts' own copper.
 
     Opened coverlays and copper layers that end before the contacts do not count. Coverlay and bond films count with
     their stated thickness. Without copper their adhesive has no gaps to fill, and the film is no thicker.
@@ -116,7 +116,7 @@ def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
 
 
 def tail_thickness(fpc: FpcSpec) -> float:
-    """Thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
+    """Return the thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
     stack = fpc.stackup
     layers = min(fpc.tail.layers, len(stack.copper)) if fpc.tail else len(stack.copper)
     last = stack.copper[layers - 1]
@@ -160,7 +160,10 @@ _SAME_PLACE = 1e-8
 
 @record
 class Unfit:
-    """Range of x (m) in the bend zone in which a track runs obliquely or changes its width, with a place (m) in it."""
+    """A place in the bend zone that is unfit for bending, because a track runs obliquely or changes its width.
+
+    `first` to `last` is the range of x (m). `y` (m), `layer` and `net` belong to the track.
+    """
 
     first: float
     last: float
@@ -171,7 +174,7 @@ class Unfit:
 
 @record
 class Stretch:
-    """Range of x (m). Its length is 0 or negative if there is no such range."""
+    """Range of x (m) from `start` to `end`. Its length is 0 or negative if there is no such range."""
 
     start: float
     end: float
@@ -216,7 +219,10 @@ class Bend:
 
 
 def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
-    """Name of the fabricator's rule for the tail's smallest bend radius, and this radius (m) for its thickness."""
+    """Return the fabricator's rule for the tail's bend radius: its name, and the smallest radius divided by thickness.
+
+    None if there is no such rule or no bend.
+    """
     tail, rules = fpc.tail, fpc.rules
     if tail is None or tail.bend == "none":
         return None
@@ -228,7 +234,7 @@ def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
 
 
 def least_bend_radius(fpc: FpcSpec) -> float | None:
-    """Return smallest inside bend radius (m) of the tail by the fabricator's rules. None if there is no such rule."""
+    """Return the smallest inside bend radius (m) of the tail by the fabricator's rules. None if no rule exists."""
     figure = bend_figure(fpc)
     return None if figure is None else figure[1] * tail_thickness(fpc)
 
@@ -284,7 +290,7 @@ def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unf
 
 
 def _angle(segment: Segment) -> float:
-    """Return the largest angle (rad, at most a right angle) between a segment's ends and the tail's direction."""
+    """Return the angle (rad, 0 to a right angle) between a segment and the tail: the larger value of its two ends."""
     (ax, ay), (bx, by) = segment.start, segment.end
     if isinstance(segment, Arc):
         centre = segment.centre

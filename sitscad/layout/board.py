@@ -399,7 +399,7 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
 
 @record
 class _Try:
-    """A teardrop outline at one end of a track (index), with the segment at this end."""
+    """A teardrop outline to be checked, the track (index) at whose end it lies, and the segment at this end."""
 
     outline: Path
     track: int
@@ -452,7 +452,7 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
 
 
 class _CopperAround:
-    """Copper of a layer, holes and board edge, each with the clearance that a teardrop must keep."""
+    """Copper of a layer, holes, and the board's edge, each with the clearance (m) that a teardrop needs to it."""
 
     def __init__(self, layout: Layout, layer: int) -> None:
         self._layout = layout
@@ -495,7 +495,7 @@ class _CopperAround:
         self._ways = stations
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
-        """Whether each outline keeps its clearance. The pieces joined at the outline's track end do not count."""
+        """Whether each outline has enough clearance. Pieces that are joined at the track's end do not count."""
         rows = [(row, k) for k, attempt in enumerate(tries) for row, _ in path_rows(attempt.outline)]
         edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
@@ -509,9 +509,9 @@ class _CopperAround:
         return [k not in short for k in range(len(tries))]
 
     def _farther_on(self, tries: Sequence[_Try], numbers: Index, pieces: Index) -> tuple[Array, Array]:
-        """Return the range (two fractions) of each piece that counts.
+        """Return start and end of the part of each piece that counts, as fractions of the piece's length.
 
-        On the outline's own track, only returning parts count, not bends.
+        On the teardrop's own track, the part next to the teardrop does not count. `numbers` are indices of `tries`.
         """
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
         for at, (k, piece) in enumerate(zip(numbers.tolist(), pieces.tolist(), strict=True)):

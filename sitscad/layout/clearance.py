@@ -25,17 +25,16 @@ from sitscad.spec.design_rules import DesignRules
 SLACK = 1e-9
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
-"""Factor that separates bends of a conductor from clearances.
+"""Factor that separates the bends of a conductor from its gaps.
 
-Two pieces of one conductor need a certain centre distance. They form a bend, not a clearance, while their distance
-along the conductor is less than this factor times the needed distance. Legs that part at 45 degrees or more are then
-never compared.
+Two pieces of one conductor are a bend if their distance along the conductor is small: less than this factor times the
+needed centre distance. Otherwise they need the clearance. Legs that part at 45 degrees or more are then never compared.
 """
 
 
 @record
 class Breadth:
-    """Extent across the tail's axis of a board, or of the area for its leads: lower and upper edge (m)."""
+    """Extent across the tail's axis of a board, or of the area for its leads: y of the lower and the upper edge (m)."""
 
     low: float
     high: float
@@ -51,7 +50,7 @@ class Breadth:
         return max(-self.low, self.high)
 
     def holds(self, low: float, high: float, keep: float) -> bool:
-        """Whether a piece from height `low` to height `high` keeps the distance `keep` from both edges (m)."""
+        """Whether a piece from y = `low` to y = `high` is at least `keep` away from both edges (m)."""
         return low >= self.low + keep and high <= self.high - keep
 
 
@@ -188,14 +187,14 @@ class Obstacles:
         return track.layer not in self._tracks or not bool(self._touching(segments, self._on(track.layer)).size)
 
     def _kept_by_holes(self) -> tuple[Array, Array]:
-        """Return centres of the holes (n, 2; m), and the clearance from each centre to copper (n; m)."""
+        """Return the centres of the holes (n, 2; m), and the least distance (n; m) from each centre to copper."""
         if self._kept is None:
             keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
 
     def _touching(self, track: CopperBoxes, other: CopperBoxes) -> Index:
-        """Return numbers of the copper pieces that are closer to other copper than the spacing."""
+        """Return the indices of the pieces in `track` that are closer to a piece in `other` than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
@@ -205,7 +204,7 @@ class Obstacles:
 
 
 def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
-    """Return pairs (m, 2) of copper pieces and centres whose distance is less than the centre's `keep`."""
+    """Return index pairs (m, 2) of copper pieces and centres whose gap is less than the centre's `keep` (m)."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
     gaps = to_points(copper.pieces.take(piece), centres[hole])
@@ -213,7 +212,7 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
 
 
 def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
-    """Return distances (m) of points from straight stretches.
+    """Return the distances (m) of points from straight stretches.
 
     Points (x, y) are relative to the start of each stretch, and (dx, dy) is the vector to its end. All arrays are
     broadcast. The distance of a nan point is nan.
@@ -226,14 +225,14 @@ def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
 def via_room(rules: DesignRules, spacing: float, width: float) -> float:
     """Return the room (m) for the smallest via that joins tracks of a width (m).
 
-    It reaches from the via's far side to copper that is not joined to it.
+    It is the distance from the far edge of the via's pad to copper that is not joined to the via.
     """
     hole = joined_hole(rules, width)
     return hole_keep_out(hole, rules, spacing) + hole.pad / 2
 
 
 def joined_hole(rules: DesignRules, width: float) -> ViaToPlace:
-    """Return the smallest via without position, including the round ends of the tracks (width in m) that it joins."""
+    """Return the smallest via for tracks of a width (m). Its pad covers their round ends. It has no position yet."""
     return ViaToPlace(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
 
 
@@ -243,7 +242,7 @@ def hole_keep_out(hole: ViaToPlace, rules: DesignRules, spacing: float) -> float
 
 
 def hole_distance(first: ViaToPlace, second: ViaToPlace, rules: DesignRules, spacing: float) -> float:
-    """Smallest distance (m) between the centres of two holes."""
+    """Return the smallest permitted distance (m) between the centres of two holes."""
     return max(
         (first.pad + second.pad) / 2 + spacing,
         (first.drill + second.drill) / 2 + rules.hole_to_hole,

@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from sitscad.basics.arrays import Array, Flags, Index
 
 ROUNDING = 1e-9
-"""Difference (m) below which lengths are equal."""
+"""Largest difference (m) between lengths that count as equal."""
 
 DETOUR = 1.5
-"""Ratio of the distance along the conductor to the direct distance from which two pieces form a turn back.
+"""Distance along the conductor, divided by the direct distance, from which two pieces count as a turn back.
 
-It is 1.41 for a right angle and 1.57 for a half circle.
+The ratio is 1.41 for a right angle and 1.57 for a half circle.
 """
 
 _SPLITS = 4
@@ -65,10 +65,10 @@ class Copper:
 
 @record
 class Nearness:
-    """Two pieces of copper nearer than the minimum gap `asked` (m).
+    """Two pieces of copper whose gap is compared with the minimum gap `asked` (m).
 
-    `distance` (m) is the distance of their centre lines, `half_one` and `half_other` (m) are half their widths, and `x`
-    and `y` (m) are the place.
+    `one` and `other` are the pieces, on copper layer `layer`. `distance` (m) is the distance of their centre lines.
+    `half_one` and `half_other` (m) are half their widths. `x` and `y` (m) are the place.
     """
 
     one: Item
@@ -101,7 +101,7 @@ class _Stand:
 
 
 def name_of(item: Item) -> str:
-    """Describe a piece of copper in a text."""
+    """Return a text that names a piece of copper."""
     if isinstance(item, Via):
         return f"a via of {item.net}"
     if isinstance(item, Pad):
@@ -112,7 +112,7 @@ def name_of(item: Item) -> str:
 
 
 def pair_in_words(near: Nearness) -> str:
-    """Describe two pieces of copper in a text."""
+    """Return a text that names two pieces of copper."""
     first, second = name_of(near.one), name_of(near.other)
     return f"two parts of {first}" if near.one is near.other else f"{first} and {second}"
 
@@ -234,9 +234,11 @@ def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tup
 def _gaps(
     copper: Copper, i: Index, j: Index, spacings: Array, half: Array | None = None, factor: float = ALONG
 ) -> Array:
-    """Return gaps (m) between pairs of pieces, without the parts joined along one conductor.
+    """Return the gaps (m) between the pieces `i` and `j` of each pair. Infinite if all of both is joined.
 
-    Infinite if all is joined.
+    Parts that are joined along one conductor do not count. Parts are joined if their distance along the conductor is
+    less than `factor` times the needed centre distance. `spacings` (m) are the needed gaps of the pairs. `half` (m)
+    replaces `copper.half`.
     """
     half = copper.half if half is None else half
     widths = half[i] + half[j]
@@ -278,7 +280,11 @@ def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut
 
 
 def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, spacings: Array) -> Iterator[Nearness]:
-    """Yield one result for each pair of items and layer, the smallest gap first."""
+    """Yield the smallest gap of each pair of items on each layer, smallest first.
+
+    `i` and `j` are the pieces of each pair, `gap` (m) is their gap, and `spacings` (m) the needed gap. `half` (m) is
+    half the width of each piece.
+    """
     reported: set[tuple[int, int, int]] = set()
     gap = np.round(gap, 12)  # picometres: rounding noise must not decide which of two equal places is named
     for k in np.lexsort((j, i, gap)):

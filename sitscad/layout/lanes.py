@@ -141,7 +141,10 @@ def _ray_length(segment: Segment, ux: float, uy: float) -> float:
 
 
 STAGGER = math.sqrt(2.0) - 1.0
-"""Offset of successive 45 degree bends of parallel tracks, in spacings, that keeps the tracks equally far apart."""
+"""Distance along the tail between the 45 degree bends of two parallel tracks, divided by the tracks' centre distance.
+
+With this value, the tracks are equally far apart before and after their bends.
+"""
 
 TURNED = (-15, 15, -30, 30, 45)
 """Alternative exit angles (degrees from the ring's corner, positive away from the tail) of a pair."""
@@ -149,7 +152,7 @@ TURNED = (-15, 15, -30, 30, 45)
 
 @record
 class Exit:
-    """Exit of a coil's end from its ring: angle (rad), and the corners of its path up to the tail."""
+    """Exit of a coil's end from its ring: angle (rad), corners of its path up to the tail (`way`), and copper layer."""
 
     angle: float
     way: tuple[Point, ...]
@@ -157,9 +160,9 @@ class Exit:
 
 
 BENT_BACK = math.sin(math.radians(22.5))
-"""Limit of a lead's backward bend, as a sine: a right angle plus a quarter of a right angle.
+"""Sine of the largest angle beyond a right angle by which a lead may turn: 22.5 degrees.
 
-It holds under the turns and off the ring.
+It holds for leads under the turns, and for leads that leave the ring.
 """
 
 
@@ -171,10 +174,10 @@ def straightness(before: Point, corner: Point, after: Point) -> float:
 
 @record
 class Bus:
-    """Dimensions of all lanes (m): trace width and spacing, the layers of both conductors, and the start of the lanes.
+    """Dimensions of all lanes (m): track width, gap between tracks, and the layers of both conductors.
 
-    `coils` is the extent of the coils' copper across the jaw. Lanes stand off from it by the ring road and by `base`,
-    which leaves room for tracks or vias between coils and lanes.
+    `coils` is the extent of the coils' copper across the jaw. Between coils and lanes lie the ring road and the
+    distance `base`, which leaves room for tracks or vias.
     """
 
     width: float
@@ -206,9 +209,10 @@ class Bus:
 
 @record
 class Lane:
-    """Lane of a coil.
+    """Path of one coil's pair of leads past the other coils and into the tail.
 
-    `side` is +1 above, -1 below and 0 ahead; `index` counts outwards; `rank` counts from the top in the tail.
+    `side` is +1 above, -1 below and 0 ahead of the coils. `index` counts lanes outwards from the coils. `rank` counts
+    pairs from the top in the tail.
     """
 
     placement: CoilPlacement
@@ -294,7 +298,7 @@ def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:
     """Return the distance (m) from the axis to a track of a lane.
 
-    `index` counts outwards; `track` 1 is the outer track of a flat pair.
+    `index` counts lanes outwards. If the pairs lie side by side, `track` is 0 for the inner and 1 for the outer track.
     """
     tracks = index if bus.is_stacked else 2 * index + track
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch

@@ -97,9 +97,9 @@ class Contour:
 
 @record
 class Nest:
-    """Layout of copies on a sheet: `columns` by `rows` for `count` copies.
+    """Arrangement of copies on a sheet: `columns` by `rows` places for `count` copies.
 
-    It also has the sheet's number, and the number of times that the sheet is cut.
+    `number` is the number of the sheet, from 1. `times` is how often the sheet is cut.
     """
 
     count: int = 1
@@ -148,9 +148,9 @@ class LaserSheet:
 class CutPart:
     """A part that is cut from a sheet.
 
-    Fields are its name, material, shape, nominal size [x, y], thickness and kerf (m). They also are its place over or
-    under the coils, a note on the place, and the number per sensor. `boxes` lists the rectangles of a part that is one
-    piece of several rectangles. Its size is then their overall size.
+    `part` is its name, `size` its nominal size [x, y] (m), and `place` its place over or under the coils. `words` is a
+    note on the place, and `count` the number per sensor. Thickness and kerf are in m. `boxes` are the rectangles of a
+    part that is one piece of several rectangles. Its `size` is then their overall size.
     """
 
     part: str

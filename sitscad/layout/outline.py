@@ -38,10 +38,10 @@ CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points 
 
 @record
 class Root:
-    """Joint of one side of the tail and the body.
+    """Rounded inner corner between one side of the tail and the body.
 
-    Fields are the centre of the rounding, its contact point with the body's edge, the index of the touched segment, and
-    the contact point with the tail's edge.
+    `centre` is the centre of the rounding. `on_body` is its contact point with the body's edge, on segment number
+    `piece` of this edge. `on_tail` is its contact point with the tail's edge.
     """
 
     centre: Point
@@ -52,10 +52,10 @@ class Root:
 
 @lru_cache(maxsize=64)
 def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None:
-    """Return one side (+1 above, -1 below) of the root of a tail with its axis at y = 0.
+    """Return the rounded corner between the body and one side (+1 above, -1 below) of a tail with its axis at y = 0.
 
-    A ball of a radius (m) rolls along the tail's edge until it touches the body's edge. It rounds the inner corner.
-    None if the tail's edge passes the body.
+    A circle of a radius (m) moves along the tail's edge until it touches the body's edge. None if the tail's edge does
+    not meet the body.
     """
     height = side * (half_width + radius)
     touching = [(x, k, foot) for k, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
@@ -66,9 +66,9 @@ def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None
 
 
 def _contacts(segment: Segment, height: float, radius: float) -> Iterator[tuple[float, Point]]:
-    """Yield x (m) of the centre of each ball that touches a segment, and the contact point (m).
+    """Yield x (m) of the centre of each circle that touches a segment, and the contact point (m).
 
-    The balls have the given radius, and their centres lie at the given height.
+    The circles have the given radius, and their centres lie at y = `height` (m).
     """
     start = segment.start
     for x in _abscissae(start, height, radius):
@@ -98,7 +98,7 @@ def _abscissae(centre: Point, height: float, reach: float) -> tuple[float, ...]:
 
 
 def roots(edge: Path, tail: TailFrame) -> tuple[Root, Root] | None:
-    """Return the lower and the upper side of a tail's root. None if the tail is wider than the body."""
+    """Return the lower and the upper corner between tail and body. None if the tail is wider than the body."""
     lower, upper = (root(edge, side, tail.half_width, tail.inner_radius) for side in (-1, 1))
     return None if lower is None or upper is None else (lower, upper)
 
@@ -146,10 +146,10 @@ def _along(segment: Segment, point: Point) -> float:
 
 
 def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
-    """Return the body's given edge as tracks on all layers. Empty if the spec gives no outline.
+    """Return the body's edge in the spec as tracks on all layers. Empty if the spec gives no outline.
 
-    Tracks that keep the track spacing from these walls keep the fabricator's distance from the edge. The walls' width
-    is negative if the edge distance is smaller than the spacing.
+    The tracks are obstacles: a lead that keeps the track spacing from them keeps the fabricator's distance from the
+    edge. Their width is negative if the edge distance is smaller than the spacing.
     """
     edge = artwork.body_outline
     if edge is None:
@@ -160,9 +160,9 @@ def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
 
 
 def lack(artwork: ArtworkSpec, tail: TailFrame) -> Shortfall | None:
-    """Return the largest known shortfall of a body with a given outline, before leads are laid out.
+    """Return the largest known shortfall of a body with an outline in the spec, before leads are laid out.
 
-    Candidates are the tail's root and the outermost coil with the fabricator's distance from the edge.
+    Candidates are the joint of tail and body, and the outermost coil with the fabricator's distance from the edge.
     """
     edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
@@ -260,11 +260,11 @@ def _centred_range(middle: float, low: float, high: float, room: float) -> tuple
 
 
 def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
-    """Return the body for coils and leads that begin at `first` (m) and need the extent `needed` across.
+    """Return the body for coils and leads that begin at x = `first` (m) and need the extent `needed` across.
 
-    It is as wide as a wider tail in three cases. The inner corner between them does not fit beside the far corner. The
-    body reaches beyond the place at which leads part to such a tail. Or only one of its sides is narrower than the
-    tail.
+    If the tail is wider than these, the body is as wide as the tail in three cases. First, the inner corner between
+    tail and body does not fit beside the far corner. Second, the body reaches beyond the place at which leads part to
+    the tail. Third, only one side of the body is narrower than the tail.
     """
     across = body_breadth(artwork, needed)
     low, high = across.low, across.high

@@ -26,7 +26,7 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
 BRIDGE_RUN = 25e-3
-"""Length (m) of outline per bridge, at most.
+"""Largest length (m) of outline per bridge: a longer outline has more bridges.
 
 At least three bridges are added to those at the tail's end, if there is room.
 """
@@ -43,7 +43,7 @@ NARROWER, NARROWEST = 0.1e-3, 0.2e-3
 FREE_OF_BRIDGES = 1.0e-3  # Distance (m) of bridges from contacts and from the bend zone
 
 BESIDE_CONTACTS = 0.25e-3
-"""Distance (m) of a bridge at the tail's end from the contacts: its remnant on the edge is not plugged in."""
+"""Smallest distance (m) of a bridge at the tail's end from the contacts: its remnant must not be plugged in."""
 
 _STEP, _FINE_STEP = 0.25e-3, 0.05e-3
 _ON_EDGE = 1e-9
@@ -51,7 +51,7 @@ _ON_EDGE = 1e-9
 
 @record
 class Bridge:
-    """A gap in the cut round a part: a segment of its outline, and the uncut range (m) of the segment's length."""
+    """A gap in the cut round a part: number of the outline's segment, and the uncut range (m) along this segment."""
 
     segment: int
     begin: float
@@ -79,7 +79,7 @@ def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
 
 
 def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, Point], ...]:
-    """Return the end of the cut before each bridge and its start behind the bridge, in the outline's sense."""
+    """Return, for each bridge, the end of the cut before it and the start of the cut after it, along the outline."""
     pieces = ((_piece(outline.segments[stop.segment], stop.begin, stop.end)[0]) for stop in stops)
     return tuple((piece.start, piece.end) for piece in pieces)
 
@@ -174,7 +174,7 @@ def _is_at_end(plate: Box | None, bend_zone: tuple[float, float] | None, pads: t
 
 
 def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
-    """Return the part of a segment between two lengths (m) along it. Empty if they are equal."""
+    """Return the part of a segment between two distances (m) from its start. Empty if the distances are equal."""
     if end - begin < 1e-9:
         return []
     a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))

@@ -30,15 +30,16 @@ RADII, ANGLES = 7, 48  # Rings of places about the centre
 ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
 
 MOST = 160
-"""Largest number of candidates of a join that are compared with other joins: the shortest stubs, then an even
-selection.
+"""Largest number of candidates of a join that are compared with candidates of other joins.
+
+They are the candidates with the shortest stubs, and an even selection of the others.
 """
 
 TRIALS = 4_000  # Combinations after which the search gives up
 SAMPLE = 60e-6  # Distance (m) of the points that stand for a turn
 
 SHARPEST = math.cos(math.radians(82.0))
-"""Cosine of the least angle by which a straight stub turns away from its turn. Sharper corners hold etchant."""
+"""Cosine of the smallest permitted angle between a straight stub and its turn. Sharper corners hold etchant."""
 
 AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
 ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
@@ -46,7 +47,10 @@ ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
 
 @record
 class InnerJoin:
-    """A via inside the winding and its stubs: (copper layer, path from the winding's inner end to the via)."""
+    """A via inside the winding (`hole`) and its stubs.
+
+    Each stub is a copper layer and a path from the winding's inner end to the via.
+    """
 
     hole: ViaToPlace
     stubs: tuple[tuple[int, Path], ...]
@@ -59,7 +63,7 @@ class InnerJoin:
 
 @record
 class InnerEnd:
-    """Inner end of one layer: position, copper layer, and unit direction from it back along the turn."""
+    """Inner end of one layer: position, copper layer, and the unit vector `back` from the end along its turn."""
 
     point: Point
     layer: int
@@ -123,7 +127,7 @@ def place_inner_vias(
 
 @record
 class _Innermost:
-    """The innermost turn of a layer and a little more: the copper next to the centre, with points (n, 2) on it."""
+    """The innermost one and a quarter turns of a layer: inner end, segments, and points (n, 2; m) on these segments."""
 
     end: InnerEnd
     segments: tuple[Segment, ...]
@@ -191,9 +195,9 @@ def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
 
 
 class _StubRoom:
-    """Clearances of stubs to the turns, with points on each layer's innermost turn.
+    """Check of stubs against the turns, which are points (n, 2; m) on each layer's innermost turn.
 
-    Distances (m) of centre lines are `wanted`, and at least `asked` for a stub that returns to its own turn.
+    A stub's centre line must be `wanted` (m) or more from the turns. Near its own end, `asked` (m) suffices.
     """
 
     def __init__(self, points: dict[int, Array], spacing: float, least_spacing: float) -> None:
@@ -223,7 +227,7 @@ class _StubRoom:
         return None if which is None else polyline(next(islice(_stub_paths(end, place, self.wanted), which, None)))
 
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
-        """Whether a stub keeps the wanted distance away from its turn's end, and the least distance everywhere."""
+        """Whether a stub is `wanted` from the turns away from its end, and `asked` near its end."""
         turns, points = self.points[end.layer], _spread(corners)
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
         if off.any() and _nearer(turns[_near_points(turns, points[off], self.wanted)], points[off], self.wanted).any():
@@ -238,7 +242,10 @@ class _StubRoom:
 
 
 def _near_points(points: Array, centres: Array, reach: float) -> Index:
-    """Return the points in the bounding box of others, grown by a reach (m). Only these can be within the reach."""
+    """Return the indices of `points` in the bounding box of `centres`, grown by `reach` (m).
+
+    Only these points can be within the reach.
+    """
     if not len(centres):
         return np.empty(0, dtype=np.intp)
     (low_x, low_y), (high_x, high_y) = (centres.min(axis=0) - reach).tolist(), (centres.max(axis=0) + reach).tolist()
@@ -247,7 +254,7 @@ def _near_points(points: Array, centres: Array, reach: float) -> Index:
 
 
 def _nearer(first: Array, second: Array, distance: float) -> Flags:
-    """Return which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
+    """Return which pairs of points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
     across, up = (first[:, axis, None] - second[:, axis] for axis in (0, 1))
     across *= across
     up *= up
@@ -256,7 +263,7 @@ def _nearer(first: Array, second: Array, distance: float) -> Flags:
 
 
 def _stub_paths(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
-    """Yield paths from an inner end to a hole: straight, or round one corner."""
+    """Yield the corners of possible stubs from an inner end to a via: straight, or with one corner."""
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]
     if back <= SHARPEST * math.hypot(dx, dy):
@@ -367,12 +374,11 @@ def _choose(
 
 
 def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
-    """Search one candidate per join so that all are clear of each other.
+    """Return one candidate number per join so that all are clear of each other, and whether the search was exhaustive.
 
-    Also return whether the search was exhaustive.
-
-    `apart` maps two joins to sets. For each candidate of the first join, a set has the candidates of the second join
-    that keep clear.
+    None for the candidates if the search finds none. `sizes` are the numbers of candidates. `apart` maps two joins to a
+    list of sets, one set per candidate of the first join. Bit k of a set is 1 if candidate k of the second join is
+    clear of this candidate.
     """
     count, trials = len(sizes), 0
 
@@ -397,14 +403,14 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
 
 
 def _sets(table: Flags) -> list[int]:
-    """Return the rows of a table as sets of columns, one bit each."""
+    """Return the rows of a table as sets: bit k is column k."""
     return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
 
 
 def _all_apart(
     first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
 ) -> Flags:
-    """Return whether each candidate of one join is clear of each candidate of another (n, m)."""
+    """Return whether candidate i of one join is clear of candidate j of another, as an array (first, second)."""
     hole = first[0].hole
     holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
     distances = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
@@ -414,7 +420,7 @@ def _all_apart(
 
 
 def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
-    """Return whether the stubs of each join pass each hole at a distance of at least `keep` (m): (joins, holes)."""
+    """Return whether the stubs of each join are `keep` (m) or more from each hole's centre: (joins, holes)."""
     rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
     table = np.array(rows)
     start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]

@@ -111,8 +111,8 @@ class Plates:
     """The pieces on the board at their nominal sizes.
 
     `elastomers` are the soft pads on the board's top face, and `webs` the strips that join them. `targets` are the
-    conducting plates, on the pads or on the board. `joined` is the box round pads that webs join. None if there are no
-    webs.
+    conducting plates, on the pads or on the board. `joined` is the bounding box of all pads that are joined by webs.
+    None if there are no webs.
     """
 
     elastomers: tuple[Body, ...]
@@ -181,7 +181,7 @@ def _numbered(bodies: list[Body]) -> tuple[Body, ...]:
 
 
 def board_heights(stackup: Stackup) -> Heights:
-    """Return the heights of the board without stiffener."""
+    """Return the heights (m) of the board's lower and upper face, without stiffener."""
     return -stackup.thickness, 0.0
 
 
@@ -231,9 +231,10 @@ class Backing:
 
     @property
     def spans(self) -> list[Heights]:
-        """Heights that the seat on a jaw fills: from metal to shield, and from shield to the board's bottom.
+        """Height ranges (m) of the mount's printed pieces, from the bottom up. Empty if there is no mount.
 
-        Empty if there is no mount. Its pieces are printed. Their names are in `MOUNT_PIECES`, in this order.
+        With a shield, one piece reaches from the mount's lower face to the shield, and one from the shield to the
+        board. Without a shield, there is one piece. `MOUNT_PIECES` has their names in this order.
         """
         seat, shield = self.seat_heights, self.shield_heights
         if seat is None:
@@ -308,7 +309,7 @@ def backing_of(spec: SensorSpec) -> Backing:
 
 
 MOUNT_PIECES = ("mount", "mount-spacer")
-"""Printed pieces from the bottom up. Drawing, bill of materials and files use these names."""
+"""Names of the mount's printed pieces, from the bottom up. Drawing, bill of materials and files use these names."""
 
 
 def top_height(spec: SensorSpec) -> float:

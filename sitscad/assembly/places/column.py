@@ -74,9 +74,10 @@ class PrintLimit:
 
 @cache
 def print_limit(process: str, figure: str) -> PrintLimit:
-    """Return a process's limit: wall, free_wall, hole, clearance, pin, groove or escape.
+    """Return the smallest size (m) that a process can make for one kind of feature.
 
-    Raises KeyError if the table has no such row.
+    `figure` is wall, free_wall, hole, clearance, pin, groove or escape. Raises KeyError if the table has no row for
+    this process and feature.
     """
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
@@ -90,7 +91,7 @@ GLUE = "glue under the "
 
 @record
 class SizeTolerance:
-    """Half the tolerance band of a size (m; relative or an angle for some sizes), and the source of the value."""
+    """Half the tolerance band of a size, and the source of the value. The band is in m, relative, or an angle."""
 
     band: float
     source: str
@@ -103,7 +104,7 @@ class SizeTolerance:
 
 @record
 class Layer:
-    """A layer of the closed pair: name, thickness (m), and source of its tolerance."""
+    """A layer of the closed pair: name, thickness (m) with its deviations, and source of its tolerance."""
 
     part: str
     thickness: Toleranced
@@ -185,7 +186,7 @@ def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
 
 
 def levels(layers: tuple[Layer, ...]) -> Levels:
-    """Return the heights (m) of each layer's faces above the jaw's lowest point."""
+    """Return, by layer name, the heights (m) of the lower and the upper face above the lowest face of all layers."""
     heights: Levels = {}
     here = Toleranced(0.0)
     for layer in layers:
@@ -195,9 +196,10 @@ def levels(layers: tuple[Layer, ...]) -> Levels:
 
 
 def slack(layout: Layout) -> tuple[float, float]:
-    """Return the deviation (m) of a piece made to measure: sideways, and in height from its place without glue.
+    """Return two worst-case deviations (m) of a piece that is made to measure: sideways, and in height.
 
-    Relative to the closed pair's middle each layer counts half, on both sides of the piece.
+    Sideways: half of the mount's size tolerance plus the placement tolerance. In height: half of the sum of all glue
+    lines and of all layer tolerances, because the closed pair's middle is the reference.
     """
 
     def add_up() -> tuple[float, float]:
@@ -237,7 +239,8 @@ def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
     """Return tolerances of the distance and the thickness of `mount.metal_behind`. None if the spec has no such metal.
 
-    Without tolerances in the spec, a piece of the mount and a rolled sheet give them.
+    If the spec states no tolerances, the distance has the tolerance of the mount's process, and the thickness has the
+    tolerance of a rolled sheet.
     """
     if mount is None or mount.metal_behind is None:
         return None
@@ -304,7 +307,10 @@ def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
 
 
 def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
-    """Return the tolerance of a pad's size (m): `written` in the spec, otherwise from the table's row."""
+    """Return the tolerance of a pad's size: the spec's value, otherwise the usual value.
+
+    `written` is the key in ``assembly.tolerances``. `row` is the name in `usual_tolerances`.
+    """
     written_band = assembly.tolerance(written)
     return usual_tolerances()[row] if written_band is None else SizeTolerance(written_band, WRITTEN)
 
@@ -319,14 +325,20 @@ def usual_tolerances() -> dict[str, SizeTolerance]:
 
 
 def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
-    """Return the tolerance in the spec, otherwise the process's tolerance at a size (m)."""
+    """Return the tolerance in the spec, otherwise the tolerance of the process at a size (m).
+
+    `written` is the key in ``assembly.tolerances``. `part` and `process` select the rows of the table.
+    """
     written_band = assembly.tolerance(written)
     return SizeTolerance(written_band, WRITTEN) if written_band is not None else process_tolerance(part, process, size)
 
 
 @lru_cache(maxsize=256)
 def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
-    """Return the tolerance of a process for a part of a size (m). Raises KeyError if the table has no such row."""
+    """Return the tolerance of a process for a part of a size (m). Raises KeyError if the table has no such row.
+
+    The first row whose `up_to` is not below the size counts, otherwise the last row.
+    """
     fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
     for row in fitting:
         if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:

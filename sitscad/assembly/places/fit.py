@@ -64,8 +64,8 @@ CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "b
 class Corner:
     """A corner of a part in the section across the jaw.
 
-    Fields are its distance from the jaw's middle, its height above the closed pair's middle, and its rounding radius
-    about this point (m).
+    `y` (m) is its distance from the jaw's middle, `z` (m) its height above the closed pair's middle. `rounding` (m) is
+    the radius of the rounded edge about this point.
     """
 
     part: str
@@ -77,8 +77,8 @@ class Corner:
     def reach(self) -> tuple[float, float, float]:
         """Distance (m) of the corner from the closed pair's axis: nominal, by root-sum-square, and at worst.
 
-        The worst case is the farthest corner of the box of all tolerances. It is exact if no cause moves the corner
-        both ways. The root-sum-square uses the first derivatives of the distance by each cause at nominal.
+        The worst case combines the largest deviations of `y`, `z` and `rounding`. It is exact if each cause changes
+        only one of them. The root-sum-square uses the first derivatives of the distance by each cause at nominal.
         """
         y, z, rounding = self.y, self.z, self.rounding
         distance = math.hypot(y.nominal, z.nominal)
@@ -93,11 +93,12 @@ class Corner:
 
 @record
 class ClosedSection:
-    """Cross-section of the assembled closed pair.
+    """Cross-section of the assembled closed pair (m).
 
-    Fields are the height back to back (m), and the height (m) of the axis above the board's top face. They also are the
-    radius (m) of the smallest enclosing circle about the axis, and the part that determines the radius. The radius is
-    given nominally, by root-sum-square (`likely`) and at worst.
+    `height` is the height from back to back. `axis` is the height of the pair's axis above the board's top face.
+    `radius` is the nominal radius of the smallest circle about the axis that encloses the pair. `likely` is this radius
+    by root-sum-square, and `worst` with all tolerances at worst. `decided_by` names the part that touches the circle.
+    `port_radius` is the radius of the port.
     """
 
     height: float
@@ -174,10 +175,9 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 
 
 def square_back(layout: Layout) -> float | None:
-    """Return the worst-case radius (m) of a closed pair with backs as square as the written figures permit.
+    """Return the worst-case radius (m) of a closed pair whose jaw fills its width and height in the spec like a box.
 
-    The figures are width and height. None if no STEP file describes the back. Raises `PartsError` if the shield does
-    not fit.
+    None if no STEP file describes the back. Raises `PartsError` if the shield does not fit.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or jaw.step is None or pair is None:
@@ -188,7 +188,7 @@ def square_back(layout: Layout) -> float | None:
 
 
 def back_reach(layout: Layout, jaw: Jaw) -> float:
-    """Return the nominal largest distance (m) of the assumed jaw section from the closed pair's axis."""
+    """Return the nominal largest distance (m) between the closed pair's axis and the jaw's assumed section."""
     at = levels(column(layout))
     corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
@@ -214,7 +214,7 @@ def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, se
 
 
 def _length(length: float, assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
-    """Compare the body's length (m) with the jaw's."""
+    """Compare the length (m) of the board's body with the length of the jaw."""
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, jaw.length)
     parts = (
         Share("board along", length, outline.band, outline.source),
@@ -307,7 +307,7 @@ def _placed(assembly: Assembly, part: str) -> Toleranced:
 
 @record
 class Shaft:
-    """Bore of the tube and diameter of the hinge's pin (m), and the sources of the values."""
+    """Bore (m) of the tube behind the jaw, diameter (m) of the hinge's pin, and the sources of these values."""
 
     bore: float
     pin: float
@@ -315,7 +315,10 @@ class Shaft:
 
 
 def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
-    """Return shaft behind the spec's jaw: as in the spec, otherwise as usual for its port. None if there is no jaw."""
+    """Return the tube and the hinge's pin behind the spec's jaw. None if there is no jaw.
+
+    Values that the spec does not state come from the table of usual shafts for the jaw's port diameter.
+    """
     if jaw is None:
         return None
     table, port = rows("shafts"), jaw.port_diameter
@@ -328,9 +331,9 @@ def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
 
 
 def end_section(layout: Layout) -> tuple[float, float]:
-    """Return the width and largest thickness (m) of the tail behind the jaw.
+    """Return the width and the largest thickness (m) of the tail behind the jaw.
 
-    Zeros without such a tail, or without a jaw.
+    The width is 0 if no part of the board lies behind the jaw. Both are 0 if there is no jaw.
 
     The tail is thickest between its contacts and the stiffener's edge, where coverlay, copper and stiffener meet.
     """
@@ -354,10 +357,10 @@ def hinge_pivot(layout: Layout) -> Point | None:
 
 @record
 class PinGap:
-    """Gap of the tail at the hinge's pin.
+    """Gap between the tail and the hinge's pin.
 
-    Fields are the state, the distance (m) of the tail's nearest face from the pivot, and the pin's radius (m). They
-    also are the jaw's angle (rad) in this state, and the source of the pin's size.
+    `when` names the state of the jaws, and `angle` (rad) is their angle in this state. `away` (m) is the distance of
+    the tail's nearest face from the pivot. `pin` (m) is the pin's radius, and `source` the source of this value.
     """
 
     when: str

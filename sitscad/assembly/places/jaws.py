@@ -14,7 +14,7 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, half_chord
 
 FILM_ROUNDING = 0.8
-"""Rounding of the film's outer edges as a fraction of its thickness.
+"""Radius of the film's rounded outer edges, divided by the film's thickness.
 
 Below 1, the film keeps its thickness everywhere.
 """

@@ -43,13 +43,13 @@ MOMENT: Names = ("moment_x", "moment_y")
 LOAD: Names = (*FORCE, *MOMENT)
 
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
-"""Rotation of a loaded target, with text: a flat face keeps it level, or it tilts freely."""
+"""Rotation settings of a loaded target, with their texts: a flat face keeps it level, or it tilts freely."""
 
 USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
 
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
         **dict.fromkeys(MOMENT, 1e-3)}
-"""Units of numbers without a unit: millimetres, degrees, newtons, newton millimetres."""
+"""SI values of the units for numbers without a unit, by quantity: millimetre, degree, newton, newton millimetre."""
 
 IN_HEADERS = {
     "m": ("length", 1.0),
@@ -62,10 +62,10 @@ IN_HEADERS = {
     "Nm": ("moment", 1.0),
     "Nmm": ("moment", 1e-3),
 }
-"""Units after an underscore in a column name of a CSV file."""
+"""Units that may follow an underscore in a column name of a CSV file, each with its dimension and SI value."""
 
 READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
-"""Endings of columns with measured readings, as in the plan of `calibrate` (``C1_counts``).
+"""Endings of the names of columns that hold measured readings, as in the plan of `calibrate` (``C1_counts``).
 
 These columns are skipped.
 """
@@ -87,8 +87,9 @@ class MotionError(ValueError):
 class Motions:
     """The requested motions.
 
-    Fields are poses (n, 6; m, rad), loads (k, 3; N; or k, 5 with moments, N m) with a flag per load if rotation is
-    held, and names of load cases in the spec. `passed_over` describes the skipped reading columns of each file.
+    `poses` (n, 6) has displacements (m) and rotations (rad). `loads` (k, 3) has forces (N), or (k, 5) forces and
+    moments (N m). `held` is True for each load with a target that is kept level. `cases` are names of load cases in the
+    spec. `passed_over` describes the skipped reading columns of each file.
     """
 
     poses: Array
@@ -167,7 +168,7 @@ def read_motions(
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
-    """Return the values of "name=value, ..." by name, and for loads whether rotation is held."""
+    """Return the values of "name=value, ..." by name, and whether a loaded target is kept level."""
     values: dict[str, float] = {}
     rotation = USUAL_ROTATION
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -200,7 +201,7 @@ def motion_number(name: str, text: str) -> float:
 
 
 def _scanned(text: str) -> tuple[Array, Names, bool]:
-    """Return the points of a scan (n, names), their names, and whether rotation is held."""
+    """Return the points of a scan (n, names), their names, and whether the target is kept level."""
     first = text.split(",")[0].partition("=")[0].strip()
     names = LOAD if first in LOAD or first == "rotation" else POSE
     ranges: dict[str, Array] = {}
@@ -235,7 +236,10 @@ def _range(name: str, text: str) -> Array:
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
-    """Return a CSV file's rows (n, names), whether each is held, and the skipped columns. MotionError gives the row."""
+    """Return a CSV file's values (rows, names), whether each row's target is kept level, and the skipped columns.
+
+    Raises MotionError with the row.
+    """
     try:
         text = table_text(name, LARGEST)
     except TableError as error:
@@ -272,7 +276,7 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
 def _cells(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
-    """Return one row of a file: its values, and whether rotation is held."""
+    """Return the values of one row of a file, and whether the target is kept level."""
     values, is_level = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():
         text = cells[k].strip()

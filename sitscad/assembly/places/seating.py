@@ -29,7 +29,7 @@ TIGHT = 0.15e-3
 STOP = 0.5e-3  # Thickness of a ledge (m), if the process can make it
 
 LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
-"""Largest length (m) of the tongue under the tail behind the body, and the smallest useful length (m)."""
+"""Largest length (m) and smallest useful length (m) of the tongue under the tail behind the body."""
 
 SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs are taken as chords
 
@@ -38,8 +38,9 @@ SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs
 class Relief:
     """The tongue under the tail that keeps a pull away from the body (all in m).
 
-    Fields are its range along the jaw, its sides, the tail's sides, the height of the tail's lower face, and the start
-    of cheeks beside the tail. The last is None if there is no room for cheeks.
+    `along` is its range along the jaw, and `across` its range across the jaw. `tail` is the range of the tail across
+    the jaw. `top` is the height of the tail's lower face. `cheeks` is the start of the walls beside the tail. None if
+    there is no room for them.
     """
 
     along: tuple[float, float]
@@ -157,7 +158,10 @@ def neck(joint: Retention) -> float:
 
 
 def tongue_across(joint: Retention, room: float) -> tuple[float, float, float]:
-    """Return half widths (m) of a dovetail at bottom and mount, and its depth, all grown by a clearance (m)."""
+    """Return the half widths of a dovetail's tongue at its bottom and at the mount, and its depth (m).
+
+    All surfaces are moved outwards by the clearance `room` (m).
+    """
     flank = room / math.sin(joint.angle)
     bottom = joint.width / 2 + room / math.tan(joint.angle) + flank
     return bottom, neck(joint) / 2 + flank, joint.depth + room
@@ -205,11 +209,17 @@ class Screw:
 
 
 CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
-"""M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
+"""M2 screw: hole by ISO 273 (medium), head by ISO 4762.
+
+The nut's pocket is 0.2 mm larger than a nut by ISO 4032 (4 mm across flats, 1.6 mm high).
+"""
 
 
 def plate_plan(layout: Layout, film: float) -> Box:
-    """Return the plate's rectangle (m): its load with the tail beside the screws, a border, and its own holes."""
+    """Return the plate's rectangle (m) from above.
+
+    It surrounds the board, the tail beside it, the pieces with their film, and the screws, each with a border.
+    """
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
     y0, y1 = min(y0, *near), max(y1, *near)
@@ -352,14 +362,20 @@ def is_near_metal(coil: CoilSpec, placements: tuple[CoilPlacement, ...], holes: 
 
 
 def beside_board(boxes: Sequence[Box], hole: Hole) -> float:
-    """Return the distance (m) of a hole's middle from the boxes of board, tail and plates, from above."""
+    """Return the distance (m) from above between a hole's middle and the nearest box of board, tail and plates.
+
+    0 if the middle lies inside a box.
+    """
     x, y = hole.at
     return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3]))
                for b in boxes if b[2] > b[0])
 
 
 def _placed(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
-    """Return a pattern's holes in their positions about the middle of the board's body, the first of `boxes`."""
+    """Return a pattern's holes about the middle of the board's body, which is the first of `boxes`.
+
+    For a grid, they are four holes of the grid beside the boxes.
+    """
     body = boxes[0]
     middle = axis(body)
     if pattern.grid is None:
@@ -376,7 +392,7 @@ def _placed(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
 
 
 def board_boxes(layout: Layout) -> list[Box]:
-    """Return the boxes of the body, the tail beside it, and the pieces on the board, from above."""
+    """Return the boxes (m) from above of the body, the next 30 mm of the tail, and the pieces on the board."""
     near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
     tail = layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
     return [layout.body, tail, *(plate.footprint.box for plate in plates_of(layout.spec).all)]

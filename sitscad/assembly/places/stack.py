@@ -130,18 +130,21 @@ def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
 BODY = "board's body"  # What is pressed on where nothing lies on the board
 
 MOST_OF_IT = 0.9
-"""Supported fraction of the pressed area from which only a strip at the edges lacks support. It hardly bends."""
+"""Smallest sufficient support: supported area under the pressed piece, divided by the whole area under this piece.
+
+The rest is then only a strip at the edges, which hardly bends.
+"""
 
 HALF_OF_IT = 0.5
-"""Supported fraction of the pressed area below which the board cannot even be glued flat."""
+"""Smallest support, as a fraction of the area, with which the board can be glued flat."""
 
 
 @record
 class Support:
     """Support of the pressed piece (elastomer, target or the board's body).
 
-    Fields are its name, its area above the board's body, the supported part of this area, and the same two areas for
-    the whole body (all m2).
+    `name` is the piece, `pressed` (m2) its area above the board's body, and `carried` (m2) the supported part of this
+    area. `body` and `body_carried` (m2) are the area of the whole body and the supported part of this area.
     """
 
     name: str
@@ -157,9 +160,10 @@ class Support:
 
 
 def pressed_on(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Path]:
-    """Return the lowest piece on the board and its closed outline above the body, whose box is `box`.
+    """Return the name of the lowest piece on the board, and its closed outline above the body, whose box is `box`.
 
-    Its force goes through the board into the support. It is the body itself if nothing lies on the board.
+    The force on this piece goes through the board into the support. Name and outline of the body if nothing lies on the
+    board.
     """
     for plate in plates.all:
         above = within_box(plate.outline(), box)
@@ -183,13 +187,16 @@ def support(layout: Layout) -> Support | None:
 
 
 def width_under(layout: Layout) -> float | None:
-    """Return the width (m) of the support at the board's lower face. None as for `support`, or without any support."""
+    """Return the width (m) of the support at the board's lower face.
+
+    None if `support` returns None, or if there is no support.
+    """
     carriers = _carriers(layout)
     return None if carriers is None or carriers[0] is None else carriers[0][3] - carriers[0][1]
 
 
 def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> float:
-    """Return the area (m2) of a convex closed path over a carrier's box, less the area over a window in the box."""
+    """Return the area (m2) of a convex closed path that lies over the box of the carrier, but not over its window."""
 
     def within(box: Box | None) -> float:
         overlap = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None

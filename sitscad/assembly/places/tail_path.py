@@ -25,7 +25,7 @@ LEFT = 0.4  # Share of the plastic under the tail that is left upright below a r
 
 @record
 class Lip:
-    """An edge over which the tail leaves its support: its range (m), radius (m) and angle (rad)."""
+    """A rounded edge over which the tail leaves its support: x range (m), radius (m) and angle `turn` (rad)."""
 
     start: float
     end: float
@@ -35,7 +35,7 @@ class Lip:
 
 @record
 class BentStretch:
-    """A part of the tail's middle line: its length (m) and its upward turn (rad) over this length."""
+    """A part of the tail's middle line: its length (m), and the angle (rad) by which it turns upwards."""
 
     length: float
     turn: float = 0.0
@@ -197,9 +197,9 @@ def lip(layout: Layout) -> Lip | None:
 
 
 def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
-    """Return an edge at a place along the tail (m), rounded by the tail's bend radius through an angle (rad).
+    """Return the edge that ends at x = `end` (m), rounded by the tail's bend radius through the angle `turn` (rad).
 
-    A small depth (m) limits the rounding. The radius is small if no bend radius is known.
+    The rounding is no deeper than `depth` (m). Its radius is `EDGE_ROUNDING` or less if no bend radius is known.
     """
     radius = bend_radius(fpc)
     if radius is None:
@@ -232,7 +232,7 @@ def rod_clear(layout: Layout) -> float:
 
 
 ROD = 0.05e-3
-"""Largest excess (m) of a rod's radius over the bend radius: rods come in steps of 0.1 mm."""
+"""Largest excess (m) of the radius of the rod for bending over the bend radius: rods come in steps of 0.1 mm."""
 
 
 def _why_straight(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -> str:

@@ -65,10 +65,10 @@ class Shown:
 
 @record(eq=False)
 class Clash:
-    """A clash: a text, the bodies to draw, and the excess as text with figures.
+    """A clash: `words` name it, `bodies` are drawn, and `figure` states the excess as text.
 
-    The bodies are cut open along a plane with the `normal`. If the port is too narrow, the clash has its circle (x, y,
-    z of the centre and the radius in mm).
+    The bodies are cut open along a plane with the `normal`. If the port is too narrow, `port` is its circle (x, y, z of
+    the centre and the radius in mm).
     """
 
     words: str
@@ -89,7 +89,7 @@ class MeshedPiece:
 
 
 def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
-    """Return the faults that `sitscad.assembly.solids.proof` has found, the largest of each kind and pair first.
+    """Return pictures of a proof's faults, at most `MOST`: the first fault of each kind and pair of pieces.
 
     Empty if the sensor fits.
     """
@@ -175,7 +175,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
 
 
 def _figure(fault: Measured, shared: Any) -> str:
-    """Return a text with the amount by which a fault misses its limit."""
+    """Return the volume that both pieces of a fault share, or the gap between them, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
         return f"{volume}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
@@ -278,11 +278,11 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]
 
 
 LEAST_SHARED = 1e-11
-"""Volume (m3) shared with the rod that is only a rounding error of the meshes: 0.01 mm3."""
+"""Largest volume (m3) that mount and rod may share: up to 0.01 mm3 is a rounding error of the meshes."""
 
 
 def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:
-    """Compare the area (m2) above the carriers with the fraction that needs support."""
+    """Compare the supported area (m2) of a piece with its required value: the piece's area times `share`."""
     points = path.flattened(1e-6)[:-1]
     region = require("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))

@@ -29,22 +29,26 @@ from sitscad.spec.mount import Jaw, Mount
 TIP_STEP = 0.5e-3  # Step (m) of the opposing jaw's tip between two tested positions
 SEARCH = 2.0  # Largest gap (mm) that is measured: larger gaps are reported with this value
 SLIVER = 1e-12
-"""Largest volume (m3) of an overlap of two chord meshes of a touching round face: 10 um by 0.3 mm by 0.3 mm."""
+"""Largest volume (m3) that two meshes may share without an interference: 10 um by 0.3 mm by 0.3 mm.
+
+Meshes of touching round faces overlap by this volume, because they consist of chords.
+"""
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
 SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # Kinds of measurements
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
-"""Pieces whose gaps are reported together. All others appear under their own names."""
+"""Group of each role whose pieces are reported together in the table of gaps. Other pieces have their own names."""
 
 
 @record
 class Measured:
     """A measurement on the solids.
 
-    Fields are its kind (see above), the pieces, the value and its limit (m, or m3 of shared volume), and whether it is
-    kept. `where` is the decisive place (m), and `when` the angle, load or place as text. `angle` (rad) is the opening
-    of the jaws. `key` is the key of the spec that contradicts the measurement, empty if the kind alone decides.
+    `what` is its kind (see above), `first` and `second` are the pieces. `value` is compared with `limit`, both in
+    `unit` (m; m3 of shared volume). `is_kept` is True if the limit is met. `where` (m) is the decisive place, and
+    `when` the angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec that
+    contradicts the measurement. Empty if the kind determines the key.
     """
 
     what: str
@@ -64,9 +68,10 @@ class Measured:
 class Proof:
     """Measurements of the closed pair as it is glued.
 
-    Fields are the radius (m) of its enclosing circle about the axis, by meshes and by the plane fit, the port's radius,
-    and all measurements. They also are the smallest gap (m) of each pair of pieces or groups, and the opening (rad) of
-    the jaws, None if the hinge is not known.
+    `radius` (m) is the radius of the circle about the axis that encloses the meshes. `plane_radius` (m) is this radius
+    by `sitscad.assembly.places.fit`, and `port_radius` (m) the port's radius. `measured` are all measurements.
+    `clearances` are the smallest gaps (m) of all pairs of groups. `opened` (rad) is the opening of the jaws. None if
+    the hinge is not known.
     """
 
     radius: float
@@ -121,11 +126,10 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
 
 
 def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
-    """Return all pairs of pieces that share a volume.
+    """Return the pairs of pieces that share a volume.
 
-    For the board's films, only the film with the largest shared volume.
-
-    If there are none, a single measurement states this.
+    For each pair of groups (`GROUPS`), only the two pieces with the largest shared volume are returned. If no pieces
+    share a volume, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
     worst: dict[tuple[str, str], Measured] = {}
@@ -260,7 +264,7 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 @record
 class PadLoad:
-    """The pad under a required load: load text, pose of the target, and bulge of the pad's sides (m)."""
+    """The pad under a required load: name of the load, pose of the target, and bulge of the pad's sides (m)."""
 
     name: str
     pose: Pose
@@ -308,7 +312,7 @@ def bulged(body: Any, load: PadLoad) -> Any:
 
 
 COARSE = (0.05, 0.5)
-"""Chord (mm) and angle (rad) of the triangles for wall measurements: walls are flat, or nearly."""
+"""Chord (mm) and angle (rad) of the triangles for wall measurements: walls are flat, or nearly flat."""
 
 FACING = 0.9  # Cosine between two faces from which on they are the two sides of one wall
 SUPPORTED = math.cos(math.radians(45.0))  # Faces that look down more steeply than this want support: 45 degrees
@@ -322,7 +326,11 @@ BEDS: dict[str, tuple[int, float]] = {
 
 @record
 class Unprintable:
-    """A feature that the process cannot make: its name, its size and the limit (m; m3 of hollows)."""
+    """A feature that the process cannot make.
+
+    `what` is its name. `measured` and `limit` are its size and the limit (m; m3 of hollows). `fix` is the change that
+    helps.
+    """
 
     what: str
     measured: float

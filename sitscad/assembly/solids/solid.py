@@ -310,7 +310,7 @@ class Clearance:
 
 
 TOUCHING = 1e-15
-"""Largest shared volume (m3) of solids that only touch."""
+"""Largest volume (m3) that two solids may share and still only touch."""
 
 
 def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid, Any, float]]:

@@ -40,34 +40,37 @@ Both values are rounded to 10 um or finer. The jaw changes the coils' inductance
 metal is 0.2 mm behind the coils.
 """
 SIZE_TOLERANCE = 0.1e-3
-"""Largest difference (m) between a size in the STEP file and in the spec, for small sizes.
+"""Largest permitted difference (m) between a size in the STEP file and in the spec, for small sizes.
 
-It and `SIZE_SHARE` are about the general tolerances of drawings (ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30
-mm; from memory, unverified).
+For large sizes, `SIZE_SHARE` permits more. Both are about the general tolerances of drawings (ISO 2768-1, medium: 0.1
+mm up to 6 mm, 0.2 mm up to 30 mm; from memory, unverified).
 """
 
 SIZE_SHARE = 0.02
-"""Largest difference between a size in the STEP file and in the spec, as a fraction of the size, for large sizes."""
+"""Largest permitted difference between a size in the STEP file and in the spec, divided by the size in the spec."""
 LEAST_OF_SIZE = 2 / 3
-"""Smallest size of a slice, as a fraction of the written size.
+"""Smallest permitted width or height of a slice, divided by the size in the spec.
 
-Jaws taper to their tip. The widest slice has the written size.
+Jaws taper to their tip. The widest and the highest slice must have the sizes in the spec.
 """
 LEAST_OF_FACE = 0.75
-"""Smallest width of a face, as a fraction of the written width: its edges are chamfered or round."""
+"""Smallest permitted width of the face in the STEP file, divided by the spec's width: edges are chamfered or round."""
 EDGE = 0.1e-3
 """Depth (m) below the face at which its width is measured."""
 TEETH = 0.5e-3
 """Depth (m) below the face down to which metal counts as face: the depth of teeth."""
 MOST_MISSING = 0.10
-"""Fraction of the metal under the coils that may be missing or in excess, compared with the jaw in the spec.
+"""Largest permitted area of missing and excess metal under the coils, divided by the area of the face there.
 
-The jaw removes up to half of a coil's inductance. A tenth of the metal changes the inductance by up to 5 %. Holes of
-pins and rivets are smaller.
+Missing and excess are relative to the jaw in the spec. The jaw removes up to half of a coil's inductance. A tenth of
+the metal changes the inductance by up to 5 %. Holes of pins and rivets are smaller.
 """
 
 FAR_TOO_MUCH = 0.25
-"""Fraction of the metal under the coils above which missing or excess metal is an error, not a warning."""
+"""Area of missing and excess metal under the coils, divided by the area of the face there, above which it is an error.
+
+Up to this fraction, it is a warning.
+"""
 
 
 def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
@@ -91,9 +94,11 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
 
 @record(eq=False)
 class PlacedJaw:
-    """The jaw's mesh (mm), the height of its written face (m), and the written figures, None if there are none.
+    """The mesh of a jaw's STEP file in its place, and the sizes of the jaw in the spec.
 
-    `coils` is the box (m) around all coils, `(x0, y0, x1, y1)`. `size` is the solid's size as text.
+    `body` is the mesh (mm). `face` is the height (m) of the face in the spec. `figures` are the sizes in the spec. None
+    if the spec has none. `middle` is x and y (m) of the jaw's middle. `coils` is the box (m) around all coils, `(x0,
+    y0, x1, y1)`. `size` is the solid's size as text.
     """
 
     body: Any
@@ -105,25 +110,28 @@ class PlacedJaw:
 
     @property
     def half_face(self) -> float:
-        """Half the width (m) of the search range for the written face: the pocket's, the face's or the coils'."""
+        """Half the width (m) of the strip in which the face is measured.
+
+        The strip is as wide as the coils, or as the face or the pocket in the spec if this is narrower.
+        """
         coils = (self.coils[3] - self.coils[1]) / 2
         if self.figures is None:
             return coils
         return min(coils, _face_width(self.figures) / 2)
 
     def tolerance(self, size: float) -> float:
-        """Return the largest permitted difference (m) from a written size."""
+        """Return the largest permitted difference (m) between a size in the STEP file and `size` in the spec."""
         return max(SIZE_TOLERANCE, SIZE_SHARE * size)
 
 
 def _face_width(figures: Jaw) -> float:
-    """Return the written width (m) of the face or of the pocket's floor."""
+    """Return the width (m) of the face, or of the pocket's floor, in the spec."""
     wide = section(figures).face
     return min(wide, figures.pocket[1]) if figures.pocket is not None and figures.recess else wide
 
 
 def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
-    """Measure the solid of a jaw's STEP file against the written figures. Empty if no file describes the jaw."""
+    """Compare the solid of a jaw's STEP file with the jaw's sizes in the spec. Empty if no file describes the jaw."""
     mount, seat = layout.spec.mount, backing_of(layout.spec).seat_heights
     figures = layout.spec.jaw
     is_filed = mount is not None and (mount.is_jaw_unmeasured or (figures is not None and figures.step is not None))
@@ -179,7 +187,7 @@ def _across(body: Any, y: float, half: float) -> Any:
 
 
 def _floor(body: Any, face: float, depth: float) -> Any:
-    """Return the part of a mesh (mm) within a depth (m) below the written face."""
+    """Return the part of a mesh (mm) from `depth` (m) below the face in the spec to `FACE_TOLERANCE` above the face."""
     return body.trim_by_plane((0.0, 0.0, 1.0), (face - depth) * MM).trim_by_plane(
         (0.0, 0.0, -1.0), -(face + FACE_TOLERANCE) * MM)
 
@@ -192,7 +200,7 @@ def _measured(
 
 
 def _face(jaw: PlacedJaw) -> Measured:
-    """Return the height (m) of the metal's face above the written face, in the slice with the largest deviation."""
+    """Compare the height (m) of the metal's face with the spec, in the slice with the largest deviation."""
     heights = []
     for place, x, part in _slices(jaw):
         cut = _across(part, jaw.middle[1], jaw.half_face)
@@ -206,7 +214,7 @@ def _face(jaw: PlacedJaw) -> Measured:
 
 
 def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
-    """Yield the widths, heights and rims (m) of the slices, each from the slice with the worst match."""
+    """Yield width, height, rim and sideways offset (m), each from the slice with the largest deviation."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
         return
@@ -249,10 +257,10 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
 
 
 def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
-    """Compare the largest distance (m) from the closed pair's axis of the file's jaw and of the assumed section.
+    """Compare two largest distances (m) from the closed pair's axis: of the file's jaw, and of the assumed jaw section.
 
-    `assumed` (m) is this distance for the assumed section. The fit
-    holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
+    `assumed` (m) is the distance for the assumed section. The file's jaw may reach farther by the height's tolerance if
+    it passes the port at worst. This check uses the assumed pair's tolerances.
     """
     axis_height = jaw.face + pair.height / 2 - figures.height
     reaches = []
@@ -270,7 +278,7 @@ def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> 
 
 
 def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measured]:
-    """Compare the ends of the file's face with the written length, and yield their shortfalls (m).
+    """Compare the ends of the face in the file with the jaw's length in the spec, and yield the missing lengths (m).
 
     A tip may be round, and a shank may follow behind the heel.
     """
@@ -286,7 +294,7 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
 
 
 def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measured]:
-    """Yield the area (m2) of metal under the coils from above, against the written face less its window."""
+    """Yield the area (m2) of metal under the coils from above, compared with the face in the spec less its window."""
     m3 = require("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:

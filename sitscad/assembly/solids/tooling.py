@@ -178,8 +178,9 @@ PEG = (8.0e-3, 15.0e-3)
 class JigFrame:
     """A frame of the jig as geometry.
 
-    Fields are the piece glued in it, the height (m) of its upper face over the board's top face, and the height of the
-    glued piece's upper face. They also are the cutouts: outlines with their lower and upper heights (m).
+    `kind` and `pieces` are the pieces glued in the frame. Heights are above the board's top face: `height` (m) of the
+    frame's upper face, `face` (m) of the glued piece's. `cuts` are the cutouts: outlines with their lower and upper
+    heights (m). `walls` are outlines of walls between wells that are too thin to be made.
     """
 
     kind: str
@@ -413,7 +414,7 @@ ROOF = 2.5e-3  # Plastic over the highest point of the skin (m)
 SKIN_VENT = (1.0e-3, 0.5e-3)  # Width and depth of the grooves that let air and silicone out (m)
 
 LEAST_OVER_TOLERANCE = 2.0
-"""Smallest thickness of a skin, in tolerances of the printed cup. A thinner skin would have holes."""
+"""Smallest thickness of a cast skin, divided by the printed cup's tolerance. A thinner skin would have holes."""
 
 
 def skin_mould(layout: Layout) -> Solid | None:

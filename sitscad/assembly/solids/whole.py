@@ -140,9 +140,9 @@ CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
 
 
 def copper_in_films(layout: Layout, drawn_rings: frozenset[str]) -> dict[str, float]:
-    """Return the copper (m3) in the films that fill copper layers, by their names.
+    """Return the copper (m3) in the films that fill copper layers, by film name.
 
-    `drawn_rings` rings are separate solids.
+    `drawn_rings` are the names of the coil rings that are separate solids. Their tracks do not count.
     """
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
@@ -192,8 +192,8 @@ BEYOND = 1e-3
 class FlatPart:
     """A part of a flat region on one stretch of the tail's path.
 
-    Fields are the start of the stretch, flat (x, m) and laid, and the faces of a straight part (build123d, in the plane
-    z = 0).
+    `first` is x (m) at the start of the stretch on the flat board, and `here` this point on the path. `faces` are the
+    faces of a straight part (build123d, in the plane z = 0). Empty for a bent part.
     """
 
     first: float
@@ -204,7 +204,10 @@ class FlatPart:
 
 @record(eq=False)
 class FlatPlan:
-    """A flat region cut into the stretches of the tail's path. Bent parts have the y range `width` (m)."""
+    """A flat region cut into the stretches of the tail's path.
+
+    `middle` (m) is the height of the middle line on the flat board. `width` is the y range (m) of the bent parts.
+    """
 
     parts: tuple[FlatPart, ...]
     middle: float
@@ -277,7 +280,7 @@ SAME_LEVEL = 1e-6  # mm
 
 
 SOFT_LINES = ("elastomer", "target")
-"""Kinds of pieces with the pad's glue under them. The others have the glue of hard faces."""
+"""Kinds of pieces that are glued with the pad's adhesive. Other pieces are glued with the adhesive of hard faces."""
 
 
 def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None = None) -> tuple[Solid, ...]:
@@ -464,10 +467,10 @@ CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
 class Weight:
     """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m).
 
-    Mass and density are None if no density is known.
+    Mass and density are None if no density is known. `source` is the source of the density.
 
     `share` is the fraction of the volume that is material: a coil's ring has tracks and gaps. `copper` (m3) is the
-    volume of copper leads and contacts in a film of another material. The mass includes it.
+    volume of copper leads and contacts in a film of another material. The mass includes this copper.
     """
 
     name: str

@@ -24,10 +24,10 @@ MOST_TRACKS = 20_000
 """Largest number of tracks in a net."""
 
 JOINED = 1e-6
-"""Distance (m) up to which track ends are the same point: files round to 1 um at most."""
+"""Largest distance (m) between track ends that are the same point: files round to 1 um or finer."""
 
 OVERLAP = 0.25
-"""Distance of two ends, in widths of the narrower track, up to which their copper joins them."""
+"""Largest distance between two track ends that count as joined, divided by the width of the narrower track."""
 
 
 @record
@@ -107,7 +107,7 @@ SAMPLED = 10e-6
 
 
 LEAST_BEND = 1.5 * math.pi
-"""Total bend (rad) of a run from which it is a part of the winding."""
+"""Smallest total bend (rad) of a run that counts as a part of the winding."""
 
 
 def _bent(path: Path) -> float:
@@ -118,7 +118,7 @@ def _bent(path: Path) -> float:
 
 
 def _bends(path: Path) -> Iterator[tuple[float, Point]]:
-    """Yield length (m) and centre of curvature of arcs, and of chords that turn gently like an arc."""
+    """Yield length (m) and centre of curvature of each arc, and of each chord that turns by less than `GENTLE`."""
     before: Segment | None = None
     for segment in path:
         if isinstance(segment, Arc):
@@ -134,7 +134,7 @@ def _bends(path: Path) -> Iterator[tuple[float, Point]]:
 
 
 GENTLE = math.radians(16.0)
-"""Largest angle (rad) between chords that stand for an arc."""
+"""Largest angle (rad) between successive chords that count as an arc."""
 
 
 def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
@@ -149,7 +149,10 @@ def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
 
 
 def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
-    """Return the distance within which a fraction of the length lies. `pieces` are sorted distances and lengths."""
+    """Return the distance within which the fraction `part` of the total length lies.
+
+    `pieces` are pairs (distance, length), sorted by distance.
+    """
     threshold, within = part * math.fsum(length for _, length in pieces), 0.0
     for distance, length in pieces:
         within += length
@@ -345,7 +348,7 @@ class _Graph:
         raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
 
     def prune(self, first: int, last: int) -> Iterator[str]:
-        """Remove dead ends. Yield a text for each."""
+        """Remove dead ends. Return a text for each with its length and its free end."""
         reached, stubs = self._reached(first), []
         for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
             self._remove(number)
@@ -388,7 +391,7 @@ class _Graph:
 
 
 CELL = 0.2e-3
-"""Side (m) of the grid squares for the search of track ends. For wider tracks `OVERLAP` is limited to it."""
+"""Side (m) of the grid squares in the search of track ends. It limits the distance by `OVERLAP`."""
 
 MOST_NAMED = 12
 """Largest number of pads that a message lists."""
@@ -412,7 +415,7 @@ def _nearest(line: Segment, point: Point) -> Point:
 
 
 def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], ends: tuple[str, str]) -> DrawnConductor:
-    """Return the chain as runs. Inside pads and vias a straight piece joins the ends of the tracks."""
+    """Return the conductor of a chain of tracks. In pads and vias, straight pieces join the ends of the tracks."""
     runs: list[tuple[str, list[Segment], list[float]]] = []
     vias = []
     for before, (a, _, track) in zip((None, *chain), chain, strict=False):
@@ -492,4 +495,4 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
 
 
 NEIGHBOURS = 2.0
-"""Distance along the conductor, in track widths, up to which pieces may touch as neighbours."""
+"""Largest distance along the conductor at which two pieces may touch, divided by their mean width or the pad's size."""

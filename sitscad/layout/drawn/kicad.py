@@ -21,7 +21,7 @@ from sitscad.layout.drawn.copper import (
 )
 
 MOST_BYTES = 100_000_000
-"""Largest size of a file."""
+"""Largest permitted size of a file (bytes)."""
 
 TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|([()])|([^\s()"]+)')
 EXPRESSIONS = ("kicad_pcb", "footprint", "module")
@@ -29,7 +29,7 @@ COPPER = re.compile(r"(?:F|B|In\d+)\.Cu")
 COPPER_WILDCARDS = ("*.Cu", "F&B.Cu")
 
 Node = list[Any]
-"""An expression: its name, then texts and expressions."""
+"""An expression in brackets, as a list: its name, then texts and further expressions."""
 
 
 def read_kicad(path: str) -> DrawnCopper:

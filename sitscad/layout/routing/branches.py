@@ -47,13 +47,14 @@ FLATTENED = 1e-6  # Arcs become chords within this distance (m)
 Values = TypeVar("Values", float, Array)
 
 WEIGHT = 10.0
-"""Cost factor on the length of a closing arc.
+"""Cost of a closing arc, divided by its length.
 
-It changes the inductance by several per cent per quarter turn. A pair that runs round together only adds resistance.
+The arc changes the inductance by several per cent per quarter turn. A pair that runs round together only adds
+resistance.
 """
 
 RUNNING_ON = 0.9
-"""Cost factor on arcs that continue the winding's sense.
+"""Cost of an arc that continues the winding's sense, divided by the cost of an equal arc in the other sense.
 
 Such an arc adds inductance. The opposite arc removes inductance at the same resistance. Of two half turns the former is
 therefore chosen.
@@ -61,9 +62,9 @@ therefore chosen.
 
 
 def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
-    """Return the turns of a circuit's closing arc, for leads that go round a coil by these angles (rad).
+    """Return the turns of a circuit's closing arc, positive in the winding's sense.
 
-    They are positive in the winding's sense.
+    `sweep_a` and `sweep_b` (rad) are the angles by which the two leads go round the coil.
     """
     sense = -1.0 if coil.clockwise else 1.0
     return sense * (sweep_b - sweep_a) / TWO_PI
@@ -75,12 +76,12 @@ def closing_cost(turns: Values, radius: float) -> Array:
 
 
 def counted(turns: Values) -> Array:
-    """Return the turns that closing arcs count for: fewer than their turns if they continue the winding's sense."""
+    """Return the turns of closing arcs as they count for the cost: fewer if the arc continues the winding's sense."""
     return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
 
 def least_closing(coil: CoilSpec) -> float:
-    """Return the cheapest possible closing arc (turns) of a coil's leads, regardless of room."""
+    """Return the closing arc (turns, with sign) of least cost for a coil's leads, regardless of room."""
     if len(coil.layers) % 2:
         return 0.0
     beyond = math.fsum(coil.layer_turns) % 1.0
@@ -118,7 +119,11 @@ VIA_PLACES = 32  # Directions round a coil in which vias may stand
 
 @record
 class OuterEnd:
-    """The outer end of a layer, or the last inner via of a coil with an odd number of layers."""
+    """An end of the winding from which a track leads outwards: position and copper layer.
+
+    It is the outer end of a layer. If the coil has an odd number of layers, the last end is an inner via
+    (`from_inside`).
+    """
 
     point: Point
     layer: int
@@ -127,7 +132,7 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """Inputs of one coil's search: artwork, bus, and the extent across the tail that is open to vias."""
+    """Inputs of one coil's search: artwork, bus, placement, and the extent across the tail that is open to vias."""
 
     artwork: ArtworkSpec
     bus: Bus
@@ -254,7 +259,7 @@ def square_fold(first: Line, short: Line, second: Line) -> tuple[Line, Line, Lin
 
 
 ACUTE = math.cos(math.radians(60.0)) + 1e-9
-"""Cosine of the smallest angle between two legs of a track: an etchant erodes a sharper corner."""
+"""Cosine of the smallest permitted angle between two legs of a track: an etchant erodes a sharper corner."""
 
 
 def _along(line: Line, point: Point) -> tuple[float, float]:
@@ -370,17 +375,18 @@ class Branch:
 
 
 ROWS_AT_ONCE = 16
-"""Number of branches that are compared with another connection at once, the cheapest first."""
+"""Number of branches, cheapest first, that are compared at once with all branches of another connection."""
 
 
 @record(eq=False)
 class BranchTable:
     """Branches of one connection as arrays, one row per branch, the cheapest first.
 
-    `cost` (n; m) is the cost, and `round` (n; rad) the angle round the coil. Legs (n, 2) have the copper layer (-1 if
-    there is no such leg), and start and length (rad) of their range on the ring. Vias (n) have a centre (m; nan if
-    there is no via), angle (rad), and distance (m) from the ring road. `ways` holds the straight stretches beyond the
-    ring: starts and steps (w, 2) and the branch of each.
+    `cost` (n; m) is the cost, and `round` (n; rad) the angle round the coil. Arrays of the two legs are (n, 2): `layer`
+    is the copper layer (-1 if there is no such leg). `low` and `sweep` (rad) are start and length of the range on the
+    ring. For the vias (n), `centre` is the position (m; nan if there is no via), `angle` the angle (rad), and `beside`
+    the distance (m) from the ring road. Straight stretches beyond the ring have `starts` and `steps` (w, 2; m), and the
+    branch `owner` (w).
     """
 
     around: BranchGround
@@ -398,9 +404,9 @@ class BranchTable:
     owner: Index
 
     def beside_branch(self, other: BranchTable, row: int) -> int:
-        """Return the set of branches in this table that keep clear of one branch of another table.
+        """Return the set of branches in this table that are clear of branch `row` of another table.
 
-        The other table caches it.
+        Bit k of the set is branch k. The other table caches it.
         """
         sets = other._known.setdefault(id(self), (self, {}))[1]  # by identity, so this table is kept, too
         if row not in sets:
@@ -414,7 +420,7 @@ class BranchTable:
         return {}
 
     def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
-        """Return the sets of branches in this table that keep clear of each of several branches of another table."""
+        """Return, for each branch in `rows` of another table, the set of clear branches in this table."""
         around, some = self.around, slice(rows.start, rows.stop)
         layer, low, sweep = (table[some][:, None, None, :] for table in (other.layer, other.low, other.sweep))
         same = (self.layer[:, :, None] == layer) & (layer >= 0)
@@ -468,7 +474,7 @@ def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTabl
 
 
 def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:
-    """Return the gaps (rad) between ranges on a circle. 0 if they overlap."""
+    """Return the gaps (rad) between ranges on a circle, each given by start and length (rad). 0 if they overlap."""
     ahead = (other_low - low) % TWO_PI
     behind = np.where(ahead > 0.0, TWO_PI - ahead, 0.0) - other_sweep
     return np.asarray(np.maximum(0.0, np.minimum(ahead - sweep, behind)))

@@ -88,7 +88,7 @@ class SearchLimit:
 
     @contextmanager
     def at_most(self, most: int) -> Iterator[None]:
-        """Yield within a context in which searches may take at most `most` further trials."""
+        """Limit the searches within a context to at most `most` further trials."""
         reserve = max(0, self.left - most)
         self.left -= reserve
         yield
@@ -99,14 +99,17 @@ TRIALS = 2_000
 """Largest number of branch trials in the search of one coil. Successful searches took up to 1,100 (1,000 coils)."""
 
 QUICK = 100
-"""Number of trials per exit at first, if the first escape is taken: an exit without an escape spends them all."""
+"""Number of trials per exit if the first escape is taken. An exit without an escape spends them all."""
 
 PIECES = 48  # Number of pieces of the ring road that are marked open or closed to tracks
 PROVED = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
 SPARED = 0.04  # Excess (turns) of a closing arc that counts as none
 
 INSIDE = 0.1
-"""Largest deviation (turns) of an inside lead's exit, past inner vias, from the exit with no closing arc."""
+"""Largest closing arc (turns) that counts as no excess for a coil with an odd number of layers.
+
+The lead of such a coil begins inside, and may have to go round inner vias.
+"""
 
 COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """Angles (rad) from the other end at which a lead from inside may come out from under the turns.
@@ -120,10 +123,13 @@ NEAR = math.radians(60.0)
 STEP_BACK = 1e-3  # Step back on the ring (rad) for the ring's direction
 
 SHARPEST = math.cos(math.radians(40.0))
-"""Cosine of the sharpest angle at which a lead leaves the ring: the parts of a sharper lead would overlap."""
+"""Cosine of the smallest permitted angle between a lead and the ring: the parts of a sharper lead would overlap."""
 
 Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
-"""Joins of two ends, by the ends and the possible places of a via. Successive trial boards share them."""
+"""Cache of joins: the branches that join two ends, by the ends and the possible places of a via.
+
+Successive trial boards share it.
+"""
 
 
 @record

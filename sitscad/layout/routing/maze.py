@@ -31,9 +31,10 @@ _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 @record(eq=False)
 class Wave:
-    """Distances over a bordered lattice, row by row, and the predecessor of each node.
+    """Distances over a lattice with a border, row by row, and the predecessor of each node.
 
-    Distances are in steps, infinite for nodes that the wave did not reach.
+    `stride` is the number of nodes in a row. `reached` are distances in steps of the lattice, infinite for nodes that
+    the wave did not reach. `before` is the index of the predecessor, or -1.
     """
 
     stride: int
@@ -88,7 +89,7 @@ def spread(
 
 
 def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
-    """Return which of the eight steps are free from each node, the border included: one bit each."""
+    """Return the free steps of each node, the border included, as a set: bit k is step k of the eight."""
     n, m = free.shape
     step_bits = np.zeros((n + 2, m + 2), dtype=np.intp)
     bordered = np.zeros((n + 2, m + 2), dtype=bool)
@@ -105,7 +106,10 @@ def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
 
 @lru_cache(maxsize=16)
 def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """Return the offsets of each set of steps in rows of a length, and the lengths of these steps."""
+    """Return, for each set of steps, their index offsets in a lattice with `stride` nodes a row, and their lengths.
+
+    The result is indexed by the set: bit k is step k. Lengths are in steps of the lattice.
+    """
     steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
     return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
 

@@ -26,10 +26,10 @@ from sitscad.spec.sensor import ArtworkSpec
 
 @record
 class Routing:
-    """A complete result of the search, on a board of a given breadth.
+    """A complete result of the search, on a board of the extent `breadth`.
 
-    Each coil has an escape, and both conductors from its end to their contacts. `far` is the least x (m) that the board
-    then needs.
+    For each coil, `escapes` has the way out to the tail, and `ends` both conductors from there to their contacts. `far`
+    (m) is the least x that the board then needs.
     """
 
     bus: Bus
@@ -47,7 +47,7 @@ class Routing:
 
 @record
 class Stuck:
-    """The coil without an escape. `walled` if nothing leads out of its ring: more room elsewhere does not help."""
+    """The coil (index) without an escape. `walled` if no path leaves its ring: more room elsewhere does not help."""
 
     coil: int
     walled: bool = False
@@ -63,7 +63,7 @@ def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
 
 
 def boards(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Return the boards to try, narrow ones first: the lanes' base and the body's extent across.
+    """Return the boards to try, narrow ones first. Each has a bus with the lanes' base, and the body's extent across.
 
     Between coils and lanes there is no room, room for a track, or room for a via. Each of these has three boards.
     Beside the coils they have the lanes alone, room for a track, or room for a via.
@@ -212,7 +212,7 @@ class _BoardToRoute:
     walls: tuple[TrackToPlace, ...] = ()
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
-        """Return the obstacles of the board with the escapes of some coils."""
+        """Return the obstacles on the board: its walls, and the tracks and vias of the escapes `there`."""
         obstacles = Obstacles(self.artwork.fpc.rules, self.bus.spacing, self.breadth)
         obstacles.add(self.walls)
         for branch in chain.from_iterable(way.branches for way in there):
@@ -220,7 +220,10 @@ class _BoardToRoute:
         return obstacles
 
     def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
-        """Return the key of a coil's search, so that other budgets and orders reuse an equal search."""
+        """Return the key under which the result of a coil's search is cached.
+
+        Searches with another budget or order reuse the result of an equal search. `there` are escapes of other coils.
+        """
         return (self.bus.base, self.breadth, self.lanes[index], index, *map(id, there))
 
 

@@ -106,9 +106,10 @@ CAP = 0.25e-3  # Straight copper left between the bends and the vias at the cont
 
 @record
 class Row:
-    """The contacts at the tail's end. There are `count` contacts. The coils use `used` contacts from number `first` on.
+    """The contacts at the tail's end, numbered from 1 at the top.
 
-    Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
+    `pitch` (m) is their centre distance, and `count` their number. The coils use `used` contacts from number `first`
+    on. Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
     """
 
     pitch: float
@@ -354,7 +355,10 @@ def _beside_via(rules: DesignRules) -> float:
 
 
 def chip_of(tail: Tail | None, chip: Chip | None, bus: Bus) -> Chip | None:
-    """Return capacitor across each pair before its contacts. None if there is no tail, or if pairs lie side by side."""
+    """Return the capacitor across each pair before its contacts.
+
+    None if there is no tail, or if pairs lie side by side.
+    """
     return chip if tail is not None and bus.is_stacked else None
 
 

@@ -29,7 +29,7 @@ SAME = 1e-9  # Heights that differ by less (m) are equal
 
 @record
 class Descent:
-    """A track in the funnel: entry, height of its lane (m), and x (m) at which it bends towards the lane."""
+    """A track in the funnel: entry point, y of its lane (`height`, m), and x (m) at which it bends towards the lane."""
 
     entry: Point
     height: float
