@@ -207,7 +207,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 
 def _description(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
-    """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' by cell."""
+    """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' places by cell."""
     cells, coils = len(placements), counted(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in points[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""

@@ -68,7 +68,7 @@ class Item:
 
 
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """Return ``bom.csv``: UTF-8, commas, one header row; if `forced`, the first row is a warning of quantity 0."""
+    """Return ``bom.csv``: UTF-8, commas, one header row; if `forced`, a warning with quantity 0 comes first."""
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
     lines = [[field.name for field in fields(Item)]]
     for item in (*stop, *items(layout, estimates)):

@@ -31,7 +31,7 @@ From memory, not verified.
 
 
 def near(assembly: Assembly) -> str:
-    """Format the tolerance of a piece's place, along and across."""
+    """Format the largest deviation (mm) of a piece from its place, equal along and across."""
     return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
 

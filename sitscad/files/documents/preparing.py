@@ -106,7 +106,7 @@ USES = (
 """Regular expression for a piece's name, and the piece's purpose; the first row that matches applies."""
 
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
-"""Build stage (a value of `--only`) that writes the files, by the beginning of their paths."""
+"""Build stage (a value of `--only`) that writes a folder or file, by its name in the text of the steps."""
 
 SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
 """Folder or file named in the text, by the build stage that writes it."""

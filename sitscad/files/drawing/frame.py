@@ -18,7 +18,7 @@ FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
 RED = "#b00000"
 BLOCK = (118.0, 30.0)  # The title block at the lower right, millimetres on paper
 ISSUE = (("Part no.", "Part number"), ("Rev.", "Revision"), ("Date", "Date"))
-"""Cells of the issue in the title block: label, and name of the row in `spec.issue`."""
+"""Cells on the issue of the design in the title block: label, and name of the row in `spec.issue`."""
 ISSUE_CELLS = (58.0, 26.0, 34.0)  # Their widths (mm)
 NOT_STATED = "not stated"
 

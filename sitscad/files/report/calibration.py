@@ -47,7 +47,10 @@ def _amount(value: float, unit: str) -> str:
 
 
 def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the points: load, reading, and residuals of both fits; empty for poses without loads."""
+    """Return headings and rows of the points: number, loads, errors of the map, and errors of a fit without the point.
+
+    An error is the force from the readings minus the load. Empty for points that state poses and no loads.
+    """
     points, fit = calibration.points, calibration.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
         return [], []
@@ -105,7 +108,7 @@ def _measured(calibration: Calibration) -> Iterable[str]:
 
 
 def _foretold(calibration: Calibration) -> Iterable[str]:
-    """Yield the table of planned points, with the expected errors after each point."""
+    """Yield the HTML table of planned points, with the errors expected once all points up to the row are measured."""
     if calibration.plan is not None:
         axes = calibration.map.axes
         scope = calibration.sensors.range
@@ -132,7 +135,10 @@ COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
 
 
 def figure(calibration: Calibration) -> str:
-    """Draw the residuals of each point, in per cent of full scale, over the points' numbers."""
+    """Draw the errors of each point, in per cent of full scale, over the points' numbers.
+
+    Filled marks are errors of the map, hollow marks are errors of a fit without the point.
+    """
     points, fit = calibration.points, calibration.fit
     assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
     settled, full = points.settled, calibration.map.full_scale

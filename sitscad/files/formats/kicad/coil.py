@@ -34,9 +34,10 @@ _CORNERS = 64
 
 @record
 class _End:
-    """Terminal of a coil: a copper dot on one layer, or a hole with a track from the last turn.
+    """Terminal of a coil: a copper dot on one layer, or a plated hole.
 
-    `size` is the diameter (m) of the dot. `hole` and `track` are None for a dot.
+    `size` is the diameter (m) of the dot or of the hole's ring. `hole` is None for a dot. `track` joins the winding to
+    a hole beside it, and is None otherwise.
     """
 
     at: Point

@@ -65,7 +65,7 @@ def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[R
 def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
     """Return the footprint of the contacts on the board, with nets at the pads.
 
-    `sheet` is the sheet's upper left corner relative to the layout's origin (nm).
+    `sheet` is the sheet's upper left corner from the layout's origin (nm, y downwards).
     """
     place = anchor(layout.pads)
     return node(
@@ -176,7 +176,7 @@ def library_footprints(layout: Layout) -> dict[str, str]:
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
     """Yield the capacitors' footprints on the board.
 
-    `sheet` is the sheet's upper left corner relative to the layout's origin (nm).
+    `sheet` is the sheet's upper left corner from the layout's origin (nm, y downwards).
     """
     name, chip = layout.spec.name, layout.spec.readout.chip
     for each in layout.capacitors:

@@ -93,7 +93,7 @@ def board(layout: Layout) -> str:
 
 
 def sheet_corner(outline: Path) -> Grid:
-    """Return the sheet's upper left corner relative to the layout's origin, in whole millimetres.
+    """Return the sheet's upper left corner from the layout's origin (nm, y downwards; a multiple of 1 mm).
 
     The board is then in the middle of the sheet.
     """
@@ -108,7 +108,7 @@ def _whole(nanometres: int) -> int:
 
 
 def _sheet_size(outline: Path) -> Grid:
-    """Return the size of the sheet: A4 if the board fits, otherwise the board's size with a margin."""
+    """Return the sheet's width and height (nm): A4 if the board fits, otherwise the board's size with a margin."""
     x0, y0, x1, y1 = bounding_box([outline])
     needed = round((x1 - x0) * 1e9) + _SHEET_MARGIN, round((y1 - y0) * 1e9) + _SHEET_MARGIN
     if needed[0] <= _A4[0] and needed[1] <= _A4[1]:
