@@ -1,4 +1,4 @@
-"""Frequency bands of sound boards, by which driver, self-test and bench accept a coil."""
+"""Frequency bands of faultless boards, by which driver, self-test and test bench accept a coil."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from sitscad.estimates.tolerances.scatter import CAPACITOR
 SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
 
 LEAP = 8.0
-"""Largest difference between two readings at rest, in their standard deviations.
+"""Largest difference between two readings of a faultless coil at rest, in standard deviations of one reading.
 
-Fewer than one in 1e7 differ by more.
+Fewer than one in 1e7 pairs of readings differ by more.
 """
 
 STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
@@ -23,7 +23,7 @@ STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band
 
 @record
 class Band:
-    """Frequency (Hz) of the design, and the lowest and highest that manufacture produces."""
+    """Frequency (Hz) of the design, and the lowest and highest frequency (Hz) of manufactured coils."""
 
     design: float
     low: float
@@ -36,9 +36,10 @@ class Band:
 
 @record
 class CoilBands:
-    """Bands of one coil: bare board, assembled at rest, and all states and loads together.
+    """Frequency bands of one coil: of the bare board, of the assembled sensor at rest, and of all states and loads.
 
-    Loads reach 1.5 times the required force. `own_sigma` (Hz) is the part of the scatter that no other coil shares.
+    `working` covers loads up to 1.5 times the required force. `own_sigma` (Hz) is the part of the scatter that is
+    independent for each coil of a board.
     """
 
     coil: str

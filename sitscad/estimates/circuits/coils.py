@@ -62,9 +62,9 @@ class SolvedEffect(Protocol):
 
 
 LEAST_SHARE = 0.02
-"""Least accepted ratio of a state's inductance to the free inductance.
+"""Least accepted ratio of a coil's inductance in a state to its inductance in free air.
 
-Below, the half-space model removes too much.
+Below this ratio, the half-space model of the metal overestimates the reduction, and the state has no values.
 """
 
 PROBE = 5e6  # Frequency (Hz) at which a state's inductance is tested
@@ -190,9 +190,9 @@ def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
     target: TargetRatios | SolvedEffect,
 ) -> dict[str, dict[str, Reflection]]:
-    """Return the reflections by metal, by coil and state, corrected for a window in the jaw.
+    """Return the changes by metal, a `Reflection` for each coil and state, corrected for a window in the jaw.
 
-    Coils under equal parts of the target share one.
+    Coils for which target and window have equal effects share one `Reflection`.
     """
     missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
     solved_reflections: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
@@ -237,7 +237,10 @@ def _reflection(
 
 
 FAINT = 0.0015
-"""Additional error of a ratio, relative to the free inductance, for targets with almost no effect."""
+"""Additional error bound of the target's inductance change if it is computed by ratios, over the free inductance.
+
+It dominates if the target has almost no effect.
+"""
 
 
 _led_out, _led_roughly = lru_cache(maxsize=64)(estimate_leads), lru_cache(maxsize=64)(sketched_leads)

@@ -12,10 +12,10 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Manufacturing standard deviations by which the amplitude stays below the largest.
+"""Margin below the largest permitted amplitude, in standard deviations of the coil's parallel resistance.
 
-TI takes the strongest code below the largest amplitude, since clamping is worse than noise (8.1.5; SNOA950). That is
-for one known sensor; this margin is for sensors still to be made.
+TI recommends the strongest drive code below the largest amplitude, since clamping is worse than noise (8.1.5; SNOA950).
+This advice is for one known sensor. The margin is for sensors still to be made.
 """
 
 
@@ -70,7 +70,11 @@ def driven(
 
 
 def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
-    """Return the code of every channel. Codes are equal unless only separate codes keep all coils in the window."""
+    """Return the drive code of every channel.
+
+    Codes are equal, unless only separate codes bring the amplitudes of all coils above the lower end of the low-noise
+    window.
+    """
 
     def reached(codes: Sequence[int]) -> bool:
         return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")

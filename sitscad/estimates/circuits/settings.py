@@ -19,8 +19,8 @@ from sitscad.spec.sensor import ReadoutSpec
 class Device:
     """One converter of the sensor, with its register values.
 
-    It has its I2C bus (from 0), its 7-bit address, the coils on its channels from 0, and the values in order of
-    writing.
+    `bus` is the number of its I2C bus (from 0), and `address` its 7-bit address. `coils` are the coils on its channels,
+    from channel 0. `registers` are in the order in which the firmware writes them.
     """
 
     bus: int

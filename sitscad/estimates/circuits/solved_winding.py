@@ -48,75 +48,84 @@ from sitscad.spec.coil import CoilSpec
 ALONG = 2e-5  # Relative error of the resistance at any frequency, by lengths and corners of the winding's path
 
 MODEL = 0.0015
-"""Model error, relative to the added loss.
+"""Error of the added loss by the model, relative to the added loss.
 
-The crowding in one track acts on others as in straight tracks. Closed rings and open spirals were compared with
-converged filaments (tests/validation/test_alternating_current.py).
+The model assumes that the current crowding in one track acts on other tracks as it does between straight tracks. Closed
+rings and open spirals were compared with converged filaments (tests/validation/test_alternating_current.py).
 """
 
 ENDS = 1.2
-"""Error by the ends of layers, which cuts miss: relative to the added loss, times track width over winding length."""
+"""Error of a round coil's added loss by the ends of its layers, over track width divided by winding length.
+
+The loss is computed at cuts across the winding, which leave out the ends. The error is relative to the added loss.
+"""
 
 ONE_CUT = 0.1  # Relative error of the added loss if one cut stands for all of a winding
 
 MODES = {False: 0.011, True: 0.007}
-"""Error relative to the added loss, with usual (False) and fine (True) modes, for tracks many skin depths wide or
-thick.
+"""Error of the added loss by the number of modes: usual (False) or fine (True); relative to the added loss.
+
+The full error is reached at `WIDE` skin depths of track width or `THICK` skin depths of track thickness.
 """
 
 WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this error is reached
 
 ALONE = 0.017
-"""Error of the added loss of polygons of one layer, relative to this loss."""
+"""Error of the added loss of polygons with one layer and sharp corners, relative to the added loss."""
 
 ROUNDED = 0.017
-"""Error of the added loss of polygons with rounded corners, relative to this loss."""
+"""Error of the added loss of polygons with rounded corners, relative to the added loss."""
 
 RACETRACK = 0.003
-"""Error of the added loss of racetracks, relative to this loss."""
+"""Error of the added loss of racetracks, relative to the added loss."""
 
 LONG = 0.009
-"""Error of the added loss of racetracks with at least ALIKE_ROUNDED turns, whose halves are computed as equal.
+"""Error of the added loss of racetracks with at least ALIKE_ROUNDED turns, relative to the added loss.
 
-It is relative to this loss.
+The two halves of these racetracks are computed as equal.
 """
 
 CROSSING = {
     "square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013),
 }
-"""Relative errors of the added loss of polygons of several layers, with fewer than FEW turns and with more.
+"""Errors of the added loss of polygons with several layers and sharp corners, relative to the added loss.
 
-Near corners, where the layers' sides do not lie face to face, the layers are cut at few places. The sharper the corner,
-the larger the error."""
+The first value of a shape is for fewer than FEW turns in a layer, the second for more. Near corners, where the layers'
+sides do not lie face to face, the layers are cut at few places. The sharper the corner, the larger the error.
+"""
 
 METAL = 0.03
-"""Error of the resistance with metal farther than `FADED` times `NEAR_DISTANCE`, relative to the resistance.
+"""Error of the resistance by metal farther than `FADED` times `NEAR_DISTANCE`, relative to the resistance.
 
 Source: round coils over and between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py).
 Other shapes add POLYGONS_NEAR_METAL.
 """
 
 NEAR = 0.04
-"""Error of the resistance with metal nearer than `NEAR_DISTANCE`, relative to the resistance.
+"""Error of the resistance by metal nearer than `NEAR_DISTANCE`, relative to the resistance.
 
-Between both distances the error falls linearly with the distance.
+Between `NEAR_DISTANCE` and `FADED` times `NEAR_DISTANCE`, the error falls linearly from `NEAR` to `METAL`.
 """
 
 NEAR_DISTANCE = 0.2e-3
-"""Distance (m) between winding and metal up to which the error is `NEAR`."""
+"""Distance (m) from the copper's middle to metal up to which the error of the resistance is `NEAR`."""
 
 FADED = 1.5
-"""Multiple of a distance up to which an error falls to the next one. Sweeps then have no jumps."""
+"""Factor on the distance up to which an error holds: at this multiple it has fallen linearly to the next value.
+
+A sweep over the distance then has no jumps.
+"""
 
 FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
 
 
 @record
 class ResistanceBound:
-    """Parts of the error bound of a winding's resistance.
+    """Parts of the error bound of a winding's resistance. The added loss is its resistance less the direct resistance.
 
-    `share` is relative to the added loss at any frequency. `modes` is relative to the added loss of tracks many skin
-    depths wide or thick, for the track's width and thickness (m). The conductivity is in S/m.
+    `share` is an error relative to the added loss at any frequency. `modes` is a further error relative to the added
+    loss, reached in tracks many skin depths wide or thick. `width` and `thickness` (m) are the track's. `conductivity`
+    is in S/m.
     """
 
     share: float
@@ -134,7 +143,7 @@ class ResistanceBound:
 
 def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
                      tolerance: float) -> ResistanceBound:
-    """Return the bound of `losses.winding_losses` for this tolerance of R (3e-2 or 1e-2)."""
+    """Return the error bound of the resistance by `losses.winding_losses` with a tolerance of 3e-2 or 1e-2."""
     if spirals:
         length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
         cuts = suited_resolution(spirals, conductivity, tolerance).cuts
@@ -160,18 +169,22 @@ def near_metal_error(spec: CoilSpec, nearest: float) -> float:
 
 
 def _faded(reach: float) -> float:
-    """Return 1 up to a reach of 1, 0 from FADED on, and a linear value between."""
+    """Return the weight of an error at `reach`, a distance over the distance up to which the error holds.
+
+    It is 1 up to a reach of 1, 0 from `FADED` on, and linear between.
+    """
     return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
 
 
 @record(eq=False)
 class SolvedWinding:
-    """Values that all identical coils share: geometry, round layers that stand for it, inductance (H) and its method.
+    """Values that all identical coils share: their winding's geometry, inductance (H), loss and error bounds.
 
-    `conductivity` (S/m) is the copper's, and `loss` the effect of alternating current. `nearest` (m) is the least
-    distance of metal in any state, None if there is no metal. `crowding` is the change of `loss` by metal, and
-    `spectrum` the current spectrum for reflections. `bound` is the error bound of the resistance. `is_rough` marks
-    screening solutions.
+    `spirals` are the round layers by which the loss of any shape is computed near metal, and `method` is the method of
+    the inductance. `conductivity` (S/m) is the copper's. `loss` is the loss by alternating current without metal, and
+    `crowding` its change by metal. `nearest` (m) is the least distance of metal in any state. `spectrum` is the current
+    spectrum from which changes by metal are computed. `nearest`, `crowding` and `spectrum` are None if there is no
+    metal. `bound` is the error bound of the resistance. `is_rough` marks screening solutions.
     """
 
     geometry: WindingGeometry
@@ -241,9 +254,10 @@ def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float 
 
 
 def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = False) -> float:
-    """Return the distance (m) for which waves are computed: `nearest` (m) rounded down, so that boards share it.
+    """Return the distance (m) of metal for which the winding's current spectrum is computed: `nearest` rounded down.
 
-    With a target it is rounded like the heights for which the target is solved. Its solution then shares the waves.
+    Boards with nearly equal distances then share the spectrum. With a target, the distance is rounded like the heights
+    for which the target is solved.
     """
     if not is_rough and any(around.above is not None for around in assembly.states):
         nearest = _rounded_down(nearest, HEIGHT_STEP)
@@ -283,10 +297,10 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
 
 
 NO_NEARER = 1.2
-"""Ratio of successive distances of metal for which waves are computed."""
+"""Ratio of successive rounded distances of metal for which a winding's current spectrum is computed."""
 
 HEIGHT_STEP = 1.5
-"""Ratio of successive heights for which a target is solved."""
+"""Ratio of successive rounded heights of a target for which its effect is solved."""
 
 
 def beside_each_other(

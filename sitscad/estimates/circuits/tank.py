@@ -35,9 +35,10 @@ E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred 
 E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
 
 FREQUENCY_MARGIN = 0.95
-"""Fraction of the converter's highest frequency up to which a capacitor is chosen.
+"""Margin between the sensor frequencies and the converter's frequency limits when a capacitor is chosen.
 
-Its lowest frequency may be this fraction of the estimated ones. The rest is for tolerances of coil and capacitor.
+All frequencies are at most this fraction of the converter's highest frequency. The converter's lowest frequency is at
+most this fraction of every sensor frequency. The margin is for tolerances of coil and capacitor.
 """
 
 ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
@@ -335,10 +336,11 @@ OVERDAMPED = 1e3  # Violation by a state in which the tank does not oscillate: l
 def _trespass(
     oscillations: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
-    """Return a capacitor's violation of the converter's windows (smallest is best), and its results.
+    """Return a capacitor's violation of the converter's windows, whether it violates any, and its results.
 
-    They are whether it violates any, the highest frequency (Hz) and the least parallel resistance (ohm). `oscillations`
-    are its oscillations, each with whether the sensor works in this state.
+    The violation is a weighted sum of ln(value / limit) over all exceeded limits; the smallest is best. The results are
+    the highest frequency (Hz) and the least parallel resistance (ohm). They are None if no working state oscillates.
+    `oscillations` holds pairs: an oscillation, and whether the sensor works in this state.
     """
     running = [(each, works) for each, works in oscillations if each.exists]
     damped = len(oscillations) - len(running)
@@ -431,13 +433,16 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
 
 
 SIGMAS = 2.0
-"""Manufacturing standard deviations by which a sensor may run faster or slower than estimated and still be read."""
+"""Deviation of a sensor's frequency that the converter's settings allow for, in standard deviations of manufacture.
+
+It counts above and below the estimated frequency of each state.
+"""
 
 
 def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
-    """Return the settings with margins for fast units.
+    """Return the readout settings that serve every coil in every state, with a margin for manufacture.
 
-    They cover the frequencies of every state and two sigma to both sides.
+    The margin is `SIGMAS` standard deviations above and below each frequency.
     """
     if readout.conversion is None:
         return readout
@@ -453,9 +458,9 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
 
 
 def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
-    """Return the coil with the step of its inductance (H) in every state, and the noise by quantisation alone.
+    """Return the coil with its inductance step (H) in every state, and with the noise (H) by this step alone.
 
-    At a fixed capacitor both are 2 L / f times the frequency's.
+    For a fixed capacitor, step and noise are 2 L / f times the step and noise of the frequency f.
     """
     if (conversion := readout.conversion) is None:
         return coil

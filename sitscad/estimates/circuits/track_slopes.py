@@ -24,22 +24,22 @@ from sitscad.spec.circuit import Stackup
 from sitscad.spec.coil import CoilSpec
 
 SHORT_WAVES = 0.04
-"""Least distance of layers, in radial widths of a winding, whose waves are used for the slope with this distance.
+"""Least layer distance for which its slope of the inductance is exact, over the radial width of the winding.
 
-Shorter waves change the slope by 0.14 % for 200 turns and by 0.05 % for 80 turns.
+For closer layers, the spectrum of the current is computed for this distance. The omitted shorter waves change the slope
+by 0.14 % for 200 turns and by 0.05 % for 80 turns.
 """
 
 
 def inductance_slopes(
     layers: Sequence[SpiralLayer], coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_rough: bool = False
 ) -> dict[str, float]:
-    """Return the change of the winding's inductance (H) with the logarithm of each tolerance.
+    """Return the derivative (H) of the winding's inductance by the logarithm of each toleranced dimension.
 
-    Width (with fixed centre lines) and thickness act through the geometric mean distances of a track with itself and
-    its neighbours. Layer distance acts through the coupling of crossing layers (polygons, whose layers lie face to
-    face: up to a third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is
-    homogeneous of degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the
-    other slopes.
+    Track width (with fixed centre lines) and thickness act through the geometric mean distances of a track to itself
+    and to its neighbours. The layer distance acts through the coupling of crossing layers. For polygons, whose layers
+    lie face to face, the true slope is up to a third larger. The track width also acts on the coupling of layers face
+    to face, unless `is_rough`.
     """
     width, pitch = dimensions.trace_width, dimensions.pitch
     by_width = by_thickness = 0.0
@@ -59,7 +59,7 @@ def inductance_slopes(
 
 @lru_cache(maxsize=4)
 def facing_slope(coil: Coil, width: float) -> float:
-    """Return the change of inductance (H) with the logarithm of the width (m) of tracks in layers face to face."""
+    """Return the derivative (H) of the coupling of layers face to face by the logarithm of their tracks' width (m)."""
     pieces = [_pieces(winding.path) for winding in coil.windings]
     total = 0.0
     for number, other in combinations(range(len(pieces)), 2):
@@ -73,13 +73,13 @@ def facing_slope(coil: Coil, width: float) -> float:
 
 
 PARALLEL = 0.99
-"""Least cosine of the angle between pieces that count as parallel."""
+"""Least cosine of the angle between two pieces of tracks that count as parallel."""
 
 CHORDS = 8
 """Number of chords that represent half a turn of an arc."""
 
 SLOPE_STEP = 1e-3
-"""Relative step of the width of a numerical slope."""
+"""Relative step of the track width in numerical derivatives."""
 
 
 def _pieces(path: Path) -> tuple[Array, Array]:
@@ -109,9 +109,9 @@ def _face_to_face(first: tuple[Array, Array], second: tuple[Array, Array]) -> tu
 
 
 def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
-    """Return the change of the leads' inductance (H) with the logarithm of each tolerance.
+    """Return the derivative (H) of the leads' inductance by the logarithm of each toleranced dimension.
 
-    Each stretch contributes by its own mean distance and by its mean distance to the return track beside it.
+    Each stretch contributes by its mean distance to itself and by its mean distance to the return track beside it.
     """
     by_cause = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
     for strip in circuit.leads.strips:
@@ -124,7 +124,7 @@ def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
 
 @lru_cache(maxsize=256)
 def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
-    """Return slopes of ln(g12 / g11) with ln w, ln t and the logarithm of the films' thickness.
+    """Return derivatives of ln(g12 / g11) by the logarithms of track width, track thickness and film thickness.
 
     g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it.
     """
@@ -145,7 +145,11 @@ def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | N
 
 @lru_cache(maxsize=1024)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
-    """Return slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice with its neighbours."""
+    """Return derivatives of ln g by ln w and ln t, summed over all pairs of turns in a layer, for each turn.
+
+    g is the geometric mean distance of two tracks, or of a track to itself. w and t are track width and thickness. The
+    sum counts a pair of different turns twice and is divided by the number of turns.
+    """
     across: Array = pitch * np.arange(math.ceil(turns), dtype=np.float64)
     weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
     step = 1e-3
@@ -171,7 +175,7 @@ def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Ar
 
 
 def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
-    """Return mid-plane distances of each pair of layers, and the fraction of each that is copper."""
+    """Return mid-plane distances of all pairs of layers, and the copper's part of each: (layers, layers; m)."""
     copper = stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))

@@ -1,4 +1,4 @@
-"""Scatter of L, R, frequency and R_P by manufacturing tolerances, through derivatives."""
+"""Scatter of inductance, resistance, frequency and R_P by manufacturing tolerances, to first order (R, R_P: second)."""
 
 from __future__ import annotations
 
@@ -44,33 +44,34 @@ SHARE, WINDOW = "share of the target", "window in the jaw"
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
-"""Slope of the extra loss of round coils, or of all others, with the logarithm of width and thickness.
+"""Factors (a, b) of the exponent of the extra loss in track width and thickness: round coils, and all others.
 
-The two numbers are factors of the loss itself and of its growth with ln f. They were fitted to differences of full
-solutions of eleven templates, free and at rest: within 0.15 of R for the logarithm. Round coils by themselves use
-`width_power`, except in screening.
+The extra loss E is the resistance by eddy currents. Its exponent is d ln E / d ln x = a + b E'/E, with E' = dE / d ln
+f. The factors were fitted to differences of full solutions of eleven templates, free and at rest. They give d ln R / d
+ln x within 0.15. Round coils without metal use `width_power` for the width, except in screening.
 """
 
 WIDER = 0.1
-"""Relative change of the tracks' width, up and down, for the slope of their loss."""
+"""Relative change of the track width, up and down, for the numerical derivative in `width_power`."""
 
 ROUGHLY_SOLVED = 4.0
-"""Skin depths of width up to which rough solutions give the loss's power of the width, within 2 %.
+"""Largest track width, in skin depths, at which `width_power` uses rough solutions alone (within 2 %).
 
-From one depth more on, the usual solutions are taken. (At 7 depths the rough power was 10 % too small, and one sigma of
-R was 20 % too small.)
+From one depth more on, the usual solutions are taken; between, a weighted mean. (At 7 depths the rough power was 10 %
+too small, and one sigma of R was 20 % too small.)
 """
 
 EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
-"""The same factors for leads, which lie in their own field.
+"""Factors (a, b) as in EXTRA for the extra loss of the leads, which lie in their own field.
 
-Wide leads lose like 1/w, and more with their thickness.
+The loss of wide leads is proportional to 1/w and increases with their thickness.
 """
 
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
-"""Factor of the inductance removed by extra currents, for its slope, beside its growth with ln f.
+"""Factors a of the derivative of the inductance change by eddy currents in the tracks, for track width and thickness.
 
-Full solutions of eleven templates gave 1.7 to 2.1 with the width of round coils, and 1.6 to 2.2 for others.
+Let D be this change (H). Its derivative by ln x is a D + dD / d ln f. Full solutions of eleven templates gave factors
+of 1.7 to 2.1 for the width of round coils, and of 1.6 to 2.2 for others.
 """
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
@@ -84,8 +85,9 @@ STEP = 1.02  # Ratio of the frequencies between which the growth of the winding'
 def sigmas(spec: SensorSpec) -> dict[str, float]:
     """Return standard deviations of all causes by name. They are 0 for parts that the sensor lacks.
 
-    They are in metres for the pad's thickness and size, for all glue below the target and for the target's place. They
-    are in radians for angles, and relative for all others. The copper has the thickness of this stack-up.
+    The unit is metres for the pad's thickness and size, for the glue below the target and for the target's place. It is
+    radians for angles. All other standard deviations are relative. Copper thickness holds foil and plating of this
+    stack-up together.
     """
     def found() -> dict[str, float]:
         copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)
@@ -95,10 +97,10 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
 
 
 def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[float, float]:
-    """Return relative half widths of the tolerance bands of the coil's copper, by foil and by plating.
+    """Return relative half widths of the tolerance bands of the coil's copper thickness: by foil, and by plating.
 
-    They are weighted as in the resistance: layers in series, each by 1/thickness. The foil is equal on all layers. If
-    the fabricator does not state whether his copper includes the plating, all of the plating is uncertain.
+    Layers are weighted as in the resistance: in series, each by 1/thickness. The foil's error is equal on all layers.
+    If the fabricator does not state whether his copper includes the plating, all of the plating is uncertain.
     """
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
@@ -109,9 +111,9 @@ def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[fl
 
 
 def thickest_copper(copper: tuple[CopperLayer, ...], stackup: Stackup) -> float:
-    """Return the relative excess of the coil's copper thickness, as weighted in its resistance.
+    """Return the largest relative excess of the coil's copper thickness over the nominal thickness.
 
-    Foil and plating are both at the upper limit of delivery.
+    Foil and plating are both at the upper limit of delivery. Layers are weighted as in the resistance.
     """
     return sum(_copper_bands(copper, stackup))
 
@@ -139,14 +141,17 @@ Between = Callable[
 
 
 ExtraShares = Mapping[str, tuple[float, float]]
-"""Factors as in EXTRA."""
+"""Pairs of factors (a, b) by cause, as in EXTRA."""
 
 
 def slopes_of(
     spec: SensorSpec, coil: Coil, winding: SolvedWinding,
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
 ) -> Slopes:
-    """Return slopes of a coil by its solved winding, with the effects of its surroundings in its states."""
+    """Return the inputs of a coil's `spread`, from its solved winding and from the changes by its surroundings.
+
+    `surroundings` holds the changes (H, ohm) by state and cause, as `moved_by_surroundings` returns them.
+    """
     inductance = inductance_slopes(winding.spirals, coil, spec.coil, spec.fpc.stackup, winding.is_rough)
     is_round = spec.coil.outline.is_round
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
@@ -157,9 +162,10 @@ def slopes_of(
 
 @lru_cache(maxsize=4)
 def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float], float]:
-    """Return a function: power of the tracks' width in the extra loss of a winding by itself, at a frequency (Hz).
+    """Return a function of frequency (Hz): exponent of the track width in the extra loss of a winding without metal.
 
-    The conductivity is in S/m. It takes two solutions, which are rough for narrow tracks.
+    The conductivity is in S/m. The exponent comes from two solutions with different widths, which are rough for narrow
+    tracks.
     """
 
     @lru_cache(maxsize=2)
@@ -185,11 +191,13 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
 
 @record
 class Slopes:
-    """Inputs of the spread of a coil's states: relative sigmas, and slopes of the winding's inductance (H).
+    """Inputs of the `spread` of a coil's states.
 
-    ``thickest_copper`` is the relative excess of the thickest copper delivered over the nominal one. `surroundings`
-    holds the changes (H, ohm) by one sigma of each cause around the coil, by state and cause. `extra` is EXTRA for the
-    coil's shape. `power` is the `width_power` of its winding (None: by `extra`).
+    `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance by
+    the logarithm of each dimension. `surroundings` holds the changes (H, ohm) by one sigma of each cause around the
+    coil, by state and cause. ``thickest_copper`` is the relative excess of the thickest copper delivered over the
+    nominal one. `extra` holds the factors of EXTRA for the coil's shape. `power` is the winding's `width_power`; None
+    if `extra` is used for the width, too.
     """
 
     sigmas: Mapping[str, float]
@@ -203,16 +211,19 @@ class Slopes:
 def resistance_slopes(
     circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], extra_factors: ExtraShares
 ) -> dict[str, float]:
-    """Return the change of a circuit's resistance (ohm) with the logarithm of each tolerance.
+    """Return the derivative (ohm) of a circuit's resistance by the logarithm of each toleranced dimension.
 
-    `crowded` is the resistance by eddy currents in the winding's tracks at a frequency (Hz), and its growth (ohm; see
-    `crowding_growth`).
+    `crowded` holds the resistance by eddy currents in the winding's tracks at a frequency (Hz), and its derivative
+    (ohm) by ln f (`crowding_growth`).
 
-    Direct resistance goes with 1/(w t). Every mode of the extra loss is s omega^2 / (1 + omega^2 tau^2), with tau like
-    w t. s is like w^3 t in the field of neighbours and of their images, and like w t in the track's own field. Let E be
-    the extra loss with metal around, and E' its growth per ln omega. In the former field the low-frequency limit is E +
-    E' (width) or -E + E' (thickness). In the latter field it is -E + E'. `extra_factors` (EXTRA) extend this to
-    frequencies at which E' is only E. Turns moved apart lose E. Leads have an extra loss of their own.
+    Notes
+    -----
+    Direct resistance is proportional to 1/(w t). Every mode of the extra loss is s omega^2 / (1 + omega^2 tau^2), and
+    tau is proportional to w t. In the field of neighbours and of their images, s is proportional to w^3 t. In the
+    track's own field, s is proportional to w t. Let E be the extra loss with metal around, and E' its derivative by ln
+    omega. At low frequencies, the neighbours' field gives E + E' (width) or -E + E' (thickness). The track's own field
+    gives -E + E'. `extra_factors` (EXTRA) extend this to frequencies at which E' is only E. If the coil grows and its
+    tracks stay, the extra loss decreases by E. Leads have an extra loss of their own.
     """
     direct, (extra, growth) = circuit.resistance, crowded
     lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
@@ -224,9 +235,9 @@ def resistance_slopes(
 
 
 def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
-    """Return the direct resistance (ohm) of the leads' tracks, and their extra resistance at a frequency (Hz).
+    """Return the direct resistance (ohm) of the leads' tracks, and a pair for their extra resistance at a frequency.
 
-    The latter has its growth per ln f.
+    The frequency is in Hz. The pair holds the extra resistance (ohm) and its derivative (ohm) by ln f.
     """
     at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
     direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
@@ -238,9 +249,9 @@ DIRECT = 1.0
 
 
 def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
-    """Return inductance (H) and resistance (ohm) by eddy currents in the tracks, each with its growth per ln f.
+    """Return inductance (H) and resistance (ohm) by eddy currents in the tracks, each with its derivative by ln f.
 
-    They are for a state at a frequency (Hz).
+    The values are for a state at a frequency (Hz).
     """
     parts = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
     return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in parts)
@@ -340,11 +351,12 @@ def moved_by_surroundings(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
-    """Return changes (H, ohm) by one sigma of each cause around a coil, in each state.
+    """Return changes (H, ohm) by one sigma of each cause around a coil, by state and cause.
 
-    For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the half
-    width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
-    target's effect to an infinite plate's effect grows as the target comes nearer (`share_slopes`).
+    For a gap, the change is half the difference between one sigma more and one sigma less. For the target's effect, it
+    is the error bound over the root of 3. `deeper` holds the shifts (m) of the metal by track tolerances
+    (`depths_moved`). The ratio of the target's effect to an infinite plate's effect changes with the gap
+    (`share_slopes`).
     """
     moves: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
@@ -379,9 +391,10 @@ def moved_by_surroundings(
 def share_slopes(
     assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
 ) -> dict[str, tuple[float, float]]:
-    """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's ratio.
+    """Return derivatives of inductance (H/m) and resistance (ohm/m) by the gap, by state, through the target's ratio.
 
-    The ratio is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
+    The ratio of the target's effect to an infinite plate's effect is interpolated linearly in the gap between rest and
+    pressed. Empty if one of these states is missing.
     """
     gaps = {around.name: around.above.distance for around in assembly.states
             if around.above is not None and around.name in states}
@@ -407,9 +420,10 @@ def _grown(slopes: tuple[float, float] | None, first: Surroundings, second: Surr
 
 
 def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Return shifts (m) of metal above and below a coil by one sigma of copper thickness and of layer distance.
+    """Return increases (m) of the distances to metal above and below a coil, by copper thickness and layer distance.
 
-    They count from the mean of the layers' middles: the material over and under the layers is thicker.
+    Each is for one sigma of the cause. Distances count from the mean of the layers' mid-planes: the material over and
+    under the layers is thicker.
     """
     moves, numbers = {}, {winding.layer for winding in coil.windings}
     for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
@@ -459,9 +473,9 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
 
 
 class _CrowdingSlopes:
-    """Changes of a state's inductance and resistance by the winding's eddy currents when metal moves.
+    """Changes of inductance (H) and resistance (ohm) by the winding's eddy currents when the distance of metal changes.
 
-    They are by slopes with the distances above and below. In rough solutions they are 0.
+    They are linear in the distances to metal above and below. In rough solutions they are 0.
     """
 
     def __init__(self, reflection: Reflection, around: Surroundings, frequency: float) -> None:
@@ -478,7 +492,7 @@ class _CrowdingSlopes:
 
     @cached_property
     def _slopes(self) -> tuple[complex, complex]:
-        """Slopes (H/m) with the distances above and below."""
+        """Derivatives (H/m) of the inductance change by the distances to metal above and below."""
         around, at = self._around, np.array([self._frequency])
 
         def crowding(above: Reflector | None, below: Reflector | None) -> complex:
@@ -498,13 +512,13 @@ APART = 1e-2  # Relative change of a distance of metal for numerical slopes
 
 
 def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
-    """Return a linearised `_between`: by distance differences above and below, with slopes at each state."""
+    """Return a linearised `_between`, with derivatives by the distances to metal above and below at each state."""
     solved_slopes: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
-        """Return slopes (H/m) of the change by metal.
+        """Return three derivatives (H/m) of the inductance change by metal.
 
-        They are with the distance above, and with the distance below, with and without metal above.
+        They are by the distance above, by the distance below, and by the distance below without metal above.
         """
         if around.name not in solved_slopes:
             reflector_above, reflector_below = around.above, around.below

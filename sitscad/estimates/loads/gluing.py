@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
 
 PIECE_STRAIN = 0.02
-"""Compression of the pad, over its thickness, while a piece is glued to it. It recovers when the weight is removed."""
+"""Strain of a soft pad while a piece is glued to the pad. The pad recovers when the weight is removed."""
 
 LEAST_MASS = 5e-3
-"""Least mass (kg) of a press with its load. A printed press alone weighs about 2 g."""
+"""Least total mass (kg) of a press and the weight on it. A printed press alone weighs about 2 g."""
 
 HARD_PRESSURE = 5e3
 """Pressure (Pa) on a piece without a soft pad below it. From memory: enough for thin liquids."""
@@ -39,14 +39,17 @@ SPREADING = 1e4
 """Time (s/m2) in which glue is spread by hand: 1 s for each cm2. From memory, not verified."""
 
 PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
-"""Time (s) from the contact of the faces until the weight is on.
+"""Time (s) from the contact of the glued faces until the weight is on them.
 
-The first is for a piece in a well, its press ready in the other hand. The second is for shield, mount and board, which
-are first pushed against films, gauges or a block. Assumptions, not verified.
+The first value is for a piece in a well, if the press is ready in the other hand. The second is for shield, mount and
+board, which are first pushed against films, gauges or a block. Assumptions, not verified.
 """
 
 FLAT_SHARE = 0.8
-"""Fraction of the glue's working time in which it lies flat under a weight chosen for it. An assumption."""
+"""Largest fraction of a glue's working time that may pass until the glue lies flat under a weight chosen for this.
+
+An assumption.
+"""
 
 
 @record

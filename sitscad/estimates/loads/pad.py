@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from sitscad.kernels.mechanics.pad import BondedPad
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
-"""Steps (m, rad) of differences: a thousandth of relevant changes, far above rounding."""
+"""Steps (x, y, z in m; rx, ry, rz in rad) of numerical derivatives by the pose.
+
+They are a thousandth of relevant changes, far above rounding errors.
+"""
 
 
 class NoResponse(ValueError):
@@ -103,13 +106,13 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
-"""Rows of a largest strain, and the tilt stiffness's sigma over the pad's sigma up to this strain.
+"""Rows (largest strain, factor): standard deviation of the tilt stiffness, over the pad's `sigma`, up to this strain.
 
 Source: finite elements (tests/mechanics/test_pad.py).
 """
 
 SMALL_TILT = 3e-3
-"""Moment of the numerical derivatives of the tilt, over shear modulus, area and thickness.
+"""Moment for numerical derivatives of the tilt, over the product of shear modulus, area and thickness of the pad.
 
 It tilts a pad by some thousandths of a radian.
 """

@@ -21,10 +21,11 @@ MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elas
 FILM, FILM_THICKNESS, GLUE = "encapsulation modulus", "encapsulation thickness", "glue lines"
 TARGET_SIZE = "target size"
 BLOCK = "bonded-block formula"
-"""Names of causes that scatter the gap.
+"""Names of causes that scatter the gap between board and target.
 
-GLUE adds to the pressed pad without making it softer. PART and BLOCK are no manufacturing scatter. PART is the possible
-excess of the careful strain, and BLOCK the error of the formula for the pad's stiffness.
+GLUE moves the target away from the board and does not make the pad softer. PART and BLOCK do not differ between units.
+PART is the possible excess of the stated strain over the true strain. BLOCK is the error of the formula for the pad's
+stiffness.
 """
 
 WHOLE = 0.99  # Fraction of a pad from which on all of it counts as loaded
@@ -40,7 +41,7 @@ SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its
 class PressingScatter:
     """Standard deviations of strain, remaining thickness (m) and apparent modulus (Pa) of the pressed pad.
 
-    `cause` is the largest contribution to the strain's. `shares` are the strain's standard deviations by cause.
+    `shares` are the standard deviations of the strain by cause, and `cause` is the cause with the largest.
     """
 
     strain: float
@@ -145,10 +146,10 @@ def web_stiffness(spec: SensorSpec) -> list[float]:
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
-    """Return the part of the pad that the target loads, and the distance (m) of its middle from the target's.
+    """Return the part of the pad under the target, and the distance (m) of its middle from the target's middle.
 
-    Without a target it is the whole pad. The pad is wider by `wider` (m). The area that pad and target share is kept.
-    Its widths are along the target's sides or the pad's, whichever box it fills best.
+    Without a target it is the whole pad. The pad is wider by `wider` (m). The returned face has the area that pad and
+    target share. Its sides are along the sides of the target or of the pad, whichever box the shared area fills better.
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
@@ -212,9 +213,9 @@ def pressed_cases(
 def straight_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], nominal: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """Return linearised `pressed_cases`, by modulus and thickness, about the pressed pad.
+    """Return `pressed_cases` by modulus, thickness and formula, linearised about the pressed pad.
 
-    The formula's error acts as the modulus does.
+    The error of the formula for the stiffness acts like an error of the modulus.
     """
     assert spec.elastomer is not None
     material, formula = spec.elastomer.material, formula_sigma(spec)
@@ -246,7 +247,7 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
 
 
 def _of_part(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
-    """Return the stated pad and, if it has a doubt, a pad with two sigma less strain.
+    """Return the stated pad and, if its strain has a doubt, a pad with two standard deviations less strain.
 
     The modulus remains the modulus of the loaded part alone.
     """

@@ -192,8 +192,8 @@ def shared_shear_limit(shear: float) -> str:
 def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
     """Return the shear force (N) under which a level target travels by `travel` pad thicknesses.
 
-    It is the least along x or y and with each of the `presses` (full normal forces), or the force at which the pad
-    buckles.
+    It is the least value along x or y, under each of the `presses` (fractions of the full normal force). If the pad
+    buckles before, it is the buckling force.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
@@ -215,10 +215,13 @@ def _sheared(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
 
 
 LOADS = 25
-"""Number of shear forces in each range of the search. The first range ends at the force of the linear law."""
+"""Number of shear forces in each range of the search by `shear_at`.
+
+The first range ends at the force for the travel by a linear law.
+"""
 
 DOUBLED = 8
-"""Largest number of doublings of this range."""
+"""Largest number of times that `shear_at` doubles its range of forces."""
 
 
 def held_shear(spec: SensorSpec) -> float:
@@ -287,10 +290,13 @@ def moment_at(pad: BondedPad, normal: float, tilt: float) -> dict[str, float]:
 
 
 FARTHER = 3.0
-"""Largest moment in the search, over the moment that tilts the target at rest: a compressed pad holds more."""
+"""Largest moment in the search by `moment_at`, over the moment that tilts the target at rest by this angle.
+
+A compressed pad bears a larger moment.
+"""
 
 INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
-"""Moment with the same pattern of readings as a shear: coils on one side read more, on the other side less."""
+"""Moment that changes the readings in the same pattern as a shear: more on one side, less on the other side."""
 
 
 def axes_felt(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:

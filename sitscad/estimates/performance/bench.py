@@ -127,10 +127,16 @@ class Bench:
 
 
 STEP = 1e-3
-"""Step of a load, in full scales, for derivatives of the pose: far above the residual of a pose's solution."""
+"""Step of a load, in full scales, for numerical derivatives of the pose by the load.
+
+It is far above the residual of a pose's solution.
+"""
 
 SEARCHED = 33
-"""Number of forces in each interval of the search for the buckling force."""
+"""Number of forces in each interval of the search for the force at which the pad buckles (`gives_way`)."""
 
 NARROWED = 3
-"""Number of such searches, each in one interval of the last. The result is within 3e-5 of overload."""
+"""Number of successive searches for this force, each in one interval of the last search.
+
+The result is within 3e-5 of `overload`.
+"""

@@ -43,18 +43,21 @@ from sitscad.kernels.mechanics.motion import rotations
 from sitscad.spec.sensor import Requirements
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}
-"""Number in the pose at rest that a cause moves, by the cause's name."""
+"""Index of the number in the pose at rest (x, y, z, rx, ry, rz) that a cause changes, by the cause's name."""
 
 CANCEL = (CAPACITOR, CLOCK)
-"""Causes that do not change the ratio of a frequency to its tare (tests/estimates/test_performance.py)."""
+"""Causes without effect on the readings, because a reading is the ratio of a frequency to its value at the tare.
+
+Checked in tests/estimates/test_performance.py.
+"""
 
 
 @record(eq=False)
 class Units:
-    """Errors (N; loads, axes) by cause, for units with an error of one sigma of a single cause.
+    """Errors (N; loads, axes) by cause, each for a unit with an error of one sigma of this cause alone.
 
-    `before` is by the design's map after the unit's own tare. `after` is also after a fit of gains and cross gains at
-    the `loads` (3; N).
+    `before` holds the errors of the design's map after the unit's own tare. `after` holds the errors after an
+    additional fit of gains and cross gains at the `loads` (n, 3 or 5; N, N m).
     """
 
     loads: Array
@@ -62,13 +65,16 @@ class Units:
     after: Mapping[str, Array]
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
-        """Return one sigma (N) of all causes together on every axis, at a fraction of full normal force (N)."""
+        """Return one sigma (N) of every axis by all causes together, at the fraction `share` of full normal force.
+
+        `normal` is the full normal force (N). `is_calibrated` selects the errors after the fit of gains.
+        """
         errors = self.after if is_calibrated else self.before
         each = [self._near(error, share, normal) for error in errors.values()]
         return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
 
     def by_modulus(self, share: float, normal: float) -> Array:
-        """Return the contribution of the pad's modulus to `at` before a calibration (N), on every axis."""
+        """Return one sigma (N) of every axis by the pad's modulus alone, before a calibration. See `at`."""
         return self._near(self.before[MODULUS], share, normal)
 
     def _near(self, error: Array, share: float, normal: float) -> Array:
@@ -78,7 +84,10 @@ class Units:
 
 
 def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
-    """Return a unit for each manufacturing cause that moves readings after a tare. Clocks cancel."""
+    """Return the errors of units for each manufacturing cause that changes readings after a tare.
+
+    Errors of clock and capacitors cancel in a tare.
+    """
     bench = working.bench
     # zero, half and full load on the normal axis, both signs on the others
     lines = [(0.0, 0.5, 1.0) if name == "normal" else (-1.0, 1.0) for name in bench.range.axes]
@@ -101,15 +110,18 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
 
 
 def root_sum_of_mean_squares(errors: Sequence[Sequence[Array]]) -> Array:
-    """Return the standard deviation of independent causes (outer), each with alternative signs (inner)."""
+    """Return one standard deviation from errors by independent causes (outer) with alternative signs (inner).
+
+    Squares are averaged over the signs of a cause and added over the causes.
+    """
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in errors)))
 
 
 def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:
-    """Return readings of units with an error of one sigma of a cause.
+    """Return readings (outer list: units; inner list: signs of the error) under loads, for one sigma of a cause.
 
-    There is one unit, or one for every coil if each coil has the cause by itself. Each has one sign, or both if their
-    effects differ much.
+    If each coil has the cause by itself, there is one unit for every coil, otherwise a single unit. Both signs are
+    computed if their effects differ much.
     """
     if cause.name in CANCEL:
         return []
@@ -149,22 +161,23 @@ def farthest(needs: Requirements) -> float:
 
 
 def warming(needs: Requirements) -> float:
-    """Return the temperature change (K) after the tare, for the error budget and for checks."""
+    """Return the largest temperature change (K) after the tare, for the error budget and for checks."""
     return abs(farthest(needs) - needs.temperature)
 
 
 TARED_DRIFT = "drift with a tare before each grasp"
-"""Name of the remaining temperature drift with a tare before each grasp."""
+"""Name of the error by a temperature change if the sensor is tared before each grasp."""
 
 FLAT = 3.0
-"""Thickness expansion of a flat bonded pad over its linear expansion: it cannot grow sideways, so its volume grows
-upwards.
+"""Ratio of a flat bonded pad's expansion in thickness to its material's linear expansion.
+
+The pad cannot grow sideways, so its volume grows upwards.
 """
 
 BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
 UNTOLD = 0.01
-"""Largest deviation from 1 N of the linear map's result for a load of 1 N on an axis.
+"""Largest difference between 1 N on an axis and the linear map's result for this load.
 
 Beyond it, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
 """
@@ -172,28 +185,29 @@ Beyond it, the sensor cannot measure this axis, and the axis has infinite noise 
 BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
 
 DEGREE = math.radians(1.0)
-"""Tilt (rad) of the contact in errors together if the spec requires no tilt."""
+"""Tilt (rad) of the contact in the combined errors if the spec requires no tilt."""
 
 
 
 def tilt_cause(angle: float) -> str:
-    """Return the name of the error by a tilt (rad) of the contact."""
+    """Return the name of the error by a contact that is tilted by an angle (rad)."""
     degrees = f"{math.degrees(angle):.3g}"
     return f"{TILTED}{degrees} degree{'s' * (degrees != '1')}"
 
 
 SMALL_TILT = 1e-3
-"""Tilt (rad) whose moment is the numerical derivative of the moment by a tilt."""
+"""Tilt (rad) at which the moment is computed for the numerical derivative of the moment by the tilt."""
 
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-"""Directions of tilts: about x and y, either sign."""
+"""Tilts (rx, ry, rz) in each direction, in units of the tilt angle: about x and about y, with both signs."""
 
 
 @record(eq=False)
 class Tilts:
-    """Working points of a bench: loads (points, 3 or 5; N, N m) and poses (points, 6) of the target.
+    """Effects of a tilted contact at the working points of a load model.
 
-    No moment tilts the target.
+    `loads` (points, 3 or 5; N, N m) are the loads, and `poses` (points, 6; m, rad) the target's poses, without a tilt
+    by moments. `kept` caches results by angle (rad).
     """
 
     bench: Bench
@@ -210,7 +224,10 @@ class Tilts:
         return self._at(angle)[0]
 
     def moments(self, angle: float) -> Array:
-        """Return moments (points, ways, 2; N m) about x and y of this face, on the middle of the outermost face."""
+        """Return moments (points, ways, 2; N m) about x and y by the tilted face.
+
+        They act on the middle of the outermost face. `angle` is the tilt (rad).
+        """
         return self._at(angle)[1]
 
     def _at(self, angle: float) -> tuple[Array, Array]:
@@ -233,13 +250,14 @@ class Tilts:
 
 @record(eq=False)
 class Disturbed:
-    """Working point with its errors.
+    """Working point of a load model, with the errors by each cause.
 
-    It has its load (3; N), fraction of full scale and pose. It has slopes of the readings by pose (coils, 6) and by
-    measured axes of load (per N; coils, axes), and the linear map `inverse` (N per reading; axes, coils). It has the
-    effect of temperature on readings at rest (per K; coils), and the tilts of all working points, with its own
-    `number`. `by_pose_at_rest` (coils, 6) are slopes at rest, and `by_metal_loaded` (per K; coils) is the effect of
-    temperature on readings under full normal load.
+    `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
+    `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings by the pose and by the measured
+    loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. `by_metal` (coils; per K) is
+    the effect of temperature on readings at rest by copper and other metal. `tilted` holds the tilts of all working
+    points; this point's index is `number`. `by_pose_at_rest` (coils, 6) are the derivatives at rest. `by_metal_loaded`
+    (coils; per K) is the effect of temperature under full normal load.
     """
 
     bench: Bench
@@ -257,21 +275,21 @@ class Disturbed:
 
     @cached_property
     def carried(self) -> Array:
-        """Force (N) on every axis at its fraction of full scale."""
+        """Load (N, N m) on every measured axis at this point's fraction of full scale."""
         return np.asarray(self.share * self.bench.range.full_scales)
 
     @property
     def tilt(self) -> float:
-        """Tilt (rad) of the contact in errors together: the required tilt, or else one degree."""
+        """Tilt (rad) of the contact in the combined errors: the required tilt, or one degree if none is required."""
         required = self.bench.spec.requirements.tilt
         return DEGREE if required is None else required
 
     @property
     def tilts(self) -> Array:
-        """Slopes (N/rad) of every axis by rx, ry, rz at zero tilt.
+        """Derivatives (N/rad; axes, 3) of the measured load on every axis by rx, ry, rz at zero tilt.
 
-        A single coil has almost none, but still responds to finite tilts. For moments, the tilt's own moment is
-        subtracted.
+        For a single coil they are almost 0, but finite tilts still have an effect. For moment axes, the tilt's own
+        moment is subtracted.
         """
         slopes = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
@@ -288,22 +306,22 @@ class Disturbed:
         return loads
 
     def by_tilt(self, angle: float) -> Array:
-        """Return errors (N, N m) of every axis by a tilt (rad) about x and y, either sign: (2, 2, axes).
+        """Return errors (2, 2, axes; N, N m) by a tilt (rad): first index about x or y, second index sign + or -.
 
-        For moments, the tilt's own moment is subtracted.
+        For moment axes, the tilt's own moment is subtracted.
         """
         read = self.tilted.at(angle)[self.number] @ self.inverse.T
         return np.asarray(read - self._of_moments(self.tilted.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
-        """Return error magnitudes, the worse of both signs: (axes, 2) for tilts (rad) about x and y."""
+        """Return magnitudes of errors (axes, 2; N, N m) by tilts (rad) about x and y, the larger of both signs."""
         return np.asarray(np.abs(self.by_tilt(angle)).max(axis=1).T)
 
     @cached_property
     def contact(self) -> Array:
-        """Errors (N/mm) of every axis by a force beside the middle, along x and y, on a target that is free to tilt.
+        """Errors (axes, 2; N/mm) by a normal force beside the target's middle, along x and y, per mm of distance.
 
-        NaN if the pad buckles. For moments, the force's own moment is subtracted.
+        The target is free to tilt. NaN if the pad buckles. For moment axes, the force's own moment is subtracted.
         """
         force = float(self.load[0])
         wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
@@ -314,9 +332,9 @@ class Disturbed:
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
-        """Errors (N/K) of every axis by each part that warms after the tare.
+        """Errors (N/K) of every axis by temperature, for each part that warms after the tare.
 
-        Capacitors have one sigma, each its own.
+        The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -337,27 +355,31 @@ class Disturbed:
 
     @property
     def warmed_by(self) -> str:
-        """Name of `drift` in text: drift differs with the load."""
+        """Name of the error `drift` in tables, with the working point and the temperature change."""
         drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
         return f"{drift}, {self.warming:.3g} K"
 
     @property
     def drift(self) -> Array:
-        """Standard deviation (N) of every axis by `warming` after the tare, at this load."""
+        """Standard deviation (N) of every axis by the temperature change `warming` after the tare, at this load."""
         return np.asarray(self.warming * self.temperature)
 
     @property
     def temperature(self) -> Array:
-        """Standard deviation (N/K, N m/K) of every axis: the sum of errors with known signs, and capacitors."""
+        """Standard deviation (N/K, N m/K) of every axis by temperature.
+
+        Errors with known signs are summed. The error by the capacitors is added by root sum of squares.
+        """
         signed = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
         return np.asarray(np.hypot(signed, self.by_kelvin["capacitors"]))
 
     @property
     def tared_drift(self) -> Array:
-        """Error (N, N m) of every axis by `warming` with a tare after it, before each grasp.
+        """Error (N, N m) of every axis by the temperature change `warming`, with a tare before each grasp.
 
-        The tare removes the effect of temperature at rest. The changed effect of metal and of the pad's expansion under
-        load remains, and the modulus. The effect of metal is proportional to the load.
+        The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
+        changed effect of metal, the changed effect of the pad's expansion, and the modulus. The effect of metal is
+        proportional to the load.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -371,14 +393,15 @@ class Disturbed:
     def noise(self) -> Array:
         """Standard deviation (N) of every axis by the converter's noise.
 
-        It is infinite if no reading moves with the axis, or only as with another axis.
+        It is infinite for an axis that does not change the readings, or changes them only in the pattern of another
+        axis.
         """
         sigma = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
         return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, sigma, np.inf))
 
     @property
     def hysteresis(self) -> Array:
-        """Error (N) on every axis by either branch of the hysteresis loop of full scale."""
+        """Error (N) on every axis by hysteresis: half the width of the pad's loop over full scale."""
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, names = pad.material, self.bench.range.axes
@@ -387,7 +410,7 @@ class Disturbed:
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Return errors (N, N m) of every axis by full scale on each force axis that the array cannot measure."""
+        """Return errors (N, N m) of every axis, by each force axis that the coils cannot measure, at full scale."""
         errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
@@ -399,8 +422,8 @@ class Disturbed:
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause that is equal for all units.
 
-        Tilts are of the required angle or one degree, the worse of both signs. Twists are of one degree. It is infinite
-        on an axis without a signal.
+        Errors by tilts are for the required angle or one degree, and the larger of both signs. Errors by twists are for
+        one degree. All values are infinite on an axis without a signal.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -438,7 +461,8 @@ class Disturbed:
     def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
         """Return errors of the ratio of shear to normal force by cause, at the working point's fraction of full scale.
 
-        Modulus and its temperature dependence do not change the ratio. The required tilt counts if there is one.
+        Modulus and its temperature dependence do not change the ratio. The error by a tilt is included if the spec
+        requires a tilt.
         """
         names = self.bench.range.axes
         k, n = names.index(shear), names.index("normal")
@@ -465,10 +489,10 @@ class Disturbed:
 def by_metal(
     coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
 ) -> Array:
-    """Return derivatives of the readings in a state (coils; per K) by the temperature of copper and other metal.
+    """Return derivatives (coils; per K) of the readings in a state by the temperature of copper and other metal.
 
-    They come from estimates of the coils, and of coils warmer by `warming` (K). The readings at `rest` set the number
-    of coils.
+    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if `rest`,
+    the readings at rest, has another number of coils.
     """
     derivatives = []
     for coil, warm in zip(coils, warm_coils, strict=True):
@@ -483,10 +507,10 @@ MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its
 
 
 def resonances(bench: Bench, pose: Array) -> dict[str, float]:
-    """Return the undamped natural frequency (Hz) of target and pad along every measured axis: sqrt(k / m) / (2 pi).
+    """Return the natural frequency (Hz) without damping of target and pad along every measured force axis.
 
-    It is at a pose (6,) of a level target with nothing on it. The mass m is of the target, the film over it and a third
-    of the pad under it. Empty if a density is unknown.
+    It is sqrt(k / m) / (2 pi) at a `pose` (6,) of a level target without an object on it. The mass m is the target's,
+    the film's over it and a third of the pad's under it. Empty if a density is unknown.
     """
     target, pad, skin = bench.spec.target, bench.spec.elastomer, bench.spec.encapsulation
     assert target is not None and pad is not None

@@ -20,10 +20,10 @@ STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the m
 
 @record(eq=False)
 class Curve:
-    """Curve of one axis: forces (n; N) or moments (n; N m), and the normal force under them.
+    """Curve of one axis: inductances over the loads on this axis.
 
-    It has every coil's inductance by the converter's formula (n, coils; H), and its standard deviation by manufacture
-    since the tare.
+    `forces` (n) are in N, or in N m for a moment. `normal` (N) is the normal force under them. `inductance` (n, coils;
+    H) is by the converter's formula. `sigma` (n, coils; H) is its standard deviation by manufacture since the tare.
     """
 
     axis: str

@@ -30,26 +30,27 @@ APART = 0.1
 """Least distance between two loads (in full scales) that count as different loads."""
 
 SAME = 1e-3
-"""Largest difference between two readings by the polynomials (over their span) that count as equal."""
+"""Largest difference of readings by the polynomials, over their span, at which two loads count as ambiguous."""
 
 ALIKE = 3e-3
-"""Largest difference between two readings by the response (over their span) that count as equal."""
+"""Largest difference of readings by the response model, over their span, at which two loads count as ambiguous."""
 
 DOUBTED = 1e-2
-"""Largest difference between two readings by a surrogate (over their span) that count as equal.
+"""Largest difference of readings by a surrogate, over their span, at which two loads are tried with the response model.
 
 A surrogate has errors of some per cent of the span.
 """
 
 NEARBY = 1e-2
-"""Step of a load (in full scales) for the derivative of its reading."""
+"""Step of a load (in full scales) for numerical derivatives of the readings by the load."""
 
 DRAWN = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
 TOLD = 0.1
-"""Least singular value of the readings' slopes, over the largest, along which a step goes.
+"""Least singular value of the readings' derivatives, over the largest, in whose direction a load is moved.
 
-Along smaller ones all loads have nearly equal readings, and a step would bring two loads together.
+In directions with smaller singular values all loads have nearly equal readings. A step there would bring the two loads
+together.
 """
 
 SWEEP = 5  # Loads along an axis at which crosstalk is computed
@@ -58,30 +59,34 @@ Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that 
 TRIED = 12  # Pairs of loads from which the search for equal readings starts
 
 LEAST_TOLD = 4
-"""Number of places with the least sensitivity that are tested for ambiguous loads."""
+"""Number of grid points with the least sensitivity that are tested for ambiguous loads."""
 
 POLISHED = 8
-"""Number of pairs of loads that are refined, by the least sensitivity and by the polynomials together."""
+"""Largest number of pairs of loads that are refined with the load model.
+
+Pairs by the least sensitivity come first, then pairs by the polynomials.
+"""
 
 POLISHING = 8
-"""Number of Gauss-Newton steps that refine a pair of loads."""
+"""Largest number of Gauss-Newton steps that refine a pair of loads."""
 
 
 LEAST_SHARE = 1e-10
-"""Least singular value, over the largest, of combinations of terms that are kept in a fit."""
+"""Least singular value, over the largest, of the combinations of terms that a polynomial's fit includes."""
 
 LEAST_SHARE_REDUNDANT = 1e-4
-"""The same value for more variables (coils) than outputs (axes).
+"""Least singular value as in LEAST_SHARE, for fits with more variables (coils) than outputs (axes).
 
 With more variables than outputs the points lie on a surface. Deviations from it below 1e-4 come from one design's leads
-and manufacture. Coefficients from them err by several full scales on the next unit (four coils, three forces).
+and manufacture. Coefficients fitted to these deviations err by several full scales on the next unit (four coils, three
+forces).
 """
 
 
 def fitted(points: Array, values: Array, degree: int) -> Polynomial:
-    """Return the polynomial through (n, variables) points and (n, outputs) values, without a constant term.
+    """Return the polynomial fitted to (n, variables) points and (n, outputs) values, without a constant term.
 
-    Zero readings are zero load. Raises ValueError if there are fewer points than terms.
+    It is 0 for zero readings. Raises ValueError if there are fewer points than terms.
     """
     powers = exponents([1.0] * points.shape[1], degree, 1)
     if len(points) < len(powers):
@@ -92,7 +97,10 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
 
 
 def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
-    """Return the polynomial up to a degree with the least rms error, over the values' spread, at held-out points."""
+    """Return the polynomial, of degree `most` at most, with the least rms error at held-out points.
+
+    `held_out` holds points and values that are not fitted. Errors are relative to the span of the values.
+    """
     best, apart = None, np.inf
     span = np.maximum(np.ptp(values, axis=0), 1e-300)
     for degree in range(1, most + 1):
@@ -108,10 +116,10 @@ def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], mos
 
 @record(eq=False)
 class SolvedRange:
-    """Loads (n, 3; N) of the range with their readings (n, coils).
+    """Loads (n, 3 or 5; N, N m) over the range with their readings (n, coils).
 
-    The normal axis goes from zero to full scale, and measured shear axes to both sides. `loads` are for the fit of the
-    map, and `held_out` for its test.
+    The normal axis goes from zero to full scale, and the other measured axes from minus to plus full scale. The map is
+    fitted to `loads` and `readings`, and tested on the loads and readings of `held_out`.
     """
 
     bench: Bench
@@ -121,7 +129,7 @@ class SolvedRange:
 
     @cached_property
     def map(self) -> Polynomial:
-        """Polynomial from readings to loads (N, of measured axes), with the least error at held-out loads."""
+        """Polynomial from readings to loads (N) on measured axes, with the least error at held-out loads."""
         columns = self.bench.range.columns
         return best_fitted(self.readings, self.loads[:, columns],
                            (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
@@ -141,15 +149,15 @@ class SolvedRange:
 
     @cached_property
     def interpolated(self) -> bool:
-        """Whether the error of `forward` is below `DRAWN` of every coil's span (rms over held-out loads)."""
+        """Whether the rms error of `forward` at held-out loads is below `DRAWN` of every coil's span of readings."""
         loads, readings = self.held_out
         off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
         return bool(np.all(off < DRAWN * np.ptp(self.readings, axis=0)))
 
     def read(self, loads: Array) -> Array:
-        """Return readings (n, coils) under loads (n, 3; N) of the range, within `DRAWN` of the coils' spans (rms).
+        """Return readings (n, coils) under loads (n, 3 or 5; N, N m) of the range.
 
-        They are interpolated if that is accurate enough, or else solved.
+        They are interpolated by `forward` if its rms error is below `DRAWN` of each coil's span, or else solved.
         """
         if self.interpolated:
             return self.forward(loads[:, self.bench.range.columns])
@@ -169,9 +177,10 @@ class SolvedRange:
         return next(((_load(first), _load(second)) for first, second in loads), None)
 
     def _insensitive_loads(self) -> Iterator[tuple[Array, Array]]:
-        """Return two places (in full scales) on either side of the least sensitivity, along the insensitive direction.
+        """Yield pairs of places (in full scales) about the grid points with the least sensitivity.
 
-        There the readings reverse, or nearly so.
+        The places lie on either side of the point, along the load direction that changes the readings least. There the
+        readings may turn back.
         """
         names, coils = self.bench.range.axes, self.readings.shape[1]
         count, lowest = GRID[len(names)], self.bench.range.lowest
@@ -188,9 +197,8 @@ class SolvedRange:
     def _polished(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
         """Return two places (in full scales) whose readings differ by less than `tolerance` of their span.
 
-        None if not found.
-
-        The bench itself computes the readings. Gauss-Newton steps move the second place from its estimate.
+        None if the readings stay different, or if the places come closer than `APART`. The bench itself computes the
+        readings. Gauss-Newton steps move the second place from its estimate.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(POLISHING):
@@ -251,9 +259,9 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
 
 
 def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
-    """Return crosstalk by the nonlinear map and by a linear map `straight` (N per reading; axes, coils).
+    """Return the crosstalk about a working point's `load`: by the nonlinear map, then by a linear map.
 
-    It is from a working point's `load` (3; N).
+    The load is (3 or 5; N, N m). `straight` (axes, coils; N per reading) is the linear map.
     """
     bench = working.bench
     loads = axis_sweeps(bench.range, load)
@@ -262,9 +270,9 @@ def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Cross
 
 
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
-    """Return loads (axes, n, 3 or 5; N, N m).
+    """Return loads (axes, n, 3 or 5; N, N m), one sweep for each measured axis.
 
-    For each axis they begin with `load`, then go from one end of the axis to the other.
+    The first row of a sweep is `load`. In the other rows one axis goes from its lower to its upper end.
     """
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
     return np.array([np.vstack([load, along(load, name, np.linspace(low, 1.0, SWEEP) * full)])
@@ -272,9 +280,10 @@ def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
 
 
 def crosstalk_of(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
-    """Return each axis's error, over its full scale, while another axis covers its own.
+    """Return the largest error of each axis, over its full scale, while another axis moves over its range.
 
-    `read` are the loads (axes * n, measured axes; N) that a map returns for `axis_sweeps` (axes, n, 3; N).
+    `loads` (axes, n, 3 or 5; N, N m) are from `axis_sweeps`. `read` (axes * n, measured axes; N, N m) are the loads
+    that a map returns for their readings.
     """
     forces = read.reshape(*loads.shape[:2], -1)
     true = loads[:, :, scope.columns]

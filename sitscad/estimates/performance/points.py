@@ -53,9 +53,9 @@ COURSE = 9  # Number of loads along an axis
 
 
 def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:
-    """Return the range (N) of an axis and its limit.
+    """Return the largest load (N, N m) on an axis that the sensor can measure, and the name of its limit.
 
-    The normal axis starts at zero. Shear goes along + on top of the working point's load.
+    The normal axis starts at zero. Another axis adds to the working point's `load` in the positive direction.
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
@@ -77,7 +77,7 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
 
 @record(eq=False)
 class SensingAnalysis:
-    """Sensing performance by a bench. Each figure is computed at its first use."""
+    """Sensing performance by a load model (`Bench`). Each value is computed at its first use."""
 
     layout: Layout
     estimates: Estimates
@@ -118,12 +118,12 @@ class SensingAnalysis:
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
-        """Points at which the pad holds the target. At other points figures are meaningless."""
+        """Working points at which the pad bears the load. At other points, values are meaningless."""
         return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
 
     @cached_property
     def is_range_held(self) -> bool:
-        """Whether the pad holds the target under all required loads."""
+        """Whether the pad bears all required loads without buckling."""
         return bool(np.all(self.bench.is_held(self.working.loads)))
 
     @cached_property

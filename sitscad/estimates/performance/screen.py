@@ -1,8 +1,8 @@
-"""Performance at the screen level: a surrogate of the frequencies by correction ratios of an infinite plate.
+"""Performance at the screen level: coil frequencies by a surrogate, from correction ratios of an infinite plate.
 
-Full checks and documents use the response's own solution instead. A slightly tilted target counts, for every coil, as a
-level target. Its height is taken over the middle of the area that target and coil share. `NEARLY` is the error of the
-figures.
+Full checks and documents use the response model instead. For every coil, a slightly tilted target counts as a level
+target. Its height is taken over the middle of the area that target and coil share. `NEARLY` is the relative error of
+the results.
 """
 
 from __future__ import annotations
@@ -31,34 +31,34 @@ NEARLY = 0.08
 """Relative error of noise and drift at the screen level."""
 
 HEIGHTS = 4
-"""Number of heights of the surrogate."""
+"""Number of heights of the target at which the surrogate is computed, down to `DEPTH`."""
 
 PLACES = 3
-"""Number of places of the surrogate along x and along y."""
+"""Number of places of the target along x, and along y, at which the surrogate is computed."""
 
 REACH = 0.25
-"""Lateral range of the surrogate on each side of rest, in pad thicknesses."""
+"""Largest lateral displacement of the target from rest in the surrogate, in pad thicknesses."""
 
 DEEPER = 10
-"""Additional heights for each pad thickness that the surrogate goes deeper than `DEPTH`."""
+"""Additional heights of the surrogate, per pad thickness, below `DEPTH`."""
 
 AMPLY = 1.02
-"""Depth of the surrogate over the target's depth at the required force."""
+"""Lowest height of the surrogate below rest, over the target's travel under the required force."""
 
 LIFTED = 0.1
-"""Height of the surrogate above rest, in pad thicknesses, for edges that a tilt lifts."""
+"""Highest height of the surrogate above rest, in pad thicknesses, for edges that a tilt lifts."""
 
 DEPTH = VALID_STRAIN + LIFTED
-"""Least depth of the surrogate below rest, in pad thicknesses."""
+"""Least distance below rest, in pad thicknesses, down to which the surrogate is computed."""
 
 
 @one_thread
 def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     """Return a function of poses (n, 6; m, rad) whose values are the coils' frequencies (n, coils; Hz).
 
-    Every coil must have a state at rest. The surrogate interpolates the logarithm of the frequency over that at rest
-    between Chebyshev points of x, y and z. Only points on the axes are computed: for others the changes along both axes
-    are added.
+    Every coil must have a state at rest. The surrogate interpolates ln(frequency / frequency at rest) between Chebyshev
+    points of x, y and z. Only points with x = 0 or y = 0 are computed. At other points, the changes along both axes are
+    added.
     """
     spec = layout.spec
     pad = spec.elastomer
@@ -98,9 +98,9 @@ def _height_over(poses: Array, middle: Array) -> Array:
 
 
 def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
-    """Return the sensitivity of a tank's frequency to inductance, relative to a lossless tank's.
+    """Return the factors (coils) on the frequency change of a lossless tank for an inductance change.
 
-    It comes from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
+    They come from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
     """
     ratios = np.ones(len(coils))
     for k, coil in enumerate(coils):
@@ -113,7 +113,7 @@ def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
 
 @one_thread
 def screen_bench(layout: Layout, estimates: Estimates) -> Bench:
-    """Return a design with a target on its pad, by the surrogate. Raises NoResponse if a coil has no state at rest."""
+    """Return the load model of a design by the surrogate. Raises NoResponse if a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
     spec, level = warmed(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)

@@ -26,19 +26,20 @@ from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 AROUND = 1.5
-"""Radius within which neighbours count, relative to the distance of the nearest neighbour.
+"""Radius around a cell within which cells count as neighbours, over the distance of the nearest neighbour.
 
-It includes diagonal ones.
+It includes diagonal neighbours.
 """
 
 
 WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
-"""Displacement of a target by its pressed neighbour, through a web of width w and length g.
+"""Constants of the largest displacement of a target if a neighbouring cell, joined by a web, is pressed.
 
-The web is as thick as the pads (h); b is the pads' side. The mean displacement is at most 0.25 w/b exp(-0.95 g/h) of
-the pressed target's. The displacement of the edge is at most this, with 1.2 in place of 0.25. This is an envelope of
-linear finite elements, which lie 1.1 to 3 times below it, or 5 times end to end for pads 2.5 times as long as wide.
-Range: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py).
+The web has width w and length g. It is as thick as the pads (h); b is the pads' side. The target's mean displacement is
+at most WEB_MEAN w/b exp(-WEB_DECAY g/h), relative to the pressed target's. Its edge moves at most by this value with
+WEB_EDGE in place of WEB_MEAN. Linear finite elements gave displacements 1.1 to 3 times smaller. For pads 2.5 times as
+long as wide, joined end to end, they were 5 times smaller. Range: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4
+thicknesses, any width (tests/validation/test_webs.py).
 """
 
 
@@ -230,11 +231,10 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
 
 
 def web_crosstalk(spec: SensorSpec) -> Array:
-    """Return bounds of a target's displacement through webs, (cells, cells).
+    """Return bounds (cells, cells) of a target's displacement through webs, over the pressed target's displacement.
 
-    The first index is the displaced cell, the second the pressed cell. Values are relative to the pressed target's
-    displacement. A group of coils also responds to the target's tilt; a single coil in the middle of its target does
-    not.
+    The first index is the displaced cell, the second the pressed cell. Bounds are for the target's edge if cells have
+    several coils, which also respond to the target's tilt. A single coil in the middle of its target does not.
     """
     pad, cells = spec.elastomer, cell_specs(spec)
     bounds = np.zeros((len(cells), len(cells)))
@@ -271,10 +271,11 @@ def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk |
 
 
 def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
-    """Return values with which a page shows all cells from the response of the weakest cell.
+    """Return values with which a web page shows all cells, although it has the response of the weakest cell alone.
 
-    For each cell they are its coils, their frequencies at rest (Hz) and offsets, and its signal relative to the weakest
-    cell's. Also, for each neighbour, the bound of its crosstalk from this cell, relative to its signal.
+    For each cell they are its coils, their frequencies at rest (Hz), and the offsets of the counts. `signal` is
+    relative to the weakest cell's. `read_by` lists each neighbour with the bound of its crosstalk from this cell,
+    relative to the neighbour's signal.
     """
     signals, rows, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
     weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
@@ -292,10 +293,10 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
 
 @one_thread
 def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
-    """Return the ratio of two signals under the required force, for each coil.
+    """Return the ratio of two signals under the required force, for each coil: with its own pad, and with a mean pad.
 
-    They are the coil's signals with its own pad and with the mean pad of all cells. If `is_rough`, it is the ratio of
-    the strains. The frequency (Hz) is near the frequencies of all coils.
+    The mean is over the pads of all cells. If `is_rough`, it is the ratio of the strains. The frequency (Hz) is near
+    the frequencies of all coils.
     """
     spec, pad = layout.spec, layout.spec.elastomer
     assert pad is not None

@@ -26,10 +26,10 @@ from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_
 from sitscad.kernels.electromagnetics.resonator import Network, Oscillations, oscillate
 
 HEIGHTS = 4
-"""Number of heights, evenly spaced in their logarithm, at which current crowding is computed."""
+"""Number of heights of the target, evenly spaced in ln(height), at which current crowding is computed."""
 
 POINTS = 8
-"""Number of Chebyshev points in ln f for values that do not depend on the pose."""
+"""Number of Chebyshev points in ln f at which values that do not depend on the pose are computed."""
 
 
 @record(eq=False)

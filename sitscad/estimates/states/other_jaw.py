@@ -29,15 +29,15 @@ from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Jaw
 
 GRASPED = (0.0, 1e-3, 2e-3)
-"""Thicknesses (m) of an object between sensor and other jaw, for which the effect is stated.
+"""Thicknesses (m) of the object between sensor and other jaw for which the effect is stated.
 
-They are nothing, thin, and usual (an assumption).
+They stand for no object, a thin object and a usual object (an assumption).
 """
 
 ERROR, LEAST_ERROR = 0.05, 2e-4
-"""Relative error of the change by an infinite plate, and its minimum relative to the target's change.
+"""Stated error of the inductance change by the other jaw: over this change, and at least over the target's change.
 
-Discs of finite elements differ by 2 % of the change and by 1e-4 of the target's change
+Discs of finite elements differ by 2 % of the change by the jaw, and by 1e-4 of the target's change
 (tests/validation/test_front_metal.py).
 """
 
@@ -50,7 +50,7 @@ def front_plate(jaw: Jaw | None) -> MetalLayer | None:
 
 
 def front_room(film: Encapsulation | None, jaw: Jaw | None) -> float:
-    """Return the distance (m) from the target's outer face to the other jaw's metal, with jaws closed on nothing."""
+    """Return the distance (m) from the target's outer face to the other jaw's metal, in empty closed jaws."""
     assert jaw is not None
     return film_thickness(film) + jaw.opposing_pad_thickness
 
@@ -60,9 +60,9 @@ def changes_in_front(
 ) -> Array:
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
 
-    The frequency is in Hz. The level target is moved by `heights` (m) from rest; `grasped` (m) are thicknesses between
-    the sensor's top and the other jaw. The target is solved in the metal's field, and its currents have images in both
-    metals.
+    The frequency is in Hz. The target is level and moved by `heights` (m) from rest. `grasped` (m) are the thicknesses
+    of an object between the sensor's top and the other jaw. The target is solved in the coils' field with the metal in
+    front. Its currents have images in the metal behind and in front.
     """
     spec, coils = windings.spec, windings.layout.coils
     plate, spectrum, behind = front_plate(spec.jaw), windings.winding.spectrum, metal_behind(spec)

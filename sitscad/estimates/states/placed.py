@@ -22,29 +22,32 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 FARTHER = 1.3
-"""Ratio of successive lateral reaches for which a target is solved: one solution serves many poses.
+"""Ratio of successive rounded lateral reaches for which a target is solved, so that one solution serves many poses.
 
 See `HEIGHT_STEP`.
 """
 
 LEAST_HEIGHT = 40e-6
-"""Least height (m) over the copper's mid-plane at which a field is taken.
+"""Least height (m) over the copper's mid-plane at which a coil's field is computed.
 
-Fields of lower points are taken at this height, because tracks are no filaments there.
+At lower points the field of this height is taken, because a near track does not act like a filament.
 """
 
 WIDEST = 4.4
-"""Side of the table of a coil's potential, in coil sizes. Beyond it the coil is a dipole, to 2e-4 of a change."""
+"""Side of the area over which a coil's potential is tabulated, in coil sizes.
+
+Beyond it, the coil is replaced by a dipole. The error is 2e-4 of an inductance change.
+"""
 
 MOST_NODES = 800
 """Largest number of nodes along a side of the table of a coil's potential."""
 
 
 MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
-"""Extent of the solved target beyond the outermost coil.
+"""Constants of the distance from the outermost coil up to which a target is solved.
 
 It is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. Heights count up to `HIGHEST` coil sizes: beyond,
-a change is below 1 % of an inductance. For magnetic metals the extent is `MAGNETIC` times as large.
+a change is below 1 % of an inductance. For magnetic metals the distance is `MAGNETIC` times as large.
 """
 
 LEFT_OUT = 0.003
@@ -54,13 +57,13 @@ The part was compared with targets of 11 sizes (tests/estimates/test_placed.py).
 """
 
 LEFT_OUT_OF_MAGNETIC = 0.006
-"""The same error for magnetic targets."""
+"""Largest error as in LEFT_OUT, for magnetic targets."""
 
 STEP = 0.5
 """Step to which half the side of the solved part of a target is rounded up, in coil sizes."""
 
 WORTH = 0.8
-"""Ratio of the solved part's side to the target's side from which the whole side is solved."""
+"""Least ratio of the solved part's side to the target's side at which the whole side is solved."""
 
 FARTHEST = 1.0
 """Largest distance (m) of a requested pose from rest, along each axis."""

@@ -33,30 +33,33 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 
 IMAGED = 0.35
-"""Factor from the difference between mirror and metal to the error of a change.
+"""Error of a change by a perfect mirror in place of the metal behind, over the relative difference of their fields.
 
-It is at most 0.3 for steels and ferrite behind infinite sheets.
+It is at most 0.3 for steels and ferrite behind infinite sheets. See `mirror_error`.
 """
 
 LONGEST = 1e-3
-"""Least wave number (1/m) of a reflection: at zero, air between two plates has no reflection of its own."""
+"""Least wave number (1/m) at which a reflection factor is computed.
+
+At zero, the layer of air between two plates has no reflection factor of its own.
+"""
 
 MOST_WAVES = 4.0
-"""Wave number, times the coil's size, whose reflection has nearly the frequency dependence of a target's changes.
+"""Product of wave number and coil size at which an infinite sheet's reflection stands for a target (`endless_like`).
 
-The remaining error is a fourteenth to a half of the error of straight lines, for steels and foils of 3 to 6 mm over
-coils of 6 mm.
+This reflection has nearly the frequency dependence of a target's changes. Steels and foils of 3 to 6 mm over coils of 6
+mm were compared. The remaining error is a fourteenth to a half of the error of straight lines.
 """
 
 SQUEEZED = 0.8
-"""Largest relevant wave length between target and mirror, relative to their distance.
+"""Largest length over which the field is taken to vary at the target, over the target's distance to the mirror.
 
-Without this limit, boxes and discs over coils that are long against this distance had errors up to 0.5 and 0.8 % of the
-change (tests/validation/random_poses.py).
+The limit serves coils that are long against this distance. Without it, boxes and discs had errors up to 0.5 and 0.8 %
+of the change (tests/validation/random_poses.py).
 """
 
 FRONT_WAVES = 0.1
-"""Least relevant wave length between target and metal in front, relative to the coils' width."""
+"""Least distance between target and metal in front for which the field is resolved, over the coils' width."""
 
 ROOF = (0.3, 0.6, 1.5)
 """Depths of the planes that stand for metal in front of a target, in skin depths times the metal's permeability.
@@ -66,24 +69,24 @@ brass and copper.
 """
 
 ROOF_MAGNETIC = (0.0, 0.5, 1.5)
-"""The same depths for magnetic steels. The fit differs from their reflection by 5 to 10 %."""
+"""Depths as in ROOF for magnetic steels. The fitted reflection differs from the metal's by 5 to 10 %."""
 
 ROOF_WAVES = 24
 """Number of wave numbers at which the reflections of the planes are fitted."""
 
 MOST_ORDERS = 44
-"""Largest order of the currents around a disc."""
+"""Largest order of the currents around a disc: the number of periods along its circumference."""
 
 OUT_OF_PHASE = 1e-4
-"""Fraction of a mirror's field that is out of phase (its loss), from which on this part is included."""
+"""Least out-of-phase fraction of a reflected field, caused by loss in the metal, that the solution includes."""
 
 
 @record
 class Detail:
-    """Resolution of a target, from its least height (m) over the coils' copper and the coils' size (m).
+    """Resolution with which a target's currents are computed.
 
-    `mirror` (m) is the least distance to a mirror behind the coils. `finer` multiplies the usual resolution, for
-    convergence tests.
+    `height` (m) is the target's least height over the coils' copper, and `coil` (m) the coils' size. `mirror` (m) is
+    the least distance to a mirror behind the coils. `finer` multiplies the usual resolution, for convergence tests.
     """
 
     height: float
@@ -93,7 +96,10 @@ class Detail:
 
     @property
     def length(self) -> float:
-        """Length (m) over which the coils' field varies at the target. Their images cancel most of longer waves."""
+        """Length (m) over which the coils' field varies at the target.
+
+        Longer waves count less, because the coils' images in the mirror cancel most of them.
+        """
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
     def points(self, length: float) -> int:
@@ -101,7 +107,7 @@ class Detail:
         return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
-        """Return the distance (m) of the spline knots in the middle of a length (m)."""
+        """Return the largest distance (m) between spline knots on a face of this length (m), at its middle."""
         return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
@@ -163,9 +169,9 @@ class Solving:
 
     @property
     def _room(self) -> float:
-        """Length (m) of the relevant waves between target and front.
+        """Distance (m) between target and front for which the field between them is resolved.
 
-        The target leaves waves that are not much shorter.
+        It is at least `FRONT_WAVES` of the coils' width.
         """
         assert self.front is not None
         room = self.front.distance - self.lowest - self.target.thickness
@@ -173,7 +179,10 @@ class Solving:
 
     @cached_property
     def mirror_error(self) -> float:
-        """Relative error by taking the image of the target's currents in a perfect mirror."""
+        """Relative error of a change by a perfect mirror in place of the metal behind.
+
+        The mirror stands for the image of the target's currents alone.
+        """
         if self.mirror is None or self.behind is None:
             return 0.0
         return mirror_error(self.behind, self.mirror, self.middle, self.lowest, max(self.coil.size))
@@ -186,7 +195,7 @@ class Solving:
 
     @cached_property
     def is_lossy(self) -> bool:
-        """Whether a relevant part of the field returned by other metal is out of phase."""
+        """Whether the field reflected by metal behind or in front is out of phase by more than `OUT_OF_PHASE`."""
         waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
         reflections = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
         return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in reflections)
@@ -234,7 +243,8 @@ class Solving:
 class TargetPlate:
     """A target of metal or ferrite over coils.
 
-    `mirror_error` is the relative error by taking the image of the target's currents in a perfect mirror.
+    `mirror_error` is the relative error of a change by a perfect mirror in place of the metal behind. The mirror stands
+    for the image of the target's currents.
     """
 
     solving: Solving
@@ -351,7 +361,7 @@ def solving_work(
 
 
 DISCS, IMAGES = 50.0, 12.0
-"""Work for discs, in units of `solving_work`.
+"""Factors that convert the work for a disc to the unit of `solving_work`.
 
 `DISCS` is the work for each function, order and point. `IMAGES` is the work for the image of the currents, for each
 order and each pair of points at which they are taken.
@@ -375,10 +385,10 @@ def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[
 
 
 def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
-    """Return a perfect mirror, deeper and weaker, with nearly the reflection of the metal behind.
+    """Return a perfect mirror, deeper and weaker, that reflects nearly like the metal behind.
 
-    It is matched for waves as long as the distance from a target at a height (m). It serves for the image of the
-    target's own currents alone; the image of the coils is exact.
+    It is matched at wave numbers 0.7 and 1.4 over the metal's distance from a target at a height (m). It serves for the
+    image of the target's own currents alone; the image of the coils is exact.
     """
     distance = height + behind.distance
     k = np.array([0.7, 1.4]) / distance
@@ -393,8 +403,8 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
 def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
     """Return planes whose combined reflection is nearly the reflection of the metal in front of a target.
 
-    It is a least-squares fit over wave numbers up to three over the `room` (m) between target and metal. Each wave has
-    the weight that remains after that distance. `floor` (m) is the height of the mirror behind.
+    It is a least-squares fit over wave numbers up to 3 / `room`, where `room` (m) is the distance between target and
+    metal. Each wave is weighted by its decay over this distance. `floor` (m) is the height of the mirror behind.
     """
     k = np.linspace(0.02, 1.0, ROOF_WAVES) * 3.0 / room
     first = front.plates[0]
@@ -410,10 +420,11 @@ def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> 
 
 
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
-    """Return the error by replacing the metal behind by a mirror, for targets at 1, 2 and 5 times a height (m).
+    """Return the relative error of a target's changes if a mirror replaces the metal behind.
 
-    It is the relative difference of waves that go to and fro, about as long as the coils' size (m), times `IMAGED`. The
-    changes differ by less, because shorter waves make most of the changes.
+    It is `IMAGED` times the largest relative difference of the field, reflected to and fro. Targets are at 1, 2 and 5
+    times a height (m). Wave lengths are of the order of the coils' size (m). The changes differ by less than this
+    field, because shorter waves make most of the changes.
     """
     k = np.array([2.0, 2.5, 4.0]) / size
     returned, worst = reflection(k, frequency, behind.plates), 0.0
@@ -473,7 +484,7 @@ def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexA
 
 
 USUAL = 0.006
-"""Error of a change, relative to the size of the complex change.
+"""Error of every inductance change, relative to the magnitude of the complex change.
 
 For any thickness, conductivity and permeability, half of the error covers the difference from infinite plates and from
 discs of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 %
@@ -481,53 +492,63 @@ for 95 of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
 """
 
 CLOSE = 0.01
-"""Additional relative error of a target at the copper, because two filaments are too few for a near track."""
+"""Additional relative error of the change by a target that touches the copper.
+
+A track is computed as two filaments, too few for a target so near.
+"""
 
 CLOSE_WIDTHS = 1.5
-"""Height of the target over the copper, in track widths, from which this error is 0. It falls linearly up to there."""
+"""Height of the target over the copper, in track widths, at which the error `CLOSE` has fallen linearly to 0."""
 
 WIDE = 0.0002
-"""Additional relative error of a large target per length over which the field at the target varies."""
+"""Additional relative error of the change by a large target, per unit of size / length above `WIDE_FROM`.
+
+The length is the length over which the coils' field varies at the target (`Detail.length`).
+"""
 
 WIDE_FROM = 8.0
-"""Size of the target, in these lengths, above which `WIDE` counts."""
+"""Ratio of the target's size to the length over which the field varies, above which the error `WIDE` counts."""
 
 MUTUAL = 0.0008
-"""Error of a mutual inductance's change, relative to the geometric mean of both coils' own changes."""
+"""Error of the change of a mutual inductance, over the geometric mean of both coils' own changes."""
 
 LOSSY = 0.001
-"""Additional relative error of a mirror with loss or partial reflection, beside `TargetPlate.mirror_error`."""
+"""Additional relative error of changes before metal that has loss or reflects only part of the field.
+
+`TargetPlate.mirror_error` is added to this error.
+"""
 
 
 MAGNET = 0.006
-"""Additional error of permeable metals, relative to the size of the complex change.
+"""Additional error of the change by permeable metals, relative to the magnitude of the complex change.
 
-With magnetic steels the inductance's change may pass zero, and a thin steel carries the field farther than its width
-(discs of finite elements, rods and plates of ferrite).
+With magnetic steels the inductance's change may pass zero. A thin steel carries the field farther than its width (discs
+of finite elements, rods and plates of ferrite).
 """
 
 LOSS = 0.015
-"""Relative error of the loss in a target (infinite plates: 1.2 %, discs of finite elements: 0.1 %)."""
+"""Error of the loss in a target, relative to the loss (infinite plates: 1.2 %, discs of finite elements: 0.1 %)."""
 
 TALL = 0.007
-"""Additional relative error of the loss in a target that is thicker than wide (a brass rod of 2 x 3 mm was 2.0 %
-off).
+"""Additional error of the loss in a target that is thicker than wide, relative to the loss.
+
+The loss in a brass rod of 2 x 3 mm was 2.0 % off.
 """
 
 LEAST_LOSSY = 5.0
-"""Largest complex change of a magnetic target that counts in the error of its loss, relative to the loss.
+"""Largest complex change (as omega L) of a magnetic target that counts in the error of its loss, over the loss.
 
-Targets with little loss then have no large error.
+The limit keeps this error small for targets with little loss.
 """
 
 
 def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, scale: float, lowest: Array,
                   mapping: float, mirror: float) -> Array:
-    """Return relative errors (poses, coils, coils) of changes (H).
+    """Return errors (poses, coils, coils) of inductance changes, each over the larger of the change and 1 % of `scale`.
 
-    Each is relative to the larger of the change and 1 % of `scale` (H). `size` (H) is the magnitude of the complex
-    change, and `lowest` (m) the height of the target's lowest point in each pose. `mapping` is the error by
-    interpolation, and `mirror` the error by the mirror behind the coils.
+    `change` and `size` (poses, coils, coils; H) are the real changes and the magnitudes of the complex changes. `scale`
+    (H) is the free inductance. `lowest` (poses; m) is the height of the target's lowest point. `mapping` is the error
+    by interpolation between poses, and `mirror` the error by the mirror behind the coils.
     """
     near, least = _more_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
@@ -553,7 +574,8 @@ def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scal
                   mapping: float, mirror: float, frequency: float) -> Array:
     """Return error bounds (poses, coils; ohm) of the losses in a target.
 
-    `size` (H) is the magnitude of each coil's complex change. The other arguments are as in `stated_errors`.
+    `lost` (poses, coils; ohm) are the losses, and `size` (poses, coils; H) the magnitudes of the complex changes. The
+    other arguments are as in `stated_errors`. The frequency is in Hz.
     """
     omega = 2.0 * math.pi * frequency
     near = _more_errors(coil, target, lowest)[:, None]
@@ -563,7 +585,7 @@ def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scal
 
 
 def poles_error(target: Target | None) -> float:
-    """Return the additional error of permeable metals, relative to the size of the complex change.
+    """Return the additional error of the change by permeable metals, relative to the magnitude of the complex change.
 
     It is 0 at permeability 1 and rises with permeability, so weakly magnetic steels have a small error.
     """

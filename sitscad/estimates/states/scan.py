@@ -24,9 +24,10 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 
 @record(eq=False)
 class Exact:
-    """Exact solution of the changes at (n, 6) poses, at some frequencies (Hz).
+    """Solver of the inductance changes at (n, 6) poses and some `frequencies` (Hz).
 
-    `solve` returns the whole changes and those with a lossless mirror. `like` is as in `Changes`.
+    `solve` returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds the whole changes, the
+    second the changes with a lossless mirror behind the coils. `like` is as in `Changes`.
     """
 
     frequencies: tuple[float, ...]
@@ -161,10 +162,10 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
 
 
 def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
-    """Return grid points along each moved axis.
+    """Return grid points along each moved axis of the pose.
 
-    Their number follows from three lines of poses: through the middle, at the lowest height, and off-centre at that
-    height.
+    Their number is chosen by the changes on three lines along the axis. The lines lie in the middle of the range, at
+    the lowest height, and off-centre at that height.
     """
     axes = []
     for axis in moved:

@@ -29,12 +29,15 @@ from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 MOST = 800.0**3
-"""Largest work (`solving_work`) for which a target is solved for its states: one or two seconds."""
+"""Largest work (`solving_work`) of solving a target for the states; above, correction ratios are used instead.
+
+It takes one or two seconds.
+"""
 
 MAGNETIC = 1100.0**3
-"""The same limit for magnetic metals: three or four seconds.
+"""Largest work as in MOST for magnetic metals: three or four seconds.
 
-It is higher because their ratios to an infinite plate may have the wrong sign of the change.
+It is higher because correction ratios of magnetic metals may give a change of the wrong sign.
 """
 
 

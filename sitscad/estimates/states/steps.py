@@ -142,7 +142,7 @@ def _shares(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
 
 
 BAND = 0.9, 1.15
-"""Factors of the lowest and the highest frequency of all states: the target is solved between these products."""
+"""Factors on the lowest and highest frequency of all states. The target is solved at both products."""
 
 TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 

@@ -497,4 +497,7 @@ class SolvedReflection(Reflection):
 
 
 BEYOND = 1.0
-"""Range beyond the solved frequencies within which the ratio is extrapolated, relative to their interval."""
+"""Distance outside the solved frequencies up to which a change is extrapolated, over the interval between them.
+
+The scale is f^(-1/2).
+"""

@@ -63,11 +63,11 @@ class TargetRatios:
 
 
 WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
-"""Additional relative errors of the ratios (inductance, loss) outside the range of their fit.
+"""Additional relative errors (inductance, loss) of the correction ratios, outside the range of their fit.
 
 `WIDER` is for all such targets, and `WIDER_THIN` for targets thinner than the field's depth. `WIDER_BENT` is for
-blocks, and for targets that are askew over long coils or leave them uncovered. `WIDER_MAGNETIC` is for magnetic metals,
-which may even raise the inductance.
+blocks, for targets at an angle to long coils, and for targets that do not cover long coils. `WIDER_MAGNETIC` is for
+magnetic metals, which may even raise the inductance.
 """
 
 
@@ -119,10 +119,10 @@ def target_ratios(
 
 
 ROUGHER = 0.03
-"""Additional relative error of rough ratios of the inductance change."""
+"""Additional relative error of the ratios of the inductance change in screening."""
 
 LOSS_ROUGHER = 0.3
-"""Additional relative error of rough ratios of the loss, which equal the ratios of the inductance change."""
+"""Additional relative error of the ratios of the loss in screening, which are taken as the inductance ratios."""
 
 
 def _of_gaps(
@@ -139,16 +139,19 @@ def _of_gaps(
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
-"""Limits of the range in which the errors were fitted.
+"""Limits of the range in which the errors of the correction ratios were fitted.
 
-`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the shorter side. `TURNED`: largest angle
-(rad) between the sides of an elongated coil and of the target. `ASPECT`: largest length over width of a polygon.
-`HANGING`: largest overhang of an elongated coil beyond the target, over its width. `RETURNED`: least fraction of the
-field that metal behind the board returns.
+`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the target's shorter side. `TURNED`:
+largest angle (rad) between the sides of an elongated coil and of the target. `ASPECT`: largest length over width of a
+polygon coil. `HANGING`: largest overhang of an elongated coil beyond the target, over the coil's width. `RETURNED`:
+least fraction of the field that metal behind the board returns.
 """
 
 BLOCK = 0.2
-"""Thickness over the shorter side from which on a target is a block: its side walls carry much of the current."""
+"""Least thickness of a target, over its shorter side, at which it counts as a block.
+
+The side walls of a block carry much of the current.
+"""
 
 SHORTEST, LONGEST = 4.0, 2.0  # Relevant wave numbers for `RETURNED`, times the coil's smaller side
 
@@ -186,9 +189,9 @@ def errors_outside_fit(
 
 
 def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
-    """Return the largest angle (rad) of elongated coils askew under the target or to each other.
+    """Return the largest angle (rad) between the sides of coils and target, or between two coils.
 
-    The ratios assume a single orientation.
+    The correction ratios assume a single orientation.
     """
     turns = [target.rotation - placement.rotation for placement in placements]
     to_target = [] if target.outline.is_disc else [math.remainder(turn, math.pi / 2) for turn in turns]
@@ -235,21 +238,22 @@ def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
 
 
 PURE, UNSURE = 1e-3, 0.01
-"""Limits of `like_a_conductor`, from 0 and from 1.
+"""Distances of `like_a_conductor` from 0 or 1 at which a target counts as a pure magnet or conductor, or as a mixture.
 
-Within `PURE` a target counts as a pure magnet or conductor. From `UNSURE` on it has the full errors of a mixture.
+Up to `PURE` it counts as pure. From `UNSURE` on it has the full errors of a mixture (`BETWEEN`).
 """
 
 MAGNETIC = 1.5
-"""Relative permeability from which on a target draws the field in. Below, it can only be a poor conductor."""
+"""Least relative permeability of targets that may raise the inductance. Below, conducting targets are conductors."""
 
 BETWEEN = (
     ((0.5, 1.3), (0.75, 0.75), (0.95, 0.5), (1.15, 0.35), (1.6, 0.15)),
     ((0.5, 0.95), (0.75, 0.82), (0.95, 0.7), (1.15, 0.5), (1.6, 0.3)),
 )
-"""Relative errors of the ratios of inductance and loss of magnetic metals that are neither conductors nor magnets.
+"""Relative errors of the ratios of inductance (first row) and loss, for metals that act as a mixture.
 
-Each is a step up to a ratio of shorter side to coil diameter. These metals lose less
+A mixture is neither a conductor nor a magnet. Each entry holds an upper limit of the target's shorter side over the
+coil's diameter, and the error up to this limit. Such metals have less loss than the ratios
 (tests/validation/disc_of_elements.py).
 """
 
@@ -287,7 +291,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
 
 
 LOSS_OF_MAGNETS = 0.5
-"""Relative error of the loss ratio of targets that are no conductors. It is taken as the inductance's ratio."""
+"""Relative error of the loss ratio of targets that are no conductors. It is taken as the inductance ratio."""
 
 
 def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
@@ -314,21 +318,21 @@ def _inductance_ratios(target: Target, rings: CoaxialRings, places: Array, gap: 
 
 
 RESISTED = 0.3
-"""Error of the ratios of a poor conductor, relative to the reduction of the ratio by its resistance."""
+"""Error of the ratios of a poor conductor, over the relative reduction of the ratios by its resistance."""
 
 LEAKY = 0.06
-"""Error of the ratios of a poor conductor, relative to the square of the sheet's length over the coil's length.
+"""Error of the ratios of a poor conductor, over (s / l)^2: s is the sheet's length, l the coil's (`_resisted`).
 
-Both were fitted to discs of finite elements, of steel and titanium from 0.03 mm on.
+Both errors were fitted to discs of finite elements, of steel and titanium from 0.03 mm on.
 """
 
 
 def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
-    """Return the reduction factor of a thin poor conductor of finite size, and its relative error.
+    """Return the divisor of the ratios for a thin poor conductor of finite size, and its relative error.
 
-    Its currents decay in their own resistance. A sheet responds to a field of length l like 1 / (1 + (s / l)^2), with s
-    = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an infinite sheet it is
-    0.3 of the coil's radius.
+    The conductor's currents decay in its own resistance. A sheet responds to a field of length l like 1 / (1 + (s /
+    l)^2), with s = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an infinite
+    sheet it is 0.3 of the coil's radius.
     """
     sheet = _skin_depth(target) ** 2 / target.thickness
     own_length, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
@@ -337,9 +341,9 @@ def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
 
 
 def like_a_conductor(target: Target, distance: float) -> float:
-    """Return a measure of the reflection of a wave as long as the distance (m).
+    """Return 1 if a target reflects a wave like a conductor, 0 if like a magnet, and a value between for others.
 
-    It is 1 for a conductor and 0 for a magnet.
+    The wave number is 1 / `distance` (m).
     """
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
@@ -377,13 +381,16 @@ def _shortened(
 
 
 ELONGATED = 0.06
-"""Error of a polygon's ratio if the coil is computed as shorter, relative to the removed fraction of its length.
+"""Error of a polygon's ratio if the coil is computed as shorter, over the removed fraction of its length.
 
 Rectangles of 16 x 4 mm are within 5.6 % (tests/estimates/test_response.py).
 """
 
 OVAL = 0.02
-"""The same error for racetracks. Racetracks up to 17.6 x 3.8 mm are within 1.5 % (tests/estimates/test_response.py)."""
+"""Error as in ELONGATED for racetracks.
+
+Racetracks up to 17.6 x 3.8 mm are within 1.5 % (tests/estimates/test_response.py).
+"""
 
 
 @lru_cache(maxsize=4)

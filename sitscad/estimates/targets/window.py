@@ -29,44 +29,47 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
 
 ERROR = 0.06
-"""Relative error of the part of the inductance that is missing by the window.
+"""Error of the fraction of the jaw's inductance change that the window removes, relative to this fraction.
 
 Slabs of surface currents and round holes of finite elements in steel differ by up to 0.03
 (tests/validation/test_window.py).
 """
 
 PER_DEPTH = 0.5
-"""Increase of this error per ratio of skin depth to the opening's shorter side."""
+"""Addition to `ERROR`, over the ratio of the jaw's skin depth to the opening's shorter side."""
 
 WALL = 0.75
-"""Fraction of a skin depth that counts at the opening's walls, compared with the jaw's face.
+"""Distance by which the opening's side walls recede, over the distance by which the jaw's face recedes (`receded`).
 
-Currents follow the edge less closely. It was fitted to inductance and loss of the same holes (within 0.03 of the whole
-effect of each; with 1, the loss is within 0.07).
+Currents follow the edge less closely. The value was fitted to inductance and loss of the same holes (within 0.03 of the
+whole effect of each; with 1, the loss is within 0.07).
 """
 
 LOSS_ERROR = 0.6
-"""Additional error of the missing part of the loss.
+"""Additional error of the fraction of the jaw's loss that the window removes.
 
-It is relative to the product of the missing and the remaining part of the inductance.
+It is relative to the product of the removed and the remaining fraction of the inductance change.
 """
 
 MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess with 100 % error
 STEP = 0.02  # Recession of the faces for the derivative of Wheeler's rule, over the gap
 
 PRESSED = 0.6
-"""Second height of the target in the solution, relative to its height at rest."""
+"""Second height of the target at which the window is solved, over its height at rest. Both count from the top layer."""
 
 FARTHEST = 3.0
-"""Largest change by the target, relative to its change at rest, up to which the growth follows the change."""
+"""Largest change by the target, over its change at rest, at which the window's effect on it is still extrapolated.
+
+Larger changes have the growth of this change.
+"""
 
 DIGITS = 9  # Decimal places that are kept: the last digits of a solution depend on the number of threads
 
 BENT = 0.5
-"""Error of the part of a target's growth that follows the change, relative to this part."""
+"""Error of the second value of `WindowEffect.growth`, relative to this value."""
 
 SMALL = 0.15
-"""Error of a target's growth by its finite size, relative to the growth at rest.
+"""Error of a target's growth by the target's finite size, relative to the growth at rest.
 
 Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
 """
@@ -76,8 +79,9 @@ Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger 
 class WindowEffect:
     """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
 
-    They are for a coil without a target. A target's own change grows by `growth`: the first value, plus the second for
-    each `scale` (H) of change. `moving` is the relative error of this.
+    They are for a coil without a target. With a target, the target's change by a solid jaw is multiplied by `factor`.
+    It grows by the first value of `growth`, plus the second value for each `scale` (H) of change. `moving` is the error
+    of the growth, relative to the target's change.
     """
 
     inductance: float
@@ -202,8 +206,8 @@ FERRITE = 1e6  # Relative permeability of a magnet that is a perfect mirror
 class WindowedReflection(Reflection):
     """Reflection by metal with a window in the jaw.
 
-    `real` supplies all values that the window does not change. `whole` is the reflection by the jaw alone, and `none`
-    by the metal that remains without the jaw.
+    `real` supplies all values that the window does not change. `whole` is the reflection by all metal behind the board,
+    and `none` by this metal without the jaw. Both have no target.
     """
 
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:

@@ -45,7 +45,7 @@ from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
 ACCEPTED_SIGMAS = 3.0
-"""Manufacturing standard deviations within which a bare coil is accepted, in every document."""
+"""Largest deviation of an acceptable bare coil, in standard deviations of manufacture. All documents use it."""
 
 WIDTH, FOIL, PLATING = "trace width", "copper foil", "copper plating"
 DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
@@ -55,13 +55,13 @@ TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
 HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
 SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
 THICKNESS = "copper thickness"
-"""Foil and plating together. Not in `CAUSES`."""
+"""Name of the cause that joins foil and plating. It is not in `CAUSES`."""
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
-"""Scope of a cause: the board, the assembled unit, or each of its coils."""
+"""Scopes of a cause: one error for the whole board, one for the assembled unit, or one for each coil."""
 
 BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
-"""Causes that move metal behind the board."""
+"""Causes that change the thickness or the distance of metal behind the board."""
 
 
 Band = Callable[[SensorSpec], SizeTolerance | None]
@@ -239,9 +239,9 @@ def _turn_band(target: Target, assembly: Assembly) -> SizeTolerance:
 
 
 def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
-    """Return the tolerance of a tilt by thicker glue at one of two edges.
+    """Return the tolerance (rad) of a tilt, caused by thicker glue at one of two edges of the target.
 
-    The edges are as far apart as the target's side with this number.
+    `side` is the index of the target's side (0: x, 1: y) that is the distance between the edges.
     """
 
     def tolerance(spec: SensorSpec) -> SizeTolerance | None:
@@ -343,16 +343,16 @@ def signal_share(coil: CoilEstimate, cause: str) -> float:
 
 
 LEAST_SIGNAL = 1e-6
-"""Smallest signal (logarithm of the frequency ratio) for which a relative change is computed."""
+"""Smallest signal, as |ln(frequency pressed / frequency at rest)|, for which a relative change is computed."""
 
 NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
-"""Shifts by a cause that a state does not have."""
+"""Shifts (inductance, frequency, resistance, R_P) of a state on which a cause has no effect."""
 
 
 def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
-    """Return relative standard deviations of the inductance at rest and of a coil's signal.
+    """Return two relative standard deviations, for the coil with the largest: of the inductance at rest, of the signal.
 
-    They are by all metal behind the board and by the target's thickness, for the coil with the most scatter.
+    They are by all metal behind the board and by the target's thickness.
     """
     causes = (*BEHIND, TARGET)
     inductances, signals = [0.0], [0.0]

@@ -1,4 +1,7 @@
-"""Specs of units with an error of one cause of scatter. Each function takes the drawn spec and the error."""
+"""Specs of units with an error of one cause of scatter. Each function takes the drawn spec and the error.
+
+Other functions return such a function: "a function that changes" takes a spec and the size of the error.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,13 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 LEAST_FACTOR = 0.05
-"""Least factor of a unit's value, however large its sigma is."""
+"""Least value of a unit's property, over the nominal value, however large the error is."""
 
 Moved = Callable[[SensorSpec, float], SensorSpec]
 
 
 def _with(part: str, change: Callable[[Any, float], Any]) -> Moved:
-    """Return a move that changes a part of the spec by an amount; a spec without that part stays as it is."""
+    """Return a function that changes a part of a spec by an amount. A spec without this part stays unchanged."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         present = getattr(spec, part)
@@ -47,20 +50,23 @@ def _larger(coil: CoilSpec, off: float) -> CoilSpec:
 
 
 with_width = _with("coil", _wider)
-"""Move of the tracks' width by a fraction."""
+"""Function that changes the track width of a spec by a fraction."""
 
 with_diameter = _with("coil", _larger)
-"""Move of the coils' size by a fraction."""
+"""Function that changes the size of a spec's coils by a fraction."""
 
 
 def _with_layers(change: Callable[[Stackup, float], list[StackLayer]]) -> Moved:
-    """Return a move that replaces the layers of the stack-up."""
+    """Return a function that replaces the layers of a spec's stack-up."""
     return _with("fpc", lambda fpc, off: replace(fpc, stackup=replace(
         fpc.stackup, layers=tuple(change(fpc.stackup, off)))))
 
 
 def with_layers(*kinds: LayerKind) -> Moved:
-    """Return a move of the thickness of all layers of some kinds by a fraction: foils and films are of one delivery."""
+    """Return a function that changes the thickness of all layers of some kinds by a fraction.
+
+    All layers change equally, because foils and films are of one delivery.
+    """
     return _with_layers(lambda stackup, off: [
         replace(layer, thickness=layer.thickness + off * (layer.thickness - layer.plated)) if layer.kind in kinds
         else layer for layer in stackup.layers])
@@ -79,44 +85,47 @@ def _plated(stackup: Stackup, off: float) -> list[StackLayer]:
 
 
 with_plating = _with_layers(_plated)
-"""Move of the thickness of every step of plating (m)."""
+"""Function that makes every step of plating thicker by a length (m)."""
 
 with_permittivity = _with_layers(lambda stackup, off: [
     layer if layer.relative_permittivity is None
     else replace(layer, relative_permittivity=max(1.0, (1.0 + off) * layer.relative_permittivity))
     for layer in stackup.layers])
-"""Move of the permittivity of all films by a fraction."""
+"""Function that changes the permittivity of all films by a fraction."""
 
 with_capacitor = _with("readout", lambda readout, off: readout if readout.capacitance is None else replace(
     readout, capacitance=readout.capacitance * (1.0 + off)))
-"""Move of the tank capacitor by a fraction, if the spec has one."""
+"""Function that changes the tank capacitor by a fraction. A spec without a capacitor value stays unchanged."""
 
 
 def with_thickness(part: str) -> Moved:
-    """Return a move that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker (m)."""
+    """Return a function that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker by a length (m)."""
     return _with(part, lambda piece, off: replace(
         piece, thickness=max(LEAST_FACTOR * piece.thickness, piece.thickness + off)))
 
 
 def with_size(part: str) -> Moved:
-    """Return a move that makes a part (``elastomer`` or ``target``) longer and wider (m)."""
+    """Return a function that makes a part (``elastomer`` or ``target``) longer and wider by a length (m)."""
     return _with(part, lambda piece, off: replace(
         piece, size=tuple(max(LEAST_FACTOR * side, side + off) for side in piece.size)))
 
 
 def with_modulus(part: str) -> Moved:
-    """Return a move of the logarithm of a part's shear modulus (``elastomer`` or ``encapsulation``)."""
+    """Return a function that adds to ln(shear modulus) of a part (``elastomer`` or ``encapsulation``)."""
     return _with(part, lambda piece, off: replace(piece, material=replace(
         piece.material, shear_modulus=piece.material.shear_modulus * math.exp(off))))
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with a higher target (m)."""
+    """Return the spec with the target higher over the board by `off` (m), because of thicker glue."""
     return farther(spec, target=max(off, -target_lines(spec)))
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with shield and metal lower (m), by the glue over them and by printed parts."""
+    """Return the spec with shield and metal behind the board lower by `off` (m).
+
+    Thicker glue over them, or printed parts, are the reason.
+    """
     mount, sheet, offsets = spec.mount, backing_of(spec).shield_heights, spec.assembly.offsets
     room = 0.0 if mount is None else offsets.metal + (
         mount.standoff if mount.metal_behind is None else mount.metal_behind.distance)
@@ -128,7 +137,7 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with a thicker shield (m), and the metal behind it lower by an equal amount."""
+    """Return the spec with the shield thicker by `off` (m). The metal behind it is lower by an equal amount."""
     sheet = spec.shield
     if sheet is None:
         return spec
@@ -141,7 +150,7 @@ def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with a higher jaw, or thicker metal behind the board (m)."""
+    """Return the spec with the metal behind the board thicker, or else the jaw higher, by `off` (m)."""
     mount = spec.mount
     if mount is None:
         return spec
@@ -165,7 +174,7 @@ def beside(axis: int) -> Moved:
 
 
 turned = _with("target", lambda target, off: replace(target, rotation=target.rotation + off))
-"""Move of the target's rotation (rad)."""
+"""Function that turns the target of a spec by an angle (rad)."""
 
 
 def farther(spec: SensorSpec, **by: float) -> SensorSpec:

@@ -138,10 +138,13 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
 
 
 UNDRAWN = 0.25
-"""Relative error of inductance and resistance of leads that are not drawn."""
+"""Relative error bound of inductance and resistance of leads that are not drawn."""
 
 APART = 2e-9
-"""Inductance (H) added to such leads for stubs and tracks to the contacts, which lie apart (tests/validation)."""
+"""Inductance (H) added to leads that are not drawn.
+
+It is for stubs and for the tracks to the contacts, which lie apart (tests/validation).
+"""
 
 
 GRAIN = 20e-6  # Step (m) of rounded widths of undrawn leads for their skin effect

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 USUAL_TOLERANCE = 3e-2  # Usual relative tolerance of R up to 10 MHz
 
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
-"""Number of turns from which on one half of a winding stands for both, with sharp or rounded corners.
+"""Least number of turns at which one half of a winding stands for both: with sharp corners, with rounded corners.
 
 In mirrored layers, arcs and the halves of racetracks differ (5 % of R at five turns, below 1 % from eight on).
 """
@@ -49,7 +49,7 @@ ALIKE = 4.0  # Least inner radius in pitches for this: an octagon with 2.5 was 5
 ROUGH_TOLERANCE = ROUGH  # Of R where a tolerance of the inductance from `SCREENING` on is asked for
 
 SCREENING = 2e-2
-"""Tolerance of the inductance for screening of thousands of designs. All other values are then as rough."""
+"""Relative tolerance of the inductance at which, and above which, all values are rough: screening of many designs."""
 
 FINE_TOLERANCE = 1e-2  # Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for
 
@@ -156,11 +156,11 @@ losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)
 
 
 POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))
-"""Error by the round coil of equal length, up to a distance from metal in track widths.
+"""Errors of crowding near metal for coils that are not round, which are computed as the round coil of equal length.
 
-The three numbers are the distance, the error of L at 10 MHz relative to the free inductance, and the error of R.
-Source: squares, hexagons and octagons of 0.1 to 0.45 mm over a mirror, by triangles
-(tests/validation/test_polygons_near_metal.py). Up to 1 MHz the errors are a quarter.
+A row holds three numbers. The first is the largest distance from metal in track widths. The others are the error of L
+at 10 MHz over the free inductance, and the relative error of R. Source: squares, hexagons and octagons of 0.1 to 0.45
+mm over a mirror, by triangles (tests/validation/test_polygons_near_metal.py). Up to 1 MHz the errors are a quarter.
 """
 
 

@@ -267,10 +267,10 @@ def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
 
 
 UNFITTED = 5.0
-"""Factor on the largest bound for polygons outside the fit.
+"""Factor on the largest bound of the fitted shapes, for polygons outside the fit.
 
-It was tried with pentagons: one of 40 exceeded the larger bound by a factor of 3.05, the others kept it (by the volume
-integral, as in the fit).
+It was tried with pentagons, by the volume integral as in the fit. For one of 40 pentagons, the error was 3.05 times the
+larger bound. The errors of the others were below the bound.
 """
 
 MID_SIDE = 3.0
@@ -280,7 +280,7 @@ Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the 
 a factor of 2.08, one of one turn by a factor of 1.12."""
 
 ROUNDED = "rounded"
-"""Name in the table for polygons of any number of sides with rounded corners."""
+"""Shape name in the table of bounds for all polygons with rounded corners."""
 
 NAMES = ("shape", "method", "stack", "status", "source")
 

@@ -25,9 +25,9 @@ Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own ce
 FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and its increase by nearness
 
 END_ERROR = 5e-4
-"""Additional error by nearness for each pair of layers, in mu0/(4 pi) times the track width.
+"""Factor of a mutual inductance's additional error by open ends of the winding beside the other coil.
 
-It is for open ends beside the other coil.
+The error is this factor times nearness, pairs of layers and mu0/(4 pi) times the track width.
 """
 
 

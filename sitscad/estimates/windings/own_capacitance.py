@@ -26,10 +26,7 @@ from sitscad.spec.coil import CoilSpec
 USUAL_PERMITTIVITY = 3.4  # Relative permittivity of polyimide, where a layer of the stack-up states none
 
 FILLING = 3.0
-"""Relative permittivity of everything between winding and metal, as of silicones and printed mounts.
-
-Air has less.
-"""
+"""Relative permittivity of the material between winding and metal: silicones and printed mounts. Air has less."""
 
 STATED = 0.10  # Stated relative error of the own capacitance: additions by metal below it have no note
 
@@ -131,10 +128,10 @@ def metal_notes(
 
 
 def _turns(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
-    """Return places along the turns, from the outside in.
+    """Return places along the turns, from the outside in, as three arrays.
 
-    They are the length (m) of a whole turn at each place, the number of turns that it stands for, and whether each
-    layer has turns there, (layers, places).
+    The first two hold the length (m) of a whole turn at each place, and the number of turns that the place represents.
+    The third (layers, places) is whether each layer has a turn there.
     """
     turns, low = np.array(dimensions.layer_turns), 0.0
     stretches: list[tuple[Array, Array, Flags]] = []
