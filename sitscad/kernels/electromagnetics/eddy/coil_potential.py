@@ -76,9 +76,9 @@ SMOOTH = 24
 
 @record
 class _Dipole:
-    """A small loop that stands for the whole coil: moment (m2) and height of its middle (m).
+    """Small loop that represents the whole coil at a distance: moment (m2) and height of its middle (m).
 
-    `ends` (x + i y; m) is the vector from the first end of the tracks to the last, because a winding alone is open.
+    `ends` (x + i y; m) is the vector from the first end of the tracks to the last end, because a winding alone is open.
     """
 
     moment: float
@@ -250,10 +250,10 @@ def coil_potentials(
 
 
 def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return the amplification of rising waves (no unit) by a roof, and the fraction that falls from the roof.
+    """Return the factors (no unit) by wave number (1/m) by which a roof changes the waves at the height `top` (m).
 
-    Both are at the height `top` (m) of the top mid-plane, by wave number (1/m). With a floor, repeated reflections form
-    a geometric series.
+    The first is the amplification of rising waves, the second the ratio of falling waves to rising waves. `top` is the
+    top mid-plane. With a floor, repeated reflections form a geometric series.
     """
     if roof is None:
         return np.ones(k.shape, dtype=complex), np.zeros(k.shape, dtype=complex)
@@ -380,9 +380,9 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
 
 
 def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
-    """Return a coil and its images, as seen by waves of a wave number (1/m).
+    """Return a coil and its images, with the reflection factors of the mirrors at a wave number k (1/m).
 
-    Each is a `way` (1 or -1), a shift (m) and a strength (no unit) for horizontal currents. A current at z has its
+    Each is (way, shift (m), strength (no unit) for horizontal currents). The way is 1 or -1: a current at z has its
     image at way z + shift.
     """
     at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]

@@ -114,10 +114,10 @@ def _elliptic(complement: Array) -> tuple[Array, Array]:
 
 
 POINTS = 3
-"""Gauss points of a piece of the meridian."""
+"""Number of Gauss points on each straight piece of the meridian."""
 
 NEAR = 2.5
-"""Distance, in lengths of a piece, up to which the logarithm is integrated separately."""
+"""Distance of a point from a piece's middle, over the piece's length, below which the logarithm is integrated apart."""
 
 COINCIDENT = 1e-3
 """Distance, in lengths of a piece, assumed between a point and itself."""
@@ -127,8 +127,9 @@ COINCIDENT = 1e-3
 class Meridian:
     """Upper half of a disc's outline, from the axis to the edge and down to the middle plane, as Gauss points.
 
-    `places` (n, 2) are radius and height (m), `weights` are lengths (m). `on_face` is true for points of the face and
-    false for points of the wall. `starts` and `ends` (pieces, 2) are the ends of the straight pieces.
+    `places` (n, 2; m) are radius and height of the points, and `weights` (n; m) are their quadrature weights. `on_face`
+    is true for points of the face and false for points of the wall. `starts` and `ends` (pieces, 2; m) are the ends of
+    the straight pieces.
     """
 
     starts: Array
@@ -239,10 +240,10 @@ class DiscClass:
 
 @record(eq=False)
 class Radial:
-    """Functions of one order along the radius, by their values at the nodes (no unit).
+    """Functions of one order m of cos(m phi) along the radius.
 
-    `modes` are their relations, with masses and stiffnesses integrated over radius times its step. `turning` is the
-    argument of `disc_body` with that name.
+    `values` (nodes, functions; no unit) are their values at the nodes. `modes` are their masses and stiffnesses, which
+    are integrals over radius times its step. `turning` is the argument of `disc_body` with that name.
     """
 
     values: Array
@@ -252,10 +253,10 @@ class Radial:
 
 @record(eq=False)
 class Disc:
-    """A disc centred on the origin.
+    """Disc centred on the origin, for eddy currents on its faces and its wall.
 
-    `face` and `wall` are the lines along the radius and the height; half of each line is used. `counts` are the numbers
-    of field points along radius and height. `orders` is the highest order of cos(m phi).
+    `face` is the line of functions along the radius, `wall` the line along the height; half of each line is used.
+    `counts` are the numbers of field points along radius and height. `orders` is the highest order m of cos(m phi).
     """
 
     face: GradedLine
@@ -288,10 +289,10 @@ class Disc:
 
     @cached_property
     def resolved(self) -> tuple[Array, Array, Array]:
-        """Interpolation matrices (points of the meridian, field points; no unit).
+        """Interpolation matrices (points of the meridian, field points; no unit) to the meridian's points.
 
-        The first goes from the radius to the face. The second goes from the height to the wall, the third to the wall's
-        mirror image below.
+        The first interpolates along the radius to points of the face. The second interpolates along the height to
+        points of the wall, the third to their mirror images below the middle plane.
         """
         on_face, places = self.meridian.on_face, self.meridian.places
         height = places[~on_face, 1] / self.wall.half

@@ -33,11 +33,11 @@ The responses that are compared are approximate.
 
 @record(eq=False)
 class SolvedTarget:
-    """A metal target at a frequency.
+    """Metal target at a frequency, with the currents that magnetic flux causes on its surface.
 
     `near_face` (m) is the height of its near face in the surface's own frame. With a mirror, `images` are the
-    combinations of currents that the image couples. `smooth` is the surface with as few points as resolve the reflected
-    field.
+    combinations of currents that the image couples. `smooth` is the surface with fewer points, which still resolve the
+    reflected field.
     """
 
     surface: Surface

@@ -31,11 +31,11 @@ One plane cuts each block, in the middle of an odd number of chords.
 """
 
 ROUND = math.radians(200.0)
-"""Angle (rad) of a run of arcs that decides how it is divided.
+"""Total turn (rad) of consecutive arcs from which their blocks begin at fixed directions.
 
-Runs that turn less, such as rounded corners and half circles, are divided into equal parts from their beginning. Parts
-of a run are then not abreast of each other. Runs that turn more are divided at fixed directions, so that turns
-with other beginnings lie abreast.
+Consecutive arcs that turn less, such as rounded corners and half circles, are divided into equal parts. The parts of
+two turns then need not lie side by side. Consecutive arcs that turn more are divided at fixed directions, so that
+blocks of different turns lie side by side.
 """
 
 ABREAST = math.radians(5.0)
@@ -61,10 +61,10 @@ field of a filament for distances from half a width.
 
 @record(eq=False)
 class BentTrack:
-    """One layer as pieces along the current.
+    """One layer's track as pieces along the current, either straight or arcs.
 
-    `starts` and `ends` (n, 2; m) of the pieces, and `turns`, the angle (rad) by which each turns: 0 for straight
-    pieces, positive to the left. `width`, `thickness` and `z`, the mid-plane, are in metres.
+    `starts` and `ends` (n, 2; m) are the ends of the pieces. `turns` (n; rad) is the angle by which each piece turns, 0
+    for straight pieces and positive to the left. `width`, `thickness` and `z`, the mid-plane, are in metres.
     """
 
     starts: Array
@@ -233,7 +233,10 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
 
 
 def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Return blocks of a run of arcs. A single arc is cached, because it is equal in every turn of a polygon."""
+    """Yield the blocks into which consecutive arcs are divided (see `_curve`).
+
+    A single arc is cached, because it is equal in every turn of a polygon.
+    """
     if len(turns) > 1:
         yield from _curve(starts, ends, turns, width)
         return
@@ -244,7 +247,10 @@ def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Blo
 
 @lru_cache(maxsize=64)
 def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
-    """Return blocks of an arc from the origin to a place (x, y), in widths."""
+    """Return the blocks (m) of a single arc from the origin to a place (`x`, `y`), which is in track widths.
+
+    `turn` (rad) is the angle by which the arc turns.
+    """
     return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
 
 
@@ -376,9 +382,9 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 
 def _acting_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    """Return chords that act on a cut at places (n, 2; m), and the indices of the cut's own chords.
+    """Return the chords whose field acts on a cut at places (n, 2; m), and the indices of the cut's own chords.
 
-    Distant arcs have fewer chords.
+    Blocks of arcs at a distance (`DISTANT`) have a third of their chords.
     """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
@@ -391,7 +397,11 @@ def _acting_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
 
 
 def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
-    """Return chords as straight filaments in the plane, each with its squared least distance (m2)."""
+    """Return chords as straight filaments in the plane, each with its squared least distance (m2) from a point.
+
+    The least distance is `least` (m), or `CORNER` widths for chords in other directions than the `tangent` of the cut's
+    sides.
+    """
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
     turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])

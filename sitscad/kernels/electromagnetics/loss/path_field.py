@@ -97,7 +97,10 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
 
 
 def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> None:
-    """Add the field (1/m) of filaments to the totals of the points (n, 3; m) with these indices."""
+    """Add the field (1/m) of filaments to `total` at the points with numbers `index`.
+
+    `where` (n, 3; m) are all points.
+    """
     points = where[index]
     count = len(filaments.block)
     if not count:
@@ -117,7 +120,10 @@ def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> N
 
 @record(eq=False)
 class PointBox:
-    """A box of points: centre (m), axes as rows from the longest one, heights last, and half sides (m)."""
+    """Box around points: `centre` (m), axes as rows (3, 3), and half sides along the axes (m).
+
+    The first axis is the points' longest direction in the plane, the last axis is the height.
+    """
 
     centre: Array
     axes: Array

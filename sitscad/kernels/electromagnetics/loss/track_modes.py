@@ -124,7 +124,7 @@ def _integrals(modes: ModeSet) -> Array:
 
 
 def few_points(modes: ModeSet) -> ModeSet:
-    """Return the mode set with no more points than a smooth function on a cross-section needs.
+    """Return the mode set with at most `SMOOTH_POINTS`, which are enough for a smooth function on a cross-section.
 
     See `from_few_points`.
     """
@@ -133,7 +133,7 @@ def few_points(modes: ModeSet) -> ModeSet:
 
 @lru_cache(maxsize=16)
 def from_few_points(modes: ModeSet) -> Array:
-    """Return the matrix (few points, points) from values at the points of `few_points` to those at all points.
+    """Return the matrix (few points, points) that interpolates from the points of `few_points` to all points.
 
     It evaluates the polynomial through the few points.
     """

@@ -41,10 +41,10 @@ PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -3
 
 @record(eq=False)
 class TrackImage:
-    """A track as the image of another track, number `of`.
+    """Description of a track as the image of another track, whose number is `of`.
 
-    `matrix` (2, 2) rotates it about a common centre, and mirrors it if the determinant is negative. It is then moved by
-    `offset` (m). `sense` is -1 if the current runs in the opposite direction.
+    `matrix` (2, 2) rotates the other track about a common centre, and mirrors it if the determinant is negative. The
+    result is then moved by `offset` (m). `sense` is -1 if the current runs in the opposite direction.
     """
 
     of: int
@@ -53,10 +53,10 @@ class TrackImage:
     sense: float
 
     def directions(self, angle: Array) -> tuple[Index, Flags] | None:
-        """Return indices of the directions at which the other track's waves are needed.
+        """Return, for each direction, the index of the direction at which the other track's waves are needed.
 
-        The second result flags opposite directions. `angle` (rows, n; rad) are directions over half a turn. None if a
-        needed direction is not among them.
+        The second result flags those needed directions that are opposite to the direction with this index. `angle`
+        (rows, n; rad) are directions over half a turn. None if a needed direction is not among them.
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
@@ -173,7 +173,10 @@ AT_ONCE = 12_000
 """Number of pairs of waves and nodes processed at once, which stay in a processor's cache."""
 
 ROUNDING = 1e-8
-"""Angle (rad) between a wave and a side's normal below which the difference of the side's ends is lost in rounding."""
+"""Angle (rad) between a wave and a side's normal below which the wave counts as normal to the side.
+
+There the difference of the waves of the side's ends is lost in rounding.
+"""
 
 
 def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
@@ -321,9 +324,10 @@ class _Directions:
 
 
 def _off_normals(unit: Array, tangents: Array) -> Array:
-    """Return directions (2, n; no unit), with those normal to a side within rounding turned slightly.
+    """Return directions (2, n; no unit), in which each direction normal to a side is turned slightly.
 
-    In these directions the nodes' waves cancel.
+    `tangents` (sides, 2) are the sides' directions. In a normal direction, up to `ROUNDING`, the waves of a side's two
+    ends cancel.
     """
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
     return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
