@@ -1,4 +1,4 @@
-"""Examples of values that break and keep a rule (`data/rule_examples.csv`), as YAML."""
+"""Examples for each rule (`data/rule_examples.csv`), as YAML: values that break it and values that meet it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sitscad.data import Row, rows
 
 @record
 class RuleExample:
-    """Parts of a spec as YAML: ``wrong`` breaks a rule, and ``right`` keeps it."""
+    """Example for a rule, as YAML: ``wrong`` is a part of a spec that breaks it, ``right`` a part that meets it."""
 
     wrong: str
     right: str

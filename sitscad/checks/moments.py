@@ -18,8 +18,8 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 def moments_told(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that the array cannot measure.
 
-    The array needs coils on both sides of the moment's axis. It cannot separate a moment from a shear force that
-    changes the readings in the same way, so a spec must not require both.
+    The array needs coils on both sides of the moment's axis. It cannot measure a moment and a shear force that change
+    the readings in equal ratios. A spec must not require both.
     """
     spec, requirements = design.spec, design.spec.requirements
     if not any(requirements.moments):

@@ -25,7 +25,7 @@ Made = TypeVar("Made")
 
 STDIN = "-"
 SHOWN = 1 << 18
-"""Number of bytes of an unreadable spec that are read to show its lines: the largest size of a spec."""
+"""Largest number of bytes that are read from a spec with errors to show its lines: the largest size of a spec."""
 
 
 def policy_for(path: str) -> Policy:
@@ -49,7 +49,7 @@ def opened(path: str, policy: Policy | None = None) -> SensorSpec:
 
 
 STUDY = "sitscad_study:"
-"""Start of the line that marks a file as a study."""
+"""Text at the start of a line by which a file is recognised as a study."""
 
 
 def is_study(path: str) -> bool:

@@ -51,10 +51,10 @@ def check_requirement(
     case: str, design: Design, rule: str, key: str, most: Worst, unit: str = "N", *, slows: bool = False,
     limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), **values: Any,
 ) -> Iterator[Verdict]:
-    """Yield a result for the requirement `key`, and a finding if the value exceeds the requirement.
+    """Yield the estimated value for the requirement `key`, and a finding if the value exceeds the requirement.
 
-    `limit` is the requirement of one axis, if the key has a value for each axis. With `slows`, the value improves at a
-    lower scan rate. With `shrinks`, the search also tries smaller pads.
+    `most` is the value with its axis and working point. `limit` is the requirement of this axis, if the key has one
+    value per axis. With `slows`, a lower scan rate is tried, too. With `shrinks`, smaller pads are tried, too.
     """
     limit_value = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
@@ -70,9 +70,9 @@ def check_requirement(
 
 
 def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, ...]:
-    """Return the results that a rule of `RULES` yields for requirements. Empty if the rule does not apply.
+    """Return the estimated values that a rule of `RULES` yields for requirements. Empty if the rule does not apply.
 
-    The design must be a sensor without cells, or a single cell.
+    `design` must be a sensor without cells, or a single cell.
     """
     if rule.apply is None or not all(NEEDS[need][0](design.spec) for need in rule.needs):
         return ()
@@ -80,9 +80,9 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
 
 
 def noted(cells: Cells) -> tuple[RequirementResult, ...]:
-    """Return results for requirements, sorted by rule.
+    """Return the estimated value for each requirement, and the largest error sources.
 
-    For a sensor with several cells, each is the worst of all cells, with its cell number.
+    For a sensor with several cells, each is the worst value of the extreme cells, with the cell's number.
     """
     worst: dict[tuple[str, str], RequirementResult] = {}
     for number, cell in cells.extremes.items():
@@ -100,11 +100,11 @@ def _size(result: RequirementResult) -> float:
 
 
 def _noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Return results of one cell. If any result has a requirement, the largest error sources are added.
+    """Return the estimated values of one cell for its requirements, then its largest error sources.
 
-    These are the drift with temperature (at rest and at full load after one tare, and with a tare before each grasp),
-    hysteresis and creep of the pad, the required tilt or one degree, and the pad's modulus if it was not measured.
-    Each source has a result for the force axis with the largest error (N), and one for such a moment axis (N m).
+    Sources are the drift with temperature, hysteresis and creep of the pad, the required tilt or one degree, and the
+    pad's modulus. Each source has the largest error of all force axes (N), and the largest of all moment axes (N m).
+    There are no sources if no value has a requirement.
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
@@ -137,9 +137,10 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: str) -> list[RequirementResult]:
-    """Return results for the force axis with the largest of some errors (N, N m), and for such a moment axis.
+    """Return the largest error of all force axes (N) and the largest of all moment axes (N m).
 
-    Neither has a limit. A kind without axes has no result.
+    `errors` holds the error by axis. `name` is the error source, `rule` the rule about it, `where` the working point as
+    text. The results have no limit.
     """
     results = []
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
@@ -150,25 +151,26 @@ def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: st
 
 
 def axis_text(axis: str) -> str:
-    """Return the name of an axis of force or moment in plain words."""
+    """Return the name of an axis of force or moment as readers know it, such as "normal force"."""
     from sitscad.estimates.performance_values import AXIS_WORDS  # already loaded by the estimates of performance
 
     return AXIS_WORDS[axis]
 
 
 def _unfelt(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
-    """Return the reason why no performance was estimated.
+    """Return the reason why no sensing performance was estimated.
 
-    `is_solved` and `is_rough` are properties of the estimates.
+    `is_solved` and `is_rough` are properties of the estimates. `is_rough` estimates are for screening only.
     """
     is_too_large = not (is_solved or is_rough)
     return NOT_SOLVED if is_too_large and has_target else NOTHING_FELT
 
 
 def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
-    """Turn a rule about estimated performance into a rule about a design.
+    """Return a rule about a design, made from a rule about its estimated sensing performance.
 
-    The new rule is undecided if there is no performance, and at working points where the pad does not hold the target.
+    The new rule yields "not checked" if there is no performance, and for working points at which the pad buckles
+    sideways.
     """
 
     @wraps(rule)
@@ -187,7 +189,10 @@ def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def where_held(rule: AnalysisRule) -> AnalysisRule:
-    """Limit a rule to designs whose pad holds in the whole working range. Otherwise it is undecided."""
+    """Return a rule that is only applied if the pad holds the target in the whole working range.
+
+    Otherwise the new rule yields "not checked".
+    """
 
     @wraps(rule)
     def apply(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
@@ -200,12 +205,12 @@ def where_held(rule: AnalysisRule) -> AnalysisRule:
 
 
 POINTS = tuple(point.text for point in WORKING_POINTS)
-"""Working points in words."""
+"""Texts of the working points (loads at which performance is estimated), from rest to full load."""
 
 
 @record
 class Worst:
-    """The largest of several values, with its axis and working point."""
+    """Largest of several values, with the name of its axis and the text of its working point."""
 
     value: float
     axis: str
@@ -213,9 +218,10 @@ class Worst:
 
 
 def worst(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
-    """Return the largest of `of(point, axis)` over the working points at which the pad holds the target.
+    """Return the largest value of `of(point, axis)` over some axes and all working points at which the pad holds.
 
-    The arguments of `of` are numbers. `axes` must share one unit. None if the array has no such axis.
+    `point` and `axis` are indices of working points and of the array's axes. `axes` are names with one common unit.
+    None if the array cannot measure these axes.
     """
     names = sensing.bench.range.axes
     each = [
@@ -358,7 +364,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
 
 BESIDE_NOISE = 10.0
-"""Ratio of the reading of one degree of tilt to the noise from which on there is a note."""
+"""Ratio of two changes of the reading, by one degree of tilt and by noise, above which there is a note."""
 
 
 @where_felt
@@ -444,21 +450,25 @@ TOGETHER = "at full load, errors together, a tare before each grasp"
 
 
 def _unseen_axis(cause: str) -> str:
-    """Return the shear axis named by a cause of errors that the array does not measure. Empty for other causes."""
+    """Return the shear axis at the start of an error cause's name. Empty if the cause is not about a shear axis.
+
+    Such a cause is shear that the array does not measure.
+    """
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
 MAX_SHEAR_READING = 0.1
-"""Largest reading of unmeasured shear without a warning, as a fraction of an axis' full scale.
+"""Largest false reading by unmeasured shear without a warning, as a fraction of the full scale of the read axis.
 
 It holds for axes without an allowed error. It equals the limit of SIT221 for the other jaw's metal.
 """
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Yield findings on shear that must be expected but is not measured: its reading on the required axes.
+    """Yield findings if shear that the array does not measure causes too large a false reading on other axes.
 
-    The reading is computed only if a requirement needs performance, because it doubles the time to check a single coil.
+    Only axes with a requirement are checked. The reading is computed only if a requirement needs performance, because
+    it doubles the time to check a single coil.
     """
     requirements = design.spec.requirements
     is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)
@@ -510,9 +520,10 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
 
 @record
 class ShearReading:
-    """Reading `error` (N, N m) on a measured `axis` of the `force` (N) along an unmeasured `shear` axis, at full load.
+    """False reading on a measured axis, caused by shear along an axis that the array does not measure, at full load.
 
-    `limit` is the allowed error of the measured axis, or else 10 % of its full scale `scale`.
+    `error` is the reading (N, N m) on `axis`. `force` (N) is the full shear force along `shear`. `limit` is the allowed
+    error of `axis`, or else 10 % of its full scale `scale`.
     """
 
     error: float
@@ -524,7 +535,7 @@ class ShearReading:
 
 
 def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list[ShearReading]:
-    """Return the readings of unmeasured shear at full load on all axes with a requirement."""
+    """Return the false readings by unmeasured shear at full load, for all axes with a requirement."""
     is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
                    "moment_y": requirements.moments[1],
                    **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_told)}
@@ -564,7 +575,7 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
 
 
 def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:
-    """Return a rule's function cached by design, because findings and results are requested separately."""
+    """Return a rule's function that computes once per design, because findings and results are requested separately."""
     return lambda design: memo(design, f"verdicts of {number}", lambda: tuple(apply(design)))
 
 

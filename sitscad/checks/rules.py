@@ -24,7 +24,7 @@ from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 ROUNDING = 1e-9
-"""Lengths that differ by less than this (m) are equal: a nanometre is a rounding error."""
+"""Largest difference (m) between two lengths that count as equal: rounding errors are below a nanometre."""
 
 
 @record
@@ -101,7 +101,7 @@ def joined(*texts: str) -> str:
 
 
 Verdict = Violation | Undecided | RequirementResult
-"""Results that a rule yields: a violation, an undecided case, or a value for a requirement."""
+"""Results that a rule yields: a violation, a case that could not be decided, or the value for a requirement."""
 
 
 @record
@@ -147,20 +147,20 @@ def rule_of(
 
 
 _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "bandwidth": ("bandwidth",)}
-"""Names of single requirements as needs, and their keys."""
+"""Needs of rules about single requirements, each with its keys in the section ``requirements``."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "moment resolution": ("moment_resolution",), "normal error": ("normal_error",),
             "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
-"""Names of the needs of SIT4xx, and their keys in the requirements."""
+"""Needs of rules about sensing performance (SIT4xx), each with its keys in the section ``requirements``."""
 
 
 _REQUIRED = _ASKED | _FEELING
 
 NO_REQUIREMENT = "no requirements."
-"""Start of a reason that names requirements missing in the spec."""
+"""Start of the reason "not checked" for a requirement that the spec does not have. The key follows."""
 
 
 def _unstated(keys: Sequence[str]) -> str:
@@ -199,12 +199,12 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
-"""Needs of rules: a test of the spec, and the reason if it fails."""
+"""Parts of the spec that a rule may need, by name. Each has a test of the spec, and the reason if the test fails."""
 
 
 @record
 class Outcome:
-    """A finding without its place in the text, and the changes to try for it."""
+    """Finding before its place in the spec's text is known, with the families of changes to try for it."""
 
     finding: Finding
     fixes: tuple[Family, ...] = ()
@@ -212,16 +212,16 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
-"""Rules about a target, its pad and performance, which are applied to the worst cell of an array of cells.
+"""Rules about target, pad and performance. With several cells, they are applied to the worst cell only.
 
 No changes are tried for their hints, because trials need a whole sensor.
 """
 
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Rules of `OF_ONE_CELL` about the pad's compression.
+"""Rules of `OF_ONE_CELL` about the pad's compression, which name the softest cell first.
 
-If cells are equally bad, they name the cell with the least webs.
+If two cells are equally bad, the finding is about the cell whose pad has the fewest webs to its neighbours.
 """
 
 
@@ -240,7 +240,10 @@ def apply_rule(
 def outcomes(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Outcome], list[NotChecked]]:
-    """Return the outcomes of one rule, and the reasons for cases not checked. Hints are limited as in `apply_rule`."""
+    """Return the findings of one rule with the changes to try, and the reasons for cases not checked.
+
+    `least` limits the hints as in `apply_rule`.
+    """
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
         return _of_worst_cell(rule, design.cells, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
@@ -262,10 +265,10 @@ def outcomes(
 
 
 def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
-    """Return the outcomes of a rule for the worst of two extreme cells, with its number in the message.
+    """Return a rule's findings for the worse of two cells, with the cell's number in the message.
 
-    The extremes are the cell with the softest pad and the cell with the least signal. If both are equally bad, the
-    first in the rule's order counts.
+    The two are the cell with the softest pad and the cell with the least signal. If both are equally bad, the first in
+    the rule's order (`OF_THE_SOFTEST`) counts.
     """
     order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]

@@ -24,10 +24,10 @@ from sitscad.spec.yaml.source import SpecSource
 
 
 class Trials:
-    """Trials of changes of a design.
+    """Trials of changes of one design, for the hints of all its findings.
 
-    ``rules`` are all rules. ``results`` are their outcomes for the unchanged design, ``undecided`` the rules that could
-    not be applied fully. All findings share one ``budget``.
+    ``rules`` are all rules. ``results`` are the findings for the unchanged design. ``undecided`` are the cases that the
+    rules could not decide. All findings share one ``budget``.
     """
 
     def __init__(
@@ -69,10 +69,10 @@ class Trials:
         return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Search the changes of an outcome for changes that mend its finding.
+        """Return the changes of an outcome that were tried, and whether they mend its finding.
 
-        With a small budget, no changes are tried for notes. If nothing was tried and the budget is spent, no change is
-        made.
+        With a small budget, no changes are tried for notes. If the budget is used up before the first trial, no change
+        is tried.
         """
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
@@ -80,11 +80,11 @@ class Trials:
         return search(outcome.fixes, lambda fix: self._left(finding, fix), self.budget)
 
     def _left(self, finding: Finding, fix: Fix) -> Left | None:
-        """Try a change and return the problems that remain. None if the budget does not suffice.
+        """Return the problems that remain after a change. None if the budget does not suffice to try it.
 
-        The change breaks the finding's own rule if the rule still complains at this key (for a note: if it still has a
-        note) or can no longer be applied. It breaks another rule that still has an error at the same key, and every
-        rule that has more errors.
+        The finding's own rule counts as broken if it still has a finding at this key, or can no longer be applied.
+        Notes count only if the finding itself is a note. Another rule counts as broken if it has an error at the same
+        key, or more errors than before.
         """
         trial = self._of(fix.spec)
         if trial is None:
@@ -114,7 +114,7 @@ class Trials:
         return sorted(self._rules, key=lambda rule: rule.id != finding.rule)
 
     def _broken(self, finding: Finding, trial: _Tried, rule: Rule) -> tuple[str, ...]:
-        """Return the rule's identifier in a tuple if a changed design breaks the rule. Otherwise empty."""
+        """Return (rule's identifier,) if a changed design breaks the rule (see `_left`). Otherwise empty."""
         findings, undecided = trial.said[rule.id]
         graver = _complaints(findings)
         if rule.id == finding.rule:
@@ -139,9 +139,9 @@ class Trials:
         return Left((), tuple(sorted(brings)), tuple(sorted(worse)))
 
     def _gain(self, finding: Finding, trial: _Tried) -> float:
-        """Return the factor by which a finding's value comes nearer to its limit.
+        """Return the factor by which a change brings a finding's value nearer to its limit.
 
-        It is 1 if anything else gets worse.
+        It is 1 if a rule has new warnings, or if another rule's value gets worse.
         """
         remaining = self._brought(trial)
         findings, _ = trial.said.get(finding.rule, ([], []))
@@ -154,7 +154,10 @@ class Trials:
         return more if finding.limit > finding.measured else 1.0 / more
 
     def _of(self, changed: SensorSpec) -> _Tried | None:
-        """Return a changed design, laid out once. None if the budget does not suffice."""
+        """Return the trial of a changed spec, with its design laid out. None if the budget does not suffice.
+
+        The trial of an equal spec is used again.
+        """
         for spec, past_trial in self._tried:
             if spec == changed:
                 return past_trial
@@ -180,7 +183,7 @@ class _NeedsEstimates(Exception):
 
 
 class _Unestimated(Design):
-    """A drawn design without estimates, which raises `_NeedsEstimates` if a rule needs them."""
+    """Design with a layout but without estimates. It raises `_NeedsEstimates` if a rule needs them."""
 
     @property
     def estimates(self):  # type: ignore[no-untyped-def]
@@ -188,7 +191,7 @@ class _Unestimated(Design):
 
 
 class _Tried:
-    """A changed design with the findings and the undecided cases of each applied rule."""
+    """Changed design in a trial. It holds the findings and the undecided cases of each rule applied so far."""
 
     def __init__(self, design: Design) -> None:
         self._design, self.is_estimated = design, False
@@ -267,7 +270,7 @@ def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator
 
 
 OTHERWISE = {"SIT014": "or smaller coils", "SIT016": "or a finer trace and spacing, more layers, or a larger coil"}
-"""Further advice to make room, by rule."""
+"""Further advice in hints of rules about missing room, by rule."""
 
 ROOM = ("SIT112", "SIT113")
 """Rules that check the room for vias and leads."""

@@ -22,10 +22,11 @@ from sitscad.spec.sensor import Requirements
 
 @record
 class UsualRange:
-    """Usual range of the value at one key.
+    """Usual range of the value at one key of the spec, a row of ``data/usual_ranges.csv``.
 
-    ``low`` and ``high`` are in SI units, infinite if open. ``words`` is the range as written, ``source`` its source.
-    ``value`` is a path of the spec's values or a key of `WORKED_OUT`. ``called`` is the value's name in messages.
+    ``low`` and ``high`` are in SI units, infinite if the range is open. ``words`` is the range as text, ``source`` its
+    source. ``value`` is the dotted place of the value in the spec, or a name in `WORKED_OUT`. ``called`` is the value's
+    name in messages.
     """
 
     key: str
@@ -41,12 +42,12 @@ class UsualRange:
 SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N",
       "moment": "N m", "pressure": "Pa",
       "conductivity": "S/m"}
-"""Units of the dimensions whose values are shown with an SI prefix."""
+"""SI units of the dimensions that messages show with a prefix, such as mm or kPa."""
 
 
 @cache
 def usual_ranges() -> tuple[UsualRange, ...]:
-    """Return every row of the table."""
+    """Return all rows of ``data/usual_ranges.csv``."""
     ranges = []
     for row in rows("usual_ranges"):
         low, high, dimension = row["low"], row["high"], row["dimension"]
@@ -82,7 +83,7 @@ def _poisson(pad: ElastomerPad | None) -> float | None:
 
 
 def _asked(needs: Requirements) -> list[float]:
-    """Return the required errors and resolutions, each as a fraction of the required force."""
+    """Return each required error or resolution, divided by the required force or moment of its axis."""
     normal = needs.normal_force
     moments = [each for each in needs.moments if each]
     tilts = {"normal": normal, "shear_x": needs.shear_force, "shear_y": needs.shear_force, "moment_x": needs.moment_x,
@@ -96,7 +97,7 @@ def _asked(needs: Requirements) -> list[float]:
 
 
 def _holes(mount: Mount | None) -> list[float]:
-    """Return the coordinates (m) of the holes of a bench plate, from the middle of the board."""
+    """Return the coordinates (x, then y, of each hole; m) of a bench plate's holes, from the middle of the board."""
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
 
@@ -152,16 +153,16 @@ def unusual(design: Design) -> Iterator[Verdict]:
 
 
 def _by(usual: UsualRange, value: float) -> float:
-    """Return the distance of a value beyond a range, relative to the bound that it passes.
+    """Return the distance of a value beyond the bound that it exceeds, divided by this bound.
 
-    Negative within the range.
+    A bound of 0 counts as 1. The result is negative if the value lies in the range.
     """
     passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
 
 
 def _values(design: Design, path: str) -> list[float]:
-    """Return the numbers at a path of the spec's values. Empty if a part of the path is missing."""
+    """Return the numbers at a dotted place of the spec, or of a name in `WORKED_OUT`. Empty if a part is missing."""
     values: Any = design.spec
     if path in WORKED_OUT:
         values = WORKED_OUT[path][1](design)

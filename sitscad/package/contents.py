@@ -1,8 +1,8 @@
 """Contents of a package: a design, its findings, the inputs of each stage, and the files of a calibration.
 
-A changed value of the spec remakes the stages that read it. A stage leaves out a value only if a test changes it and
-finds every byte of the stage unchanged. All other values count for every stage. A wrong omission would leave a stale
-file in a package, so nothing is left out to save little time.
+If a value of the spec changes, the stages that read it are made again. A stage is only listed as not reading a value if
+a test proves it. The test changes the value and finds every byte of the stage unchanged. Otherwise a package could hold
+a file that does not belong to its spec.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Contents:
     measured: str = ""
     """Dimensions measured on the solids: the text of ``mount/fit.json``. Empty if there is none."""
     hints: str = "decisive"
-    """Fixes to try for hints, as in `sitscad.check`."""
+    """Name of the budget of trials for hints, as in `sitscad.check`."""
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -102,7 +102,7 @@ class Contents:
 
     @cached_property
     def forced(self) -> str:
-        """Text why the package should not be ordered from. Empty if all checks pass."""
+        """Text of the warning not to order from this package, with the errors. Empty if there are none."""
         return "" if self.checked.is_orderable else self.forced_note([])
 
     def forced_note(self, failures: list[str]) -> str:
@@ -159,18 +159,18 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "mesh": _ELECTRICAL,
     "assembly": ("readout", "source"),
 }
-"""Parts of a spec that a stage does not read.
+"""Fields of the spec that a stage does not read. A change of these fields does not remake the stage.
 
-All stages read the converter and the capacitors' pads of the readout. Writers that take estimates read all but the text
+Converter and capacitors' pads of the readout are read by all stages. Writers that take estimates read all but the text
 (`Writer.reads_numbers`).
 """
 
 
 NEAR = 15e-3
-"""Reach (m) of a mount, a jig or a mould beyond the board's body: an upper bound."""
+"""Largest distance (m) from the board's body to which a mount, a jig or a mould extends (an upper bound)."""
 
 BESIDE_TAIL = ("mount", "mesh")
-"""Stages that read only the beginning of the tail."""
+"""Stages that depend on the tail only up to the distance `NEAR` from the body."""
 
 
 def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:

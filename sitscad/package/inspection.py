@@ -196,7 +196,7 @@ class MendedSpec:
 
     @property
     def words_of_unmended(self) -> str:
-        """A line that names the rules of errors and warnings without a fix. Empty if there are none."""
+        """Line with the rules of errors and warnings that have no fix. Empty if there are none."""
         grave = (each for each in self.inspection.checked.findings if each.severity.weighs(Severity.WARNING))
         undone = {each.finding.rule for each in self.rolled_back}
         without = sorted({each.rule for each in grave if not each.fixes} - undone)

@@ -275,10 +275,10 @@ CHECK_STAGE = "check"
 """Stage of the files that every build writes. Its checks always run."""
 
 SOLID_STAGES = ("mount", "mesh", "assembly")
-"""Stages that need the CAD packages of the extra."""
+"""Stages that need CAD packages, which are only installed with sitscad's optional dependencies (the extra)."""
 
 EXTRA_STAGES = (*SOLID_STAGES, "datasheet")
-"""Stages that need packages of the extra: CAD, or the plotting library."""
+"""Stages that need optional packages (the extra): CAD packages, or matplotlib."""
 
 NOTHING_FOR = {
     "laser": "the spec has neither an elastomer nor a target to cut",
@@ -287,19 +287,22 @@ NOTHING_FOR = {
     "assembly": "the spec has no mount",
     "datasheet": "it takes a target that conducts, a pad for it to rest on, and a tank that oscillates",
 }
-"""Reasons why a stage may have nothing to make."""
+"""Reasons why a stage makes no files for a spec, by stage."""
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
-"""Packages whose version can change the bytes of solids and meshes."""
+"""Installed packages whose version can change the bytes of solids and meshes. Their versions are stage inputs."""
 
 FORCED_NOTE = "FORCED.txt"
-"""Note of a package that was built in spite of errors. A copy lies beside the files for the fabricator."""
+"""Name of the note in a package that was built in spite of errors.
+
+The fabricator's files contain a copy.
+"""
 
 NOT_WRITTEN = "\nLeft out, because it cannot be written:"
-"""Line of a forced package's note before the list of files that are left out."""
+"""Line in `FORCED_NOTE` before the list of files that could not be made."""
 
 Progress = Callable[[str, str, float], None]
-"""Function called with a stage, an event, and seconds.
+"""Function that is called with a stage, an event, and the seconds that the stage took so far.
 
 Events are ``start`` if the stage has to be made, then its outcome (``made``, ``kept``, ``dropped``, ``none``,
 ``stopped``).
@@ -377,22 +380,31 @@ FIGURES = (
     "estimate.json", "findings.json", "FORCED.txt", "fpc/FORCED.txt", "report.html", "live.html", "datasheet.*",
     "calibration/*", "firmware/*", "mount/*.json", "mount/assembly.txt", "mesh/*.json",
 )
-"""Patterns of the files that hold computed figures."""
+"""Patterns of the names of files with computed numbers, which are compared by value and not byte by byte."""
 
 EXACT = ("firmware/wiring/*",)
 """Patterns of files that match `FIGURES` but hold no computed figures, and are compared byte by byte."""
 
 TOLERANCE = 1e-4
-"""Largest relative difference of two equal figures: far below stated errors, far above rounding differences of sums."""
+"""Largest difference between old and new value of a number, relative to the larger, with which both count as equal.
+
+It is far below the stated errors, and far above rounding differences of sums.
+"""
 
 LIST_TOLERANCE = 1e-5
-"""Largest difference of two equal figures in a list, relative to the largest figure of that list."""
+"""Largest difference between old and new value of a number in a list that counts as equal.
+
+It is relative to the largest number of the list.
+"""
 
 WHOLE_TOLERANCE = 1e-6
-"""Largest relative difference of two equal whole numbers: registers, codes and counts below a million are exact."""
+"""Largest relative difference between old and new value of a whole number with which both count as equal.
+
+Registers, codes and counts below a million must therefore be exactly equal.
+"""
 
 LAST_DIGIT = 0.01
-"""A rounded figure may differ by a unit of its last digit if that is at most this fraction of the figure."""
+"""Largest ratio of a unit in a number's last digit to the number, with which it may differ by this unit."""
 
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d++(?:\.\d++)?+(?:[eE][-+]?\d++)?+(?!\.\d)")
 _BETWEEN = re.compile(rb"f?[\s,\[\]{}]*")  # Text between the numbers of a list
@@ -412,17 +424,17 @@ def figure_files(folder: Path, manifest: Manifest) -> dict[str, bytes]:
 
 
 def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the new files, each replaced by the `old` file of its name if the figures of both agree."""
+    """Return the new files by name. A file whose numbers equal those in the old file is replaced by the old file."""
     return {name: old[name] if name in old and agree(old[name], content) else content
             for name, content in files.items()}
 
 
 def agree(first: bytes, second: bytes) -> bool:
-    """Whether two files have equal text, and numbers that agree within their tolerances.
+    """Whether two files have equal text, and numbers that are equal within tolerances.
 
-    A number may differ by `TOLERANCE`, in a list by `LIST_TOLERANCE` of the largest, a whole number by
-    `WHOLE_TOLERANCE`. A figure may also differ by a unit of its last digit, if that unit is at most `LAST_DIGIT` of the
-    figure.
+    Whole numbers may differ by `WHOLE_TOLERANCE` times the number. Other numbers may differ by the largest of three
+    amounts. These are `TOLERANCE` times the number, `LIST_TOLERANCE` times the largest number of its list, and a unit
+    in the last digit. The unit counts as at most `LAST_DIGIT` times the number.
     """
     if first == second:
         return True
@@ -445,15 +457,16 @@ def _near(first: bytes, second: bytes, scale: float) -> bool:
 
 
 def _unit(number: bytes) -> float:
-    """Return the value of a unit in the last digit."""
+    """Return the value of one unit in the last digit of a decimal number: 0.01 for 2.50."""
     digits, _, power = number.lower().partition(b"e")
     return float(10.0 ** (int(power or 0) - len(digits.partition(b".")[2])))
 
 
 def _scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
-    """Yield, for each number, the largest magnitude in its list.
+    """Yield, for each number of a file, the largest absolute value in its list.
 
-    Commas, brackets and spaces separate numbers of a list.
+    `texts` are the texts between the numbers, `pairs` the (old, new) numbers. Only commas, brackets and spaces separate
+    numbers of a list.
     """
     first = 0
     for k in range(1, len(pairs) + 1):

@@ -61,16 +61,16 @@ from sitscad.package.manifest import (
 from sitscad.spec.sensor import SensorSpec
 
 FELT = "datasheet.json"
-"""File with the sensing performance, which page and estimate repeat."""
+"""Data sheet's file with the sensing performance. Report and estimate repeat its values."""
 
 PRINTED, NOTES = "mount/print.json", "mount/assembly.txt"
-"""List of the printed pieces, and the steps of the assembly, which repeat that list."""
+"""File with the list of printed pieces, and file with the assembly steps, which repeats that list."""
 
 FIT = "mount/fit.json"
-"""Dimensions measured on the solids. Findings about the fit use them."""
+"""File with the dimensions measured on the solids. Findings about the fit use them."""
 
 FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
-"""Pictures of parts that do not fit: sections with dimensions, and the bodies themselves."""
+"""Pictures of parts that do not fit: sections with dimensions, and views of the solids."""
 
 
 @record
@@ -151,10 +151,10 @@ PARTS = (
     (CHECK_STAGE, False),
     ("report", False),
 )
-"""Stages in the order of making, each with a flag: True for the writers that take computed figures.
+"""Parts of the build in the order of making: (stage, True for the writers that read computed numbers).
 
-Solids come after the stages that can be made beside them. The assembly has two parts, because a change of the readout
-leaves its solids as they are.
+Solids come after the stages that can be made at the same time by another process. The assembly has two parts, because a
+change of the readout leaves its solids as they are.
 """
 
 
@@ -229,7 +229,7 @@ def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Man
 def _inputs_hash(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
-    """Return the hash of everything that the files of a part depend on.
+    """Return the hash of all inputs on which the files of a part depend.
 
     With plugins the hash includes the whole spec, because plugins may read any key.
     """
@@ -256,9 +256,9 @@ def _outcome(
 
 @record
 class Rendered:
-    """The files of a part, and messages about files that could not be written.
+    """Files of a part of the build, and messages about files that could not be written.
 
-    ``theirs`` maps names of plugins' files, in lower case, to the plugin.
+    ``theirs`` maps each file name from a plugin, in lower case, to the plugin's name.
     """
 
     files: dict[str, bytes]
@@ -268,7 +268,7 @@ class Rendered:
 
 @record(eq=False)
 class Aside:
-    """Parts that a second process makes. It sends each part when it is done, or the exception that ended it."""
+    """Second process that makes `parts` of the build. It sends each part, or the exception that ended it."""
 
     parts: tuple[tuple[str, bool], ...]
     process: BaseProcess
@@ -331,7 +331,10 @@ def _render_solids(
 def _ingredients(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> tuple[object, ...]:
-    """Return everything that a stage's files, or its writers of figures, depend on, except sitscad itself."""
+    """Return the inputs of a stage's files, except sitscad itself. With `numbers`, of its writers of computed numbers.
+
+    `entries` are the files made so far, `failures` the messages about files that could not be written.
+    """
     source = contents.design.spec.source
     baseline = known_of(contents.baseline, source.path, contents.spec.name)
     judged_by = (json.dumps(contents.policy.as_json()), baseline)

@@ -47,7 +47,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 GRAIN = 10e-6
-"""Step (m) of sizes and margins that hints name: the finest step that can be cut."""
+"""Rounding step (m) of the sizes and margins that hints propose. A laser cannot cut finer steps."""
 
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
@@ -71,9 +71,10 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 
 def _moved(spec: SensorSpec, tail: Tail) -> Violation:
-    """Return the finding on a bend that moves with the hinge although the spec calls it a bend at assembly.
+    """Return the finding on a tail with ``bend: static`` that in fact bends at every grasp.
 
-    It is a warning if the tail breaks a limit of moving bends, or if the fabricator states no such limit.
+    It is a warning if the tail exceeds a limit for repeated bending, or if the fabricator states no such limit.
+    Otherwise it is a note.
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
@@ -88,7 +89,11 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
 
 
 def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
-    """Yield findings on layers and foil of a tail that bends at every grasp. In a hinge, every bend moves."""
+    """Yield findings on the number of copper layers and the type of foil of a tail that bends repeatedly.
+
+    A tail that passes the jaw's hinge bends at every grasp. Allowed are one layer (two with a warning) and
+    rolled-annealed foil.
+    """
     in_hinge = bends_at_every_grasp(spec.fpc.tail, spec.jaw)
     if tail.layers > 1:
         yield violated(
@@ -106,9 +111,10 @@ def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
 
 
 def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
-    """Yield findings on a bend radius larger than the room in the port.
+    """Yield a finding if the tail's bend radius exceeds half of the port's diameter.
 
-    The radius is the spec's own or the fabricator's ratio times the tail's thickness.
+    The radius is the larger of two values: the radius in the spec, and `ratio` times the tail's thickness. `field` is
+    the key of the fabricator's rules that states the `ratio`.
     """
     thickness, jaw = tail_thickness(spec.fpc), spec.jaw
     room = None if jaw is None else jaw.port_diameter / 2.0
@@ -129,9 +135,10 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
 
 
 def shield_gap(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a shield that does not fit between board and jaw metal, or that does not cover all coils.
+    """Yield findings on a shield that is too high for the standoff, or too narrow to cover all coils.
 
-    The port may make the shield narrower than the body.
+    The height is the gap to the board plus the shield's thickness; the limit is the distance of the board from the
+    jaw's metal. The diameter of the port may limit the shield's width.
     """
     part, mount, (_, y0, _, y1) = design.spec.shield, design.spec.mount, design.layout.body
     assert part is not None and mount is not None
@@ -163,29 +170,34 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
 
 
 def jaw_of(jaw: Jaw | None) -> Jaw:
-    """Return the jaw for a rule that needs one."""
+    """Return the jaw, for rules that only apply if the spec has a jaw."""
     assert jaw is not None
     return jaw
 
 
 def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
-    """Return the elastomer for a rule that needs one."""
+    """Return the elastomer, for rules that only apply if the spec has an elastomer."""
     assert elastomer is not None
     return elastomer
 
 
 def unverified(jaw: Jaw) -> tuple[str, ...]:
-    """Return the detail for a jaw whose dimensions were not measured. Otherwise empty."""
+    """Return the message case of the remark that the jaw's dimensions were not measured. Empty if they were."""
     return ("jaw-unverified",) if is_unverified(jaw.source) else ()
 
 
 def on_solids(design: Design) -> Iterator[Verdict]:
-    """Yield the reason that the rule needs solids, which only `build` makes."""
+    """Yield the reason for "not checked": only `build` makes the solids that this rule measures."""
     yield Undecided("measured on the solids by sitscad build (mount/fit.json), not by check")
 
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the tail's distance from the hinge's pin and the room for its bend, closed and wide open."""
+    """Yield findings if the tail is too near to the hinge's pin, or if its bend begins too far before the pivot.
+
+    The distance from the pivot is checked with closed and with fully open jaws; the limit is half of the pin. The bend
+    lies around the pivot and must not reach back to the jaw's face. Its length follows from bend radius and opening
+    angle.
+    """
     layout, jaw = design.layout, jaw_of(design.spec.jaw)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
@@ -208,7 +220,10 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
 
 
 def end_through_shaft(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the tail's end, with its stiffener, does not pass through the tube behind the jaw."""
+    """Yield a finding if the tail's end, with its stiffener, is larger than the tube behind the jaw.
+
+    The diagonal of the end's cross-section is compared with the inner diameter of the tube.
+    """
     layout, behind = design.layout, shaft(design.spec.assembly, design.spec.jaw)
     assert behind is not None
     width, thick = end_section(layout)
@@ -219,7 +234,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
 
 
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
-    """Return the findings on values measured by `build`, from ``mount/fit.json``. Empty for any other document."""
+    """Return the findings on the values in ``mount/fit.json`` that miss their limits. Empty for any other document."""
     findings = []
     for each in document.get("measured", ()):
         if not each["kept"]:
@@ -254,7 +269,10 @@ def _solid_violation(each: Mapping[str, Any], key: str) -> Violation:
 
 
 def _jaw_case(name: str, value: float) -> str:
-    """Return the case of a dimension of a jaw's STEP file that differs from the spec."""
+    """Return the message case for a dimension that differs between the jaw's STEP file and the spec.
+
+    `name` is the dimension's name in ``mount/fit.json``. `value` is the difference (m), whose sign selects the case.
+    """
     match name:
         case "no metal":
             return "jaw-file-no-metal"
@@ -287,11 +305,15 @@ _SOLID_CASES: dict[str, tuple[str, str, tuple[str, ...], Severity | None]] = {
     "few jaw metal": ("jaw-file-metal", "", ("solids-when",), Severity.ERROR),
     "step file": ("step-file", "", (), None),
 }
-"""Case, case of the hint, cases of details and severity for each kind of measured value."""
+"""Texts for each kind of measured value in ``mount/fit.json``.
+
+Each entry has the case of the message, the case of the hint (empty if equal), the cases of the details, and the
+severity. Cases are keys of ``data/messages.csv``. The severity is None if the rule's own applies.
+"""
 
 
 def settles(document: Mapping[str, Any]) -> frozenset[str]:
-    """Return the rules that a document decides."""
+    """Return the identifiers of the rules whose values are in the document ``mount/fit.json``."""
     return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
 
 
@@ -302,7 +324,7 @@ JUDGED_BY = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
              "jaw back": ("SIT332", "mount.jaw.step"), "jaw back with room": ("SIT332", "mount.jaw.step"),
              "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
              "step file": ("SIT333", "mount")}
-"""Rule and key for each kind of measured value."""
+"""Rule, and key of the spec to which its finding points, for each kind of measured value in ``mount/fit.json``."""
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT308", tail_bend, "tail"),

@@ -84,7 +84,11 @@ def _too_little(
     case: str, limit: PrintLimit, have: float, key: str, *, details: tuple[str, ...] = (),
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a length (m) below the smallest that a process makes or that must remain of metal."""
+    """Return the violation for a length `have` (m) smaller than `limit`.
+
+    The limit is the smallest size that the printing or cutting process makes, or the least thickness of metal that must
+    remain.
+    """
     return violated(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
 
 
@@ -178,7 +182,7 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
 
 
 def _written(length: float) -> float:
-    """Return a length in mm, rounded up to the digits of a hint."""
+    """Return a length (m) in mm, rounded up to whole micrometres, as hints print it."""
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-3, 3)
 
 
@@ -290,9 +294,10 @@ def hole_places(design: Design) -> Iterator[Verdict]:
 
 
 def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
-    """Yield a finding on the hole farthest under the board if `holes` require a second piece below the board.
+    """Yield a warning for the plate's hole nearest to the board, if the head of its screw has too little room.
 
-    `boxes` are the boxes of the board.
+    The distance is from the hole to the board, its tail or a plate on it. `holes` are the holes that need a second
+    piece of the mount. `boxes` are the boxes of the board.
     """
     if not holes or pattern.name != "written out":
         return
@@ -307,7 +312,7 @@ def _hole_key(pattern: HolePattern, number: int) -> str:
 
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
-    """Yield a finding for each tolerance that is more than half of its size."""
+    """Yield a finding for each tolerance of a part that exceeds half of the part's size."""
     limit, sizes = own_limits()["tolerance_share"], toleranced_sizes(design.spec)
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
@@ -319,7 +324,7 @@ def tolerance_shares(design: Design) -> Iterator[Verdict]:
 
 
 def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
-    """Yield a note if metal behind a custom mount is not part of the spec, because estimates then omit it."""
+    """Yield a note for a custom mount if the spec describes no metal behind it. Estimates then assume no metal."""
     if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
         yield violated("metal-behind", "mount", severity=Severity.NOTE)
 

@@ -36,13 +36,13 @@ from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
-"""Multiples of the missing growth to try.
+"""Factors on the computed increase of the body's margin, tried in this order.
 
-One is enough unless a short jaw limits the growth of the body to one side.
+Factor 1 suffices unless a short jaw lets the body grow on one side only.
 """
 
 ENDS = ("far end", "lower side", "tail's end", "upper side")
-"""Names of the sides of a body in the order of a bounding box."""
+"""Names of a body's sides, in the order of a box (x_min, y_min, x_max, y_max)."""
 
 
 def overhang(design: Design) -> Iterator[Verdict]:
@@ -84,15 +84,19 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _sides(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
-    """Return the sides at which a box protrudes from its support, with lengths. Empty if only corners protrude."""
+    """Return a text for each side at which a box extends beyond its support, with the length.
+
+    Boxes are (x_min, y_min, x_max, y_max; m). Empty if only rounded corners of the support are exceeded.
+    """
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
     return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
 
 
 def _onto_body(design: Design) -> tuple[Family, ...]:
-    """Return changes with which the plates lie on the body.
+    """Return families of changes after which target and elastomer lie completely on the body.
 
-    First a larger pad or a pad under the target, on the body as drawn; then a larger body, and smaller plates.
+    The first families keep the body: a larger elastomer, and an elastomer moved under the target. Then follow a larger
+    body, and smaller plates.
     """
     spec, body = design.spec, design.layout.body_outline
 
@@ -106,7 +110,7 @@ def _onto_body(design: Design) -> tuple[Family, ...]:
 
 
 def _widened(design: Design) -> Iterator[Fix]:
-    """Yield larger bodies that carry the plates, with an elastomer that carries the target."""
+    """Yield changes to a larger body on which the plates lie, and to an elastomer under the whole target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
     layout, lows, film = design.layout, lowest(plates_of(changed)), film_thickness(changed.encapsulation)

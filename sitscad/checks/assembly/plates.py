@@ -41,7 +41,7 @@ from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
-"""Largest margin and longest side (m) in a spec."""
+"""Largest value of ``fpc.margin``, and largest side of a plate, that a spec may have (m)."""
 
 
 def lowest(plates: Plates) -> tuple[Body, ...]:
@@ -55,7 +55,10 @@ def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float
 
 
 def lies(plates: Plates, film: float, body: Path) -> bool:
-    """Whether each target lies on its elastomer, and the elastomer with its film (m) on a body's outline."""
+    """Whether each target lies completely on its elastomer, and the lowest plates on the body's outline.
+
+    `film` is the thickness (m) of the film around the lowest plates; it must lie on the body, too.
+    """
     pad, plate = plates.elastomer, plates.target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
@@ -73,7 +76,10 @@ def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield the elastomer moved under the target, then both moved back to the mean of the coils' centres."""
+    """Yield two changes: the elastomer with the target's offset, then both parts without offset.
+
+    Without offset, a part is centred on the mean of the coils' centres.
+    """
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
         yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
@@ -86,9 +92,10 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
 def more_margin(
     here: Sequence[Footprint], film: float, fpc: FpcSpec, trace_width: float, body: Box
 ) -> tuple[float, float]:
-    """Return the margin (m) with which the lowest plates `here` and their film lie on a body with rounded corners.
+    """Return the smallest ``fpc.margin`` (x, y; m) with which the lowest plates and their film lie on the body.
 
-    `film` is the film's thickness (m), `trace_width` the width of the coils' tracks (m).
+    `here` are the places of the plates, `film` the film's thickness (m), `trace_width` the width of the coils' tracks
+    (m). `body` is the present body; its larger version has rounded corners.
     """
     boxes = [grown(plate.box, film) for plate in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
@@ -106,9 +113,9 @@ def more_margin(
 
 
 def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
-    """Yield target and elastomer reduced, in place, to the room on the body.
+    """Yield changes to a smaller target and elastomer, at the same places, that lie on the body.
 
-    Sides are rounded down to usual steps (m), and to finer steps only if usual steps leave too little.
+    Sides are rounded down to multiples of 0.1 mm, then of 0.05 mm, then of `GRAIN`.
     """
     for grain in (100e-6, 50e-6, GRAIN):
         if spec.elastomer is not None:
@@ -140,9 +147,10 @@ def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Itera
 def _fitting(
     key: str, here: Footprint, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """Yield a plate reduced, in its place `here`, to the size that an outline carries with a film around it.
+    """Yield smaller versions of a plate that lie on an outline, each with the edits of the spec.
 
-    The first plate keeps its shape, the second is a rectangle.
+    `here` is the plate's place, `on` the outline, `around` the thickness (m) of the film around the plate. Sides are
+    multiples of `grain` (m). The first version keeps the plate's shape, the second is a rectangle.
     """
     if here.hangs_over(on) + around <= ROUNDING:
         yield (), plate
@@ -175,7 +183,11 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
 def _shortened(
     here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
-    """Return shorter sides (m), one or both, with which the corners have room. None if nothing remains."""
+    """Return reduced sides (m) of a plate with which its corners and the film lie on the outline `on`.
+
+    `way` holds 1 for each side that is shortened, 0 for each side that is not. `around` is the film's thickness (m).
+    None if even the smallest plate does not fit.
+    """
 
     def sides(less: float) -> tuple[float, float]:
         x, y = (max(GRAIN, side - less * part) for side, part in zip(size, way, strict=True))
@@ -192,7 +204,10 @@ def _shortened(
 
 
 def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
-    """Return the largest width (m), in place, of a narrow strip along one of a plate's axes."""
+    """Return the largest side (m) along one axis of a plate, while its other side is nearly zero.
+
+    The plate keeps its place. With the film `around` it (m), it must lie on the outline `on`.
+    """
     sides = [GRAIN, GRAIN]
 
     def has_room(less: float) -> bool:
@@ -203,7 +218,10 @@ def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
 
 
 def _least(enough: Callable[[float], bool], most: float) -> float:
-    """Return the smallest sufficient amount (m), within a thousandth of `GRAIN`. It is 0 if nothing is missing."""
+    """Return the smallest amount (m) for which `enough` is true, found by bisection between 0 and `most`.
+
+    The error is at most a thousandth of `GRAIN`.
+    """
     if enough(0.0):
         return 0.0
     low, high = 0.0, most
@@ -214,17 +232,20 @@ def _least(enough: Callable[[float], bool], most: float) -> float:
 
 
 def _down(length: float, grain: float) -> float:
-    """Return a length (m) rounded down to whole grains, up to the error of the bisection."""
+    """Return a length (m) rounded down to a multiple of `grain` (m), at least `GRAIN`.
+
+    A length just below a multiple counts as this multiple, because the bisection in `_least` has this error.
+    """
     return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
 
 
 def pair(lengths: tuple[float, float]) -> str:
-    """Return two lengths (m) as they are written."""
+    """Return two lengths (m) as the text of a YAML list in mm."""
     return f"[{lengths[0] * 1e3:.6g}, {lengths[1] * 1e3:.6g}]"
 
 
 def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
-    """Return the edits that write a plate's new shape and size."""
+    """Return the edits of the spec that change a plate's shape and size from `before` to `after`."""
     size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
     written = {"shape": after.shape if after.shape != before.shape else "", "size": size * (after.size != before.size)}
     return tuple(Edit(f"{key}.{name}", text) for name, text in written.items() if text)
@@ -302,9 +323,10 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger(
     target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[float, float] | None]:
-    """Return the case of a hint and the size (m) of a target as long as the distance of two coils, or as a coil.
+    """Return the case of the hint, and the proposed size (m) of the target.
 
-    The size is None for a rotated target over two coils in a line.
+    The proposed length is the distance `pitch` of two coils in a line, or else at least the length of a `coil` (length,
+    width; m). The size is None for a rotated target over two coils in a line.
     """
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return "target-line-turned", None
@@ -314,12 +336,15 @@ def _larger(
 
 
 def _line_pitch(array: ArraySpec) -> float | None:
-    """Return the distance (m) of two coils in a line. None for any other array."""
+    """Return the distance (m) between the centres of two coils in a line. None for any other array."""
     return array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
 
 
 def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
-    """Whether a target over two coils in a line is as long as their distance. True for other arrays."""
+    """Whether a target over two coils in a line is about as long as the distance between their centres.
+
+    The relative difference may be at most `TARGET_LENGTH_TOLERANCE`. True for other arrays.
+    """
     pitch = _line_pitch(array)
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
@@ -328,9 +353,10 @@ def _aside(
     array: ArraySpec, target: Target, here: Footprint, middle: Footprint, coil: tuple[float, float],
     fixes: tuple[Family, ...],
 ) -> Iterator[Verdict]:
-    """Yield a finding on coils that an offset target covers less: the whole coil if single, otherwise the centres.
+    """Yield a finding on the coils from which an offset moves the target away.
 
-    `here` is the target's footprint in place, `middle` its footprint without the offset.
+    A single coil must be covered completely. With several coils, the target must cover each centre that it covers
+    without the offset. `here` is the target's footprint, `middle` its footprint without the offset.
     """
     if len(array.placements) == 1:
         place = here.place_of(Point(*array.middle))
@@ -368,9 +394,9 @@ def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, floa
 
 
 def plates_apart(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on too small gaps between neighbouring cells' plates.
+    """Yield a finding if the gap between the plates of neighbouring cells is too small.
 
-    A gap must hold the wall of the jig, and the bulging pads.
+    The gap must hold the wall of the assembly jig, and the sideways bulge of both compressed pads.
     """
     spec = design.spec
     if spec.cells is None:
@@ -427,12 +453,12 @@ FREQUENCY = 5e6
 """Frequency (Hz) of the comparison. The ratios of signals hardly depend on it."""
 
 SHEAR_SHARE = 0.25
-"""Shear force, as a fraction of the normal force, if the spec states no shear force."""
+"""Shear force for the comparison of targets, as a fraction of the normal force. Used if the spec has no shear force."""
 
 
 @record
 class LengthGain:
-    """Signals of normal and of shear force under another target, each divided by the signal under the spec's target."""
+    """Signal ratios for normal and shear force: another target divided by the spec's target."""
 
     normal: float
     shear: float

@@ -33,24 +33,26 @@ from sitscad.spec.sensor import SensorSpec
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
 SMALLEST_MEASURED_PORT = 1.1
-"""Ratio of the smallest measured port to its nominal diameter: 5 mm trocars measure at least 5.5 mm inside (Limperg
-2024).
+"""Ratio of the smallest measured inner diameter of a port to its nominal diameter.
+
+5 mm trocars measure at least 5.5 mm inside (Limperg 2024).
 """
 
 BOARD = "board body"
-"""Piece of the closed pair that a smaller coil or margin makes narrower."""
+"""Name of the board's body among the parts of the closed jaws. Smaller coils or margins make it narrower."""
 
 PLATES = ("target", "elastomer", "encapsulation")
-"""Pieces of the closed pair with the width in the spec, and the film on them."""
+"""Names of the parts of the closed jaws whose width is in the spec, and of the film that covers them."""
 
 LEAST_STEP = 1e-6
-"""Resolution (m) of the length to take off."""
+"""Step (m) to which the bisection finds the length by which a part must shrink."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the widths of board, elastomer and target across the jaw, and of the flat board in the port.
+    """Yield findings on parts that are wider than the jaw, or wider than the port.
 
-    The jaw's middle lies under the body's middle.
+    Board, elastomer and target are compared with the jaw's width, the flat board with the port's diameter. The centre
+    line of the jaw lies under the centre line of the body.
     """
     jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
     for slab in plates_of(design.spec).all:
@@ -69,7 +71,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
 
 
 def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
-    """Yield a finding if elastomer or target, in place, extends beyond both the jaw and the board that carries it."""
+    """Yield a finding if a plate (elastomer or target) extends sideways beyond the jaw and beyond the board."""
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, body
     middle, width = (y0 + y1) / 2, high - low
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
@@ -83,7 +85,10 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
-    """Return a margin with which the body is smaller by `excess` (m) along an axis. None if the margin is too small."""
+    """Return the change to a margin that makes the body shorter by `excess` (m) along an axis (0: x, 1: y).
+
+    None if the present margin is smaller than half of `excess`.
+    """
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
@@ -91,9 +96,9 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
 
 
 def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
-    """Yield reduced margins with which the body is smaller by `excess` (m) along an axis, and by more.
+    """Yield changes to margins that make the body smaller along an axis by `excess` (m) or more.
 
-    The larger reductions are tried because leads may need wider gaps in the smaller body.
+    Reductions beyond `excess` are tried, because leads may need wider gaps in the smaller body.
     """
     for more in WIDER_GAPS:
         if (fix := _less_margin(spec, axis, excess + more)) is not None:
@@ -101,14 +106,17 @@ def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
 
 
 WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
-"""Additional reductions (m) to try, because leads may need wider gaps on a smaller body."""
+"""Reductions (m) of the body beyond the needed length, tried in this order. Leads may need wider gaps."""
 
 MOST_ENDS = 6
-"""Number of other ends of the layers to try for different places of the leads."""
+"""Largest number of designs to try in which the coil's layers end at other angles, so that leads move."""
 
 
 def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
-    """Return changes that make a board narrower by `by` (m): other ends of the layers, or smaller coils."""
+    """Return families of changes that make a board narrower by `by` (m).
+
+    The first moves the ends of the coil's layers, the second makes the coils smaller.
+    """
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
 
 
@@ -291,7 +299,7 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
 
 
 def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
-    """Return a measure of the design by name. None if it was not made."""
+    """Return the measure with a name. None if there is no measure of this name."""
     return next((measure for measure in fit if measure.name == name), None)
 
 

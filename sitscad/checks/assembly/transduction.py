@@ -30,16 +30,22 @@ from sitscad.spec.sensor import SensorSpec
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
-"""Loaded fraction of a pad from which it counts as fully loaded."""
+"""Ratio of a pad's loaded area to its whole area from which the pad counts as fully loaded."""
 
 WARMTH_TOLD = 0.05
-"""Relative change of the pad's modulus by temperature from which it is reported. The modulus itself is less certain."""
+"""Least relative change of the pad's modulus, between 20 degC and the temperature of use, that is reported.
+
+It is smaller than the uncertainty of the modulus itself.
+"""
 
 SLENDERNESS = 0.25
-"""Ratio of thickness to width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level."""
+"""Largest ratio of a pad's thickness to its width without a finding.
+
+It is the ratio of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level.
+"""
 
 THICKNESS_GRAIN = 50e-6
-"""Step (m) of the thicknesses to try for a pad that yields sideways."""
+"""Step (m) between the thicknesses that are tried for a pad that would buckle sideways."""
 
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
@@ -194,11 +200,11 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
 
 def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
-    """Return the ratio of travel to thickness under a shear force (N), with the target held level.
+    """Return the target's sideways travel under a shear force (N), divided by the pad's thickness.
 
-    It follows the pad's law along the softer axis, with or without the required normal force, whichever gives more
-    travel (like the range in a data sheet, `shear_at`). `modulus` is a factor on the pad's modulus. Infinite if no
-    equilibrium is found.
+    The target stays level. The force acts along the softer axis. The travel is the larger of two: without and with the
+    required normal force (like the range in a data sheet, `shear_at`). `modulus` is a factor on the pad's modulus.
+    Infinite if no equilibrium is found.
     """
     import numpy as np
 
@@ -273,7 +279,7 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 
 
 def _taking(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
-    """Return the pad made of another silicone, as a family of changes. Empty if there is none."""
+    """Return the change to a pad of another silicone, in a list. Empty if `material` is None."""
     return [] if material is None else [_of(spec, material)]
 
 
@@ -309,7 +315,7 @@ def _modulus_for_shear(
 
 
 def _has_room(spec: SensorSpec, scale: float, body: Path) -> bool:
-    """Whether target and pad, larger by a factor, lie on a body's outline."""
+    """Whether target and pad would lie on a body's outline if both were larger by the factor `scale`."""
     pad, target = pad_of(spec.elastomer), spec.target
     assert target is not None
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
@@ -374,15 +380,19 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 
 
 def _softest(sigma: float) -> float:
-    """Return the softest modulus of a material, as a fraction of its modulus, from its relative uncertainty."""
+    """Return the lower bound of a material's modulus, as a fraction of its nominal modulus.
+
+    It is one standard deviation below nominal (`sigma`, relative), and at least 0.05.
+    """
     return max(0.05, 1.0 - sigma)
 
 
 @record
 class _StifferPad:
-    """A pad that withstands the force: its shear modulus (Pa), the softest preset with it, and changes of the spec.
+    """Stiffness with which the pad withstands the force, and changes of the spec to reach it.
 
-    None if there is none.
+    `modulus` is the least shear modulus (Pa), rounded up. `preset` is the softest silicone of the data that suffices;
+    `preset_modulus` (Pa) and `preset_sigma` (relative) are its values. None if there is none.
     """
 
     modulus: float | None = None
@@ -426,7 +436,7 @@ def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> Elasto
 
 
 def _rounded_up(value: float) -> float:
-    """Return a value rounded up to three digits."""
+    """Return a positive value rounded up to three significant digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.ceil(value / step) * step
 

@@ -39,19 +39,20 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 1e-6
-"""Step (m) of the spacings that hints name."""
+"""Rounding step (m) of the spacings that hints propose."""
 
 ALLOWED_SHORTFALL = 1e-6
-"""Length (m) by which a drawn gap may fall short of the rule.
+"""Largest length (m) by which a drawn gap may be smaller than the rule's minimum.
 
 A spiral's gap, measured perpendicular to the track, is a little smaller than its spacing.
 """
 
 
 def nearer_by(coil: CoilSpec) -> float:
-    """Return the largest reduction (m) of the gap between neighbouring turns of a round coil against its spacing.
+    """Return the largest difference (m) between a round coil's spacing and the gap between neighbouring turns.
 
-    It occurs at the inner end, where the spiral's slope against the circle (pitch over circumference) is steepest.
+    The gap is measured perpendicular to the track, so it is smaller than the spacing. The difference is largest at the
+    inner end, where the spiral is steepest against the circle (pitch over circumference).
     """
     if not coil.outline.is_round:
         return 0.0
@@ -87,7 +88,11 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
 def _near_edge(
     copper: Copper, outline: Path, rules: DesignRules, has_tail: bool
 ) -> dict[tuple[str, int], tuple[float, int, Item]]:
-    """Return the copper that is too near the edge, by name and layer: smallest gap (m), piece number and item."""
+    """Return the items of copper that are too near the board's edge.
+
+    Keys are the item's name and copper layer. Values are the smallest gap (m), the number of the piece of copper with
+    this gap, and the item. Contacts are left out if the board has a tail.
+    """
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
     for index, gap in edge_gaps(copper, edge_of(outline), rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
@@ -110,7 +115,7 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
 
 
 def edge_of(outline: Path) -> Primitives:
-    """Return a closed outline as pieces for the measurement of distances."""
+    """Return the lines and arcs of a closed outline as arrays, for the computation of distances."""
     return from_rows([row for row, _ in path_rows(outline)])
 
 
@@ -120,7 +125,10 @@ def copper_in(design: Design) -> Copper:
 
 
 def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tuple[int, float]]:
-    """Yield the pieces of copper nearer to an edge than `minimum` (m): their indices and gaps (m)."""
+    """Yield (number of the piece, gap in m) for each piece of copper nearer to the edge than `minimum` (m).
+
+    Gaps that are smaller by no more than `ALLOWED_SHORTFALL` are allowed.
+    """
     reach = copper.half + minimum
     pairs = nearest_pairs(copper.pieces.boxes, reach, edge.boxes, np.zeros(len(edge)))
     i, j = pairs[:, 0], pairs[:, 1]
@@ -130,9 +138,10 @@ def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tupl
 
 
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
-    """Yield one violation for all places of one kind, at the worst place.
+    """Yield one violation for each kind of pair that is too near, at the place with the smallest gap.
 
-    Kinds are, for example, turn to turn, or lead to turn of another net.
+    A kind is, for example, turn to turn, or lead to turn of another net. With `of_vias` only pairs with a via count,
+    otherwise only pairs without. `key` is the key of the spec that the finding names.
     """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
@@ -207,9 +216,9 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
 
 
 def _remaining(count: int, used: Index) -> Index:
-    """Return the numbers below a count that are not used.
+    """Return the integers from 0 to `count` - 1 that are not in `used`.
 
-    numpy's set functions would import its masked arrays first.
+    numpy's own function for this would import its masked arrays first, which takes time.
     """
     free = np.ones(count, dtype=bool)
     free[used] = False
@@ -233,7 +242,10 @@ def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[fl
 def _narrow_web(
     case: str, rules: DesignRules, edges: Primitives, across: Primitives, side: str
 ) -> Iterator[Violation]:
-    """Yield a violation if the strip of coverlay between two groups of edges is too narrow."""
+    """Yield a violation if the distance between two groups of edges is smaller than ``coverlay_web``.
+
+    The distance is the width of the coverlay strip between two openings, or between an opening and the board's edge.
+    """
     # the smallest distance, searched only up to the limit
     pairs = nearest_pairs(edges.boxes, np.full(len(edges), rules.coverlay_web), across.boxes, np.zeros(len(across)))
     web = float(np.min(distances(edges.take(pairs[:, 0]), across.take(pairs[:, 1])), initial=np.inf))
@@ -269,9 +281,10 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
 def _bared(
     copper: Copper, minimum: float, number: int, opening: Path
 ) -> Iterator[tuple[Trace | Via, float, Array]]:
-    """Yield tracks and vias of a layer inside or too near (`minimum`, m) an opening in which they do not end.
+    """Yield tracks and vias that a coverlay opening exposes, or that are nearer to it than `minimum` (m).
 
-    Each has the item, the smallest gap (m) and its place.
+    Each result has the item, the smallest gap (m; negative inside) and the place of this gap. `number` is the copper
+    layer. Tracks that end in the opening are left out, because they lead to its contact.
     """
     edge, corners = edge_of(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}

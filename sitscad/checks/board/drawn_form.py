@@ -26,7 +26,7 @@ from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.layout.gaps import Copper, conductor_notches, name_of, pair_in_words
 
 CHORD = 10e-6
-"""Largest deviation (m) of the chords that follow arcs in the area of a loop."""
+"""Largest distance (m) between an arc and the chords that replace it, when the area of a loop is computed."""
 
 _GRID = 1e-8
 
@@ -61,7 +61,10 @@ class ConductorLoop:
 
 @record
 class _Edge:
-    """A part of a track between two nodes, given by its start and end along the track (m)."""
+    """Part of a track between two nodes, `one` and `other`.
+
+    `first` and `last` are the path lengths (m) along the track at which the part begins and ends.
+    """
 
     one: Node
     other: Node
@@ -84,17 +87,20 @@ class _Edge:
 
 @record
 class TrackGraph:
-    """The tracks of a layout between nodes: ends, ends that run into another track, vias and pads."""
+    """Graph of the drawn tracks. Edges are parts of tracks; nodes are the points at which tracks connect.
+
+    Nodes are ends of tracks, places where another track ends on a track, vias and contacts.
+    """
 
     layout: Layout
 
     @cached_property
     def vias(self) -> dict[tuple[int, int], int]:
-        """Number of every via by its place."""
+        """Index of each via in the layout, by its place (rounded to a grid)."""
         return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
 
     def node_of(self, point: Point, layer: int) -> Node:
-        """Return the node of a point on a layer: a via, a contact, or the place itself."""
+        """Return the node at a point on a copper layer: the via or the contact there, or the point itself."""
         cell = _cell(point)
         if cell in self.vias:
             return (0, self.vias[cell], 0)
@@ -146,7 +152,11 @@ def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
 
 
 def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
-    """Yield pairs of contacts of one net that no copper joins: one of the net's first part, one of each other part."""
+    """Yield pairs of contacts that have one net but no copper between them.
+
+    Contacts of a net form groups that copper joins. Each pair has a contact of the first group and a contact of another
+    group.
+    """
     parts = _Joined()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
@@ -242,9 +252,10 @@ class _Joined:
 
 
 ACUTE = math.radians(59.9)
-"""Angle (rad) between two tracks below which etchant stays in the corner (unverified: workshop practice).
+"""Smallest angle (rad) between two tracks without a finding.
 
-The stubs drawn by sitscad meet their spirals at 75 degrees and more.
+In a sharper corner, etchant stays and undercuts the tracks (unverified: workshop practice). The stubs drawn by sitscad
+meet their spirals at 75 degrees and more.
 """
 
 _SAME_PLACE = 1e-8

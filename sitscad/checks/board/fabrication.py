@@ -122,9 +122,9 @@ def _sides(size: Sequence[float]) -> list[float]:
 
 
 def house(rules: DesignRules, field: str) -> str:
-    """Return the holder of a limit: the profile's name, for a user's profile with file and line.
+    """Return the name of the document that sets a limit: the profile's name, or file and line of a user's own profile.
 
-    Unverified limits are marked.
+    " (unverified)" is added to limits that were not verified. `field` is the limit's key in the rules.
     """
     mark = " (unverified)" if is_unverified(rules.source_of(field)) else ""
     return rules.holder(field) + mark
@@ -134,15 +134,16 @@ def short_of(
     case: str, rules: DesignRules, field: str, have: float, key: str, place: Place, *, hint: str = "",
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a length (m) smaller than a limit of the fabricator's rules."""
+    """Return the violation for a length `have` (m) smaller than the limit `field` of the fabricator's rules."""
     return violated(case, key, have, getattr(rules, field), "m", source=rules.source_of(field), place=place, hint=hint,
                     fixes=fixes, house=house(rules, field), **values)
 
 
 def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
-    """Return the holder and the source of a gap between copper (m).
+    """Return two texts about the minimum gap between copper: the document that sets it, and its source.
 
-    These are the spec itself if the gap is the spacing of its turns and narrower than the fabricator's.
+    Both name the spec if `gap` (m) is smaller than the fabricator's minimum. It is then the spec's own spacing of
+    turns.
     """
     if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
@@ -150,7 +151,7 @@ def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
 
 
 NAMED = 4
-"""Largest number of finer fabricators that a hint names."""
+"""Largest number of fabricators with finer tracks that a hint names."""
 
 
 def trace_width(design: Design) -> Iterator[Verdict]:
@@ -167,7 +168,10 @@ def trace_width(design: Design) -> Iterator[Verdict]:
 
 
 def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
-    """Yield a violation if a value of the coil is below the fabricator's smallest."""
+    """Yield a violation if the coil's value `field` is below the fabricator's minimum.
+
+    `field` is ``trace_width`` or ``trace_spacing``.
+    """
     value, least = getattr(spec.coil, field), getattr(spec.fpc.rules, field)
 
     @cache
@@ -185,7 +189,10 @@ def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
 def _thicker_foil(
     layers: tuple[int, ...], fpc: FpcSpec, field: str, lines: str, severity: Severity = Severity.ERROR
 ) -> Iterator[Violation]:
-    """Yield a violation if the foil is thicker than every foil for which the fabricator states line widths."""
+    """Yield a violation if the copper foil is thicker than every foil for which the fabricator states a minimum.
+
+    `field` is the key of this minimum, and `lines` its name in the message (tracks or spacings).
+    """
     rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
     thickest = rules.beyond.get(field)
     if thickest is not None:
@@ -200,7 +207,10 @@ def trace_spacing(design: Design) -> Iterator[Verdict]:
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
-    """Yield findings on track and spacing of the turns against the fabricator's minimum for coils ("loop lines")."""
+    """Yield findings on track width and spacing of the turns below the fabricator's separate minimum for coils.
+
+    It is an error if the rules make this minimum binding, otherwise a warning.
+    """
     coil, rules = design.spec.coil, design.spec.fpc.rules
     pairs = (("trace_width", coil.trace_width, rules.coil_trace_width),
              ("trace_spacing", coil.trace_spacing, rules.coil_trace_spacing))
@@ -229,9 +239,10 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
 
 
 def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
-    """Return changes with wider tracks and gaps, plating of the holes alone, and finer fabricators.
+    """Return families of changes: wider tracks and gaps, plating in the holes alone, and finer fabricators.
 
-    Widths and gaps are the largest of all binding rules, or of all rules with `is_all`.
+    The new widths and gaps meet all binding minimums. With `is_all` they also meet minimums that do not bind, and no
+    other fabricator is tried.
     """
     rules = spec.fpc.rules
     width, spacing = (
@@ -249,7 +260,10 @@ def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family
 
 
 def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
-    """Yield plating in the holes alone if a value of the coil then meets the limit for its foil."""
+    """Yield the change to plating in the holes alone, if the coil then meets the limit `field`.
+
+    Without plating on the tracks, the copper is as thin as the foil, for which the fabricator's limit is smaller.
+    """
     value = getattr(spec.coil, field.removeprefix("coil_"))
     for fix in plated_in_holes_alone(spec):
         if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING:
@@ -264,10 +278,13 @@ def _is_installed(coil: CoilSpec, fpc: FpcSpec) -> bool:
 
 
 ALIKE = 0.1
-"""Largest relative difference of films and foils that count as equal: fabricators' tolerance of films is 10 %."""
+"""Largest relative difference between a thickness in the spec and a listed thickness that counts as equal.
+
+Fabricators' tolerance of films is 10 %.
+"""
 
 GLUES = ("adhesive", "bondply")
-"""Dielectrics that bond, in contrast to the core that carries the copper."""
+"""Materials of dielectric layers that glue other layers together. All other dielectrics carry copper (cores)."""
 
 
 def offered(design: Design) -> Iterator[Verdict]:
@@ -308,7 +325,7 @@ def _not_offered(
     case: str, rules: DesignRules, key: str, field: str, value: object, measured: float | None = None, *,
     hint: str = "", details: tuple[str, ...] = (), fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a requested material, with the fabricator's list."""
+    """Return the violation for a material that the fabricator does not list. The message contains the list."""
     listed = [show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field)]
     return violated(case, key, measured, unit=None if measured is None or field == "layer_counts" else "m", hint=hint,
                     details=details, source=rules.source_of(field), fixes=fixes, house=house(rules, field),
@@ -316,9 +333,10 @@ def _not_offered(
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
-    """Yield the parts of a stack-up that the fabricator does not offer.
+    """Yield a row for each part of a stack-up that the fabricator does not offer.
 
-    Each has its case, the field of the rules, the number, the value, and the thickness (m) of plating on a foil.
+    Columns are the message case, the key of the fabricator's list, the number (layers, or thickness in m; None for a
+    kind of cover), its text, and the thickness (m) of the plating on a foil (else 0).
     """
     count = len(stackup.copper)
     if rules.layer_counts is not None and count not in rules.layer_counts:
@@ -373,7 +391,10 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
 
 
 def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
-    """Yield the indices of the dielectrics between a copper layer and the next one, upwards (-1) or downwards (1)."""
+    """Yield the indices of the dielectric layers between a copper layer and the next copper layer.
+
+    `index` is the copper layer's index. `step` is -1 for the layers above it, 1 for the layers below it.
+    """
     index += step
     while 0 <= index < len(layers) and layers[index].kind is LayerKind.DIELECTRIC:
         yield index
@@ -418,7 +439,7 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
 
 
 def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
-    """Yield a coverlay of a film and an adhesive (m) in place of the layer at a key."""
+    """Yield the change of a coverlay to another thickness of film and adhesive (m). `key` is its place in the spec."""
     for thick in read_anew(spec, f"{key}.coverlay", show(film + adhesive, "m")):
         yield from map(thick.with_also, read_anew(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
 

@@ -27,11 +27,11 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
-"""First growth (m) of a body on every side if the missing length is not known."""
+"""First increase (m) of the distance between body's edge and coils, if the missing length is unknown."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """Return a rule's function that yields a violation for each shortfall of one kind in the layout."""
+    """Return the function of a rule about one kind of missing room. It yields a violation for each place."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_too_little_room(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -40,10 +40,10 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
-    """Return a shortfall with the needed room, if trials can find it.
+    """Return the description of missing room, with the needed size (m) added if it can be found by trials.
 
-    Vias may have room inside a coil and their stubs none. The needed room is then for the smallest larger coil in which
-    they have room.
+    Only vias inside a coil are tried. The coil is enlarged by each of `GROWTHS` until all inner vias and their stubs
+    have room.
     """
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
         return lack
@@ -55,13 +55,13 @@ def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
 
 
 GROWTHS = (50e-6, 100e-6, 200e-6, 400e-6)
-"""Growths (m) of a coil to try, to find the room that its inner vias and stubs need."""
+"""Increases (m) of a coil's outer size that are tried, in this order, to find the room for its inner vias."""
 
 
 def lead_gap(
     placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules
 ) -> tuple[float, float] | None:
-    """Return the gap (m) between the two nearest coils, and the gap that one more via or lead needs.
+    """Return two lengths (m): the gap between the two nearest coils, and the gap that one more via or lead needs.
 
     None for a single coil.
     """
@@ -152,11 +152,11 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
 
 
 FEWER = 2
-"""Number of smaller turns to try to make room inside."""
+"""Number of designs with fewer turns that are tried to make room inside the coil."""
 
 
 def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield coils farther apart by `by` (m) with other start angles."""
+    """Yield changes to coils farther apart by `by` (m), each with another start angle of the winding."""
     farther = moves.coils_apart(spec, by)
     yield from map(farther.with_also, moves.other_start_angles(farther.spec))
 
@@ -232,12 +232,16 @@ def _beyond_largest(largest: Path, body: Path) -> float:
 
 
 def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:
-    """Return the largest outline as the body's own."""
+    """Return the change that sets the body's outline to the largest allowed outline (``fpc.largest``)."""
     return setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
 
 
 def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float]) -> tuple[Family, ...]:
-    """Return changes that fit the largest outline: the outline as the body's own, smaller coils, and both."""
+    """Return families of changes after which the body lies in the largest outline ``fpc.largest``.
+
+    They are this outline as the body's own, smaller coils, and both. `over` is the excess (m), `have` the present size
+    of the body (m).
+    """
     as_asked = _as_asked(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING
 

@@ -47,21 +47,22 @@ from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
 LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
-"""Step (m) of the longer tails that hints name, and the longest tail (m) of a spec."""
+"""Rounding step (m) of the tail lengths that hints propose, and the largest length (m) of a tail in a spec."""
 
 FIRST_ROOM = 1e-3
-"""Least length (m) by which a tail without any room to bend is lengthened."""
+"""First increase (m) of the length of a tail in which no part can be bent."""
 
 GRAIN = 0.05e-3
-"""Step (m) of the margins that hints name."""
+"""Rounding step (m) of the margins that hints propose."""
 
 
 @record
 class _Straight:
-    """The longest part of the bend zone with straight tracks of constant width.
+    """Longest part of the bend zone in which all tracks are straight and of constant width.
 
-    ``start`` and ``length`` are in metres. ``room`` is the length (m) left for the spec's own bend beside the mount's
-    bends. ``unfit`` is the first place in the zone at which tracks are not straight, if any.
+    The bend zone is the part of the tail without stiff items. ``start`` and ``length`` are in metres along the tail.
+    ``room`` is the length (m) for the bend that the spec describes, without the part that the mount bends. ``unfit`` is
+    the first place with tracks that are not straight. None if there is no such place.
     """
 
     start: float
@@ -161,9 +162,10 @@ def _misplaced(
     zone: tuple[float, float], bend: Bend, room: tuple[float, float], body_end: float,
     reach_at: Callable[[float], tuple[float, float]],
 ) -> Iterator[Violation]:
-    """Yield a finding if a bend at a given place extends beyond the part that may be bent.
+    """Yield a finding if the spec's bend, at the place that the spec gives, does not lie in the part that may be bent.
 
-    `zone` and `room` are parts of the tail (x from and to, m) without stiff items, and left by the mount's bends.
+    `zone` is the part of the tail without stiff items, `room` the part that the mount's bends leave free (from, to; m).
+    `body_end` is the body's end (m).
     """
     beyond = max(room[0] - bend.start, bend.end - room[1])
     if beyond > ROUNDING:
@@ -178,7 +180,7 @@ def _misplaced(
 
 
 def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
-    """Yield a finding if a given bend radius is smaller than the fabricator's."""
+    """Yield a warning if the bend radius in the spec is smaller than the fabricator's minimum."""
     tail, least, figure = spec.fpc.tail, least_bend_radius(spec.fpc), bend_figure(spec.fpc)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
         return
@@ -194,7 +196,7 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
 
 
 def _longer(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Family, ...]:
-    """Return longer tails for a tail (m) that lacks a length (m)."""
+    """Return the family of longer tails. `tail_length` is the present length (m), `missing` the missing length (m)."""
 
     def longer(by: float) -> Fix:
         length = LENGTH_GRAIN * math.ceil((tail_length + by) / LENGTH_GRAIN - 1e-6)
@@ -208,7 +210,7 @@ def _straight(
     zone: tuple[float, float] | None, room: tuple[float, float] | None,
     in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...],
 ) -> _Straight:
-    """Return the longest straight part that may be bent, and the first item that is unfit for bending."""
+    """Return the longest part of the bend zone with straight tracks. All lengths are 0 if there is no bend zone."""
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
     unfit = unfit_for_bending(zone, in_bend_zone, traces)
@@ -242,7 +244,7 @@ def special_build(design: Design) -> Iterator[Verdict]:
 
 
 def _copper(stackup: Stackup) -> str:
-    """Return finished copper thicknesses from the top, like 30/18/18/30 um."""
+    """Return the thickness of each copper layer with its plating, from the top, as text: "30/18/18/30 um"."""
     return "/".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
@@ -296,7 +298,7 @@ unasked.
 """
 
 CLOSER_CUT = 2.0
-"""Ratio of the usual cutting tolerance to the closer tolerance of the same fabricator.
+"""Ratio of a fabricator's usual tolerance of the outline to the tolerance of the closer cut on request.
 
 A router cuts within +-0.1 mm, a steel die within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
@@ -331,10 +333,10 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the fabricator's tolerance takes the thickness at the contacts out of the connector's range.
+    """Yield a finding if the thickness at the contacts, with tolerance, leaves the connector's range.
 
-    Only deviations that another stiffener would reduce are reported. Smaller deviations occur with every connector and
-    are stated in the order.
+    It is only reported if another stiffener would reduce the deviation. This is so if the deviation exceeds half a step
+    between stock thicknesses. Smaller deviations occur with every connector and are stated in the order.
     """
     connector, pads = _connector(design.spec.fpc), design.layout.pads
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
@@ -355,7 +357,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
 
 
 def _in_stock() -> list[float]:
-    """Return thicknesses (m) of stiffeners made of a film and an adhesive in stock, the thinnest first."""
+    """Return the total thicknesses (m) of film and adhesive that are in stock for stiffeners, in ascending order."""
     return sorted({film + adhesive for film, adhesive in stock_stiffeners()})
 
 
@@ -375,7 +377,8 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
 def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield a finding if the outline's tolerance exceeds the connector's tolerance for the tail's width.
 
-    Only tolerances that even a closer cut does not keep are reported, because the order requests the closer cut anyway.
+    It is only reported if even the closer cut (`CLOSER_CUT`) exceeds it, because the order requests the closer cut
+    anyway.
     """
     connector, rules = _connector(fpc), fpc.rules
     if connector.width_tolerance <= 0.0:
@@ -392,7 +395,7 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
 
 
 def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
-    """Yield findings on a number of contacts that the connector is not made with, and on unused contacts."""
+    """Yield a finding if no connector of this type has the tail's number of contacts, or a note on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
     row, counts = contact_row(placements, fpc.tail, connector), connector.positions
     unverified = _plug_unverified(connector, "positions")
@@ -416,7 +419,10 @@ def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> 
 
 
 def _plug_unverified(connector: Connector, *fields: str) -> tuple[str, ...]:
-    """Return the detail for values of a connector that were not read from its drawing. Otherwise empty."""
+    """Return the message case of the remark that values of a connector were not read from its drawing.
+
+    `fields` are the names of the values. Empty if all were read from the drawing.
+    """
     fields = fields or ("insertion_thickness", "insertion_thickness_tolerance")
     return ("plug-unverified",) if is_unverified(connector.source, *fields) else ()
 

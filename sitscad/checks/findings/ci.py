@@ -265,7 +265,7 @@ def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
 
 
 def _data(text: str) -> str:
-    """Return escape a message for a workflow command: a single line that cannot start another command."""
+    """Return a message escaped for a workflow command: a single line that cannot start another command."""
     lines = (printable(line) for line in text.replace("%", "%25").splitlines())
     return "%0A".join(lines)
 

@@ -88,7 +88,10 @@ EXCERPT = 160  # Characters of a spec's line that are quoted by default
 
 
 def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
-    """Return a part of a line around a column (from 1) that fits the room, and the column's offset in the part."""
+    """Return (excerpt, offset of the column in it) for a line of a spec. The excerpt has at most `room` characters.
+
+    `column` counts from 1. Cut ends are marked by "...". The length is at least 20, by default `EXCERPT`.
+    """
     room = max(EXCERPT if room is None else room, 20)
     if len(line) <= room:
         return line, column - 1
@@ -145,7 +148,10 @@ def identities(findings: Sequence[Finding]) -> list[str]:
 
 
 def turnless(identity: str) -> str:
-    """Return an identity without its count, which is the same for all findings of one rule at one key."""
+    """Return an identity (`identities`) without its final count.
+
+    The count distinguishes findings of one rule at one key.
+    """
     return identity.rpartition("\0")[0]
 
 
@@ -157,7 +163,10 @@ def fingerprint(*parts: str) -> str:
 
 
 BOARD = ("body_length_m", "body_width_m", "length_m", "width_m", "mount_length_m", "mount_width_m")
-"""Keys of a board's size. The last two exist only if a plate or a cap carries the board."""
+"""JSON keys of the board's sizes, in the order of `CheckedSpec.board`.
+
+The last two exist only if a plate or a cap carries the board.
+"""
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:
@@ -203,11 +212,11 @@ def to_json(document: object) -> str:
 
 
 FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
-"""Keys in JSON of each requirement with its estimated value."""
+"""JSON keys of a requirement and its estimated value. They are also attributes of `RequirementResult`."""
 
 
 TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
-"""Keys in JSON of every finding. Further keys are written only if they have a value."""
+"""JSON keys that every finding has. Other keys are only present if they have a value."""
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
-    """Return a line for each measure of the fit: the worst case, or all three cases if `whole`."""
+    """Return a line for each measure of the fit, with the limit. With `whole` it has all three cases.
+
+    The cases are nominal, by root-sum-square of tolerances, and at worst. Without `whole` it has only the worst case.
+    """
     lines = []
     for m in fit:
         nominal, likely, worst, limit = (
@@ -34,7 +37,7 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
 
 
 def fit_tables(fit: Sequence[Measure]) -> list[Table]:
-    """Return a table of the fit's measures, and a table of the parts of the closed pair, from the jaw upwards."""
+    """Return two tables: the fit's measures, and the parts between the closed jaws, from the lower jaw upwards."""
     parts = [part for measure in fit[:1] for part in measure.parts]
     return [by_result(fit, FIT, "Fit in the jaw, as glued together"),
             by_result(parts, FIT_PART, "What the closed pair is made of")]
@@ -44,7 +47,10 @@ _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
 def closing_words(closing: Closing) -> str:
-    """Return a line with the grasped thickness for parallel faces, and the tilt on thicker tissue."""
+    """Return a line on the tissue thickness at which the jaws' faces are parallel.
+
+    The line also has the tilt of the faces for each further millimetre of tissue.
+    """
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
     if closing.parallel_at < 0.0:
@@ -53,7 +59,11 @@ def closing_words(closing: Closing) -> str:
 
 
 def closing_table(closing: Closing) -> Table:
-    """Return a table of tissue thicknesses and the position of the jaws' faces on each."""
+    """Return a table with one row per tissue thickness between the jaws.
+
+    Columns are the thickness, the angle between the faces, the place that touches first, and the distance by which the
+    faces slide.
+    """
     at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
     most = closing.most
     angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
@@ -103,7 +113,7 @@ def headline(signals: Iterable[Signal]) -> list[str]:
 
 
 def felt_words(reached: RequirementResult) -> str:
-    """Return a line with the estimated value of a requirement, the requirement and the place of the value."""
+    """Return a line with a requirement's estimated value, its limit, the axis and the working point."""
     if reached.limit is None:
         requirement = reached.requirement.replace("_", " ")
         return f"{requirement} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
@@ -140,4 +150,4 @@ OTHERS_MEANING = (
     "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
     "as coil; for comparing with what the header's formula makes of a reading",
 )
-"""Use of each of the three inductances."""
+"""Meaning and use of the three inductances in the report: at the contacts, on an LCR meter, by the firmware."""

@@ -184,7 +184,10 @@ def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list
 
 
 def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
-    """Return a text after its head as lines no wider than the terminal. All lines but the first are indented."""
+    """Return `head` followed by `text` as lines no wider than the terminal.
+
+    Lines after the first are indented by `indent` spaces.
+    """
     text = printable(text)
     if output.width is None:
         return [head + text]
@@ -198,7 +201,7 @@ def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[st
 
 
 _UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V|A|s)\b))"), "\0"
-"""Pattern of the space between a number and its unit, and its replacement while lines are folded."""
+"""Pattern of the space between a number and its unit, and the character that replaces it while lines are folded."""
 
 
 def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputOptions) -> list[str]:
@@ -281,7 +284,7 @@ def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
 
 
 def _in_runs(rules: list[str]) -> list[str]:
-    """Return identifiers with three or more consecutive numbers joined: ``SIT101-SIT117``."""
+    """Return rule identifiers with runs of three or more consecutive numbers shortened: ``SIT101-SIT117``."""
     runs: list[list[str]] = []
     for rule in sorted(set(rules)):
         if runs and rule[:3] == runs[-1][-1][:3] and rule[3:].isdigit() and int(rule[3:]) == int(runs[-1][-1][3:]) + 1:
@@ -292,7 +295,7 @@ def _in_runs(rules: list[str]) -> list[str]:
 
 
 class ListedRule(RuleTexts, Protocol):
-    """A rule with the severities of its findings in words."""
+    """Rule in the output of ``sitscad rules``, with the severities of its findings as text."""
 
     @property
     def severities(self) -> str: ...  # noqa: D102
@@ -345,7 +348,7 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
 
 
 def severities(rule: ListedRule) -> str:
-    """Return the severities alone, mildest first: ``warning, error``."""
+    """Return the severities without their conditions, mildest first: ``warning, error``."""
     listed = {case.partition(" ")[0] for case in re.split(r"[;,]\s*", rule.severities)}
     return ", ".join(word for word in ("note", "warning", "error") if word in listed)
 

@@ -1,4 +1,4 @@
-"""Writing of fixes into a spec's text, one after the other, as long as each improves it."""
+"""Application of fixes to a spec's text, one after the other. A fix that does not improve the text is undone."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ May = Callable[[Finding, Remedy], bool]
 
 @record
 class Applied:
-    """A fix written into a text, the finding that it mended, and the rules whose findings get worse."""
+    """Fix written into a text, with the finding that it removes.
+
+    `worsens` are the rules whose values are farther beyond their limits than before.
+    """
 
     finding: Finding
     remedy: Remedy
@@ -40,7 +43,7 @@ class Applied:
 
 @record
 class RolledBack:
-    """A fix that was allowed but does not improve the text, with the reason in words."""
+    """Allowed fix that was tried and undone, because it does not improve the text. `why` is the reason as text."""
 
     finding: Finding
     remedy: Remedy
@@ -49,7 +52,10 @@ class RolledBack:
 
 @record(eq=False)
 class Mended(Generic[Said]):
-    """A text after all fixes that improve it, its results, and the fixes that were applied or rolled back."""
+    """Text of a spec with all fixes that improve it. `said` holds the results of checking it.
+
+    `applied` are the fixes in the text, `rolled_back` the fixes that were tried and undone.
+    """
 
     text: str
     said: Said
@@ -88,7 +94,7 @@ def mended_text(
     past_texts = {text}
 
     def told(finding: Finding, remedy: Remedy) -> bool:
-        """Return whether a fix may be written, after reporting the trial of an allowed fix."""
+        """Return whether a fix is allowed. If it is, report first that it is tried."""
         if is_allowed := may(finding, remedy):
             progress(f"{len(applied)} mended, {finding.rule}: trying {'; '.join(edit.words for edit in remedy.edits)}")
         return is_allowed
@@ -107,9 +113,10 @@ def mended_text(
 def _next(
     text: str, result: Said, judge: Judge[Said], verdict: Judge[Said], may: May, past_texts: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
-    """Return the text with the first fix that improves it, and this fix; and the rejected fixes.
+    """Return (changed text, fix) for the first fix that improves the text, and the fixes that were tried and undone.
 
-    The first is None if no fix improves the text.
+    If a fix improves the text, the second result is empty. If no fix does, the first result is None. `past_texts` are
+    texts of earlier steps, to which no fix may return.
     """
     rolled_back: list[RolledBack] = []
     already = {each.rule for each in result.findings if each.severity is not Severity.NOTE}
@@ -138,21 +145,21 @@ def _next(
 
 
 def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
-    """Whether a fix of a note brings only notes, and no more notes than it mends."""
+    """Whether a fix removes a note and adds only other notes. It must not add more notes than it removes."""
     gone, new = _changes(applied, before.findings, after.findings)
     is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
     return is_note and new.total() <= gone.total() and _unknown(after) <= _unknown(before) and _place(applied) in gone
 
 
 def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
-    """Whether there is a fix for a new finding, which might undo the present fix."""
+    """Whether a finding that was not there before has an allowed fix. This fix might undo the present fix."""
     old_keys = {(finding.rule, finding.key) for finding in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
     return any(not remedy.brings and may(finding, remedy) for finding, remedy in fixes)
 
 
 def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
-    """Return the reason why a text is not improved by a fix, in words."""
+    """Return the reason, as text, why a fix does not improve a spec."""
     gone, new = _changes(applied, before.findings, after.findings)
     if _place(applied) not in gone:
         return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
@@ -165,13 +172,16 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
 
 
 def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
-    """Return rules with findings before and after whose values are now farther beyond their limits."""
+    """Return the rules whose values are farther beyond their limits than before, by more than `WORSE` of the limit.
+
+    Only rules with findings both before and after count. Notes do not count.
+    """
     was, now = _excess(before), _excess(after)
     return {rule for rule, excess in now.items() if excess > was.get(rule, excess) + WORSE}
 
 
 WORSE = 0.01
-"""Least increase of the distance beyond a limit, as a fraction of the limit, that counts as worse."""
+"""Largest increase of the distance beyond a limit, divided by the limit, that does not count as worse."""
 
 
 def _excess(findings: Iterable[Finding]) -> dict[str, float]:
@@ -185,7 +195,7 @@ def _excess(findings: Iterable[Finding]) -> dict[str, float]:
 
 
 def _named(new: _Weighed) -> str:
-    """Return text that names the rules of new findings, each with its highest severity."""
+    """Return a text with the rules of the new findings, each with its highest severity in parentheses."""
     gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda entry: -list(Severity).index(entry[2]))}
     return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
 
@@ -199,19 +209,23 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 
 
 def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
-    """Whether a text is better after a fix: it is read further, or a finding is gone and nothing new is wrong."""
+    """Whether a fix improves a text. Two kinds of improvement count.
+
+    If the text could not be read completely, all its former findings must be gone. Otherwise a finding must be gone or
+    milder, without new problems (`is_better`), and no further rule may be unchecked.
+    """
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
     return (is_unread and is_further(before.findings, after.findings)) or (
         is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
 
 
 def _unknown(result: Judged) -> set[str]:
-    """Return the rules of a design that could not be applied fully."""
+    """Return the rules that could not be checked or only partly, except the rules about the spec itself (SIT0xx)."""
     return {skipped.rule for skipped in result.not_checked if not skipped.rule.startswith("SIT0")}
 
 
 def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether no finding that kept a spec from being read remains, so that the new findings were hidden before."""
+    """Whether all findings from before the fix are gone. New findings may be hidden until then and do not count."""
     return not {(finding.rule, finding.key) for finding in before} & {(finding.rule, finding.key) for finding in after}
 
 
@@ -229,7 +243,11 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
 
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
-    """Return the findings that a fix removes and the findings that it adds, counted by severity."""
+    """Return two counts by (rule, key, severity): the findings that a fix removes, and the findings that it adds.
+
+    A finding counts for its own severity and for each milder one. A finding under another key than before is not new,
+    if its rule has no more findings in total.
+    """
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]
     comparable = [finding for finding in after if not any(f"{finding.key}.".startswith(key) for key in read)]
@@ -240,9 +258,9 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
 
 
 def _of_rule(weighed: _Weighed, entry: tuple[str, str | None, Severity]) -> int:
-    """Return the number of a rule's findings of a severity, for all keys.
+    """Return the number of findings of the rule and severity in `entry`, with any key.
 
-    The key depends on which changes were tried.
+    The key of a finding may change, because it depends on the changes that were tried.
     """
     return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (entry[0], entry[2]))
 
@@ -255,6 +273,9 @@ _Weighed = Counter[tuple[str, str | None, Severity]]
 
 
 def _weighed(findings: Iterable[Finding]) -> _Weighed:
-    """Count the findings of each rule and key that have each severity or a higher severity."""
+    """Return the number of findings by (rule, key, severity).
+
+    Each finding counts for its own severity and for all milder severities.
+    """
     order = list(Severity)
     return Counter((f.rule, f.key, milder) for f in findings for milder in order[order.index(f.severity) :])

@@ -37,7 +37,7 @@ from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 MOST_LAYERS = 8
 
 AS_GOOD_AS_NONE = 0.05
-"""Largest angle (turns) by which a lead may run back round a coil that a hint names."""
+"""Largest part of a turn by which a lead may run back round the coil, against the winding, in a proposed design."""
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
@@ -48,14 +48,21 @@ def with_turns(spec: SensorSpec, turns: float) -> Fix:
 
 
 def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
-    """Return those keys for turns, trace width, spacing and inner diameter that a fix may edit in this spec."""
+    """Return the keys for turns, trace width, spacing and inner diameter that a fix may edit.
+
+    If the spec gives the inner diameter, the result has its key and each of the other three keys that the spec
+    contains. Otherwise the result has these three keys.
+    """
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
     is_by_inner = INNER in keys
     return {INNER, *(all_of_them & keys.keys())} if is_by_inner else all_of_them
 
 
 def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Edit, ...]:
-    """Return the edit that writes a changed coil's inner diameter. Empty if the spec has no inner diameter."""
+    """Return the edit that sets the key of the inner diameter to the coil's new value, in a tuple.
+
+    Empty if the spec has no inner diameter.
+    """
     return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(keys) else ()
 
 
@@ -84,20 +91,26 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
 
 
 def _up(coil: CoilSpec, part: int, parts: int) -> int:
-    """Return the least number of parts of a turn, from `part` on, with which no lead runs back round the coil."""
+    """Return the smallest number of parts of a turn, at least `part`, with which no lead runs back round the coil.
+
+    A turn has `parts` parts. If there is no such number within one turn, the result is `part`.
+    """
     return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
 
 
 def _runs_back(coil: CoilSpec, turns: float) -> bool:
-    """Whether a lead runs against the winding, which reduces inductance, with this number of turns per layer."""
+    """Whether a lead would run back round the coil by more than `AS_GOOD_AS_NONE` with this number of turns per layer.
+
+    Such a lead runs against the winding and reduces the inductance.
+    """
     return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
 
 
 def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
-    """Yield the present turns of a coil, then at most `room` turns, then fewer.
+    """Yield numbers of turns per layer: the present number, then at most `room`, then fewer.
 
-    Up to `steps` further numbers are each smaller by a part of a turn. Except with the present turns, no lead runs back
-    round the coil.
+    The first number below `room` is followed by at most `steps` smaller numbers, each by one part of a turn. Except
+    with the present number, no lead runs back round the coil. Empty for layers of unequal turns.
     """
     if coil.has_unequal_turns:
         return
@@ -110,9 +123,9 @@ def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
 
 
 def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
-    """Yield up to `count` fixes with at most `most` turns and room for the vias inside, the most turns first.
+    """Yield up to `count` changes to fewer turns, at most `most`, with which all vias inside the coil have room.
 
-    The first fix is found by bisection, because fewer turns leave more room.
+    The change with the most turns is first. It is found by bisection, because fewer turns leave more room.
     """
     now = spec.coil.most_turns
     fixes = [fix for fix in with_each(spec, fewer_turns(spec.coil, most, MOST_STEPS))
@@ -125,13 +138,14 @@ def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
 
 
 MOST_STEPS = 24
-"""Number of parts of a turn that are taken off in trials to make room inside."""
+"""Largest number of steps, of one part of a turn each, by which trials reduce the turns to make room inside."""
 
 
 def whole_turns(coil: CoilSpec) -> Iterator[float]:
-    """Yield the nearest turns, then the turns on the other side, with a whole number of turns over all layers.
+    """Yield numbers of turns per layer that give a whole number of turns over all layers.
 
-    Both leads then start from the same place. Empty for layers of unequal turns.
+    The nearest number is first, then the next number on the other side of the present number. Both leads then start
+    from the same place. Empty for layers of unequal turns.
     """
     layers = len(coil.layers)
     if coil.has_unequal_turns:
@@ -144,9 +158,9 @@ def whole_turns(coil: CoilSpec) -> Iterator[float]:
 
 
 def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield coils narrower by at least `by` (m), with the present turns, then with fewer turns.
+    """Yield changes to coils narrower by at least `by` (m): with the present turns, then with fewer turns.
 
-    The fewer turns keep the present inner width.
+    With fewer turns, the free width inside the coil remains.
     """
     coil = spec.coil
     x, y = coil.size
@@ -184,16 +198,20 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
 
 
 def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
-    """Return a fix with `edits` and the edits of `turned`, without its edit of the turns if they remain `turns`.
+    """Return the change `turned` with the other `edits` put before its own edits.
 
-    An edit of the inner diameter always remains, because it depends on both changes.
+    Its edit of the turns is left out if the number of turns remains `turns`. An edit of the inner diameter remains,
+    because it depends on both changes.
     """
     turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
     return replace(turned, edits=(*edits, *turning))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield other start angles, then a part of a turn less or more, which move the layers' ends and their leads."""
+    """Yield changes that move the ends of the coil's layers and thus the leads.
+
+    First come other start angles of the winding, then a part of a turn less, and a part more.
+    """
     coil, parts = spec.coil, spec.coil.outline.ends or 4
     yield from other_start_angles(spec)
     fewer = fewer_turns(coil, coil.most_turns - 1.0 / parts, 0)
@@ -202,7 +220,7 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield an even number of layers, at least `factor` times the present number, then two more.
+    """Yield changes to more layers: the first even number from `factor` times the present number, then two more.
 
     The stack-up stays if it has enough layers. Otherwise it is the first installed stack-up with as many layers.
     """
@@ -228,13 +246,14 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 GROWN = 1.1
-"""Largest ratio of a wider pitch to the present pitch for which all turns are kept in a trial."""
+"""Ratio of the new pitch to the present pitch below which a trial first leaves the number of turns unchanged."""
 
 
 def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
-    """Yield tracks and gaps of at least `width` and `spacing` (m).
+    """Yield changes to tracks of at least `width` and gaps of at least `spacing` (m).
 
-    If the pitch grows little, the turns are kept first. Then the turns are reduced to the room of the present turns.
+    If the new pitch is less than `GROWN` times the present pitch, the first change leaves the number of turns. The next
+    changes reduce the turns, so that the winding is no wider than before.
     """
     coil = spec.coil
     width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # rounded as written
@@ -259,7 +278,7 @@ def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
 
 
 def scans(spec: SensorSpec, rate: float) -> Fix:
-    """Return another number of scans per second (Hz)."""
+    """Return the change to a scan rate of `rate` scans per second (Hz)."""
     return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
 
@@ -276,9 +295,9 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
-    """Yield the spec read from its text with a changed value, so that dependent values follow.
+    """Yield the change of one value, with the spec read again from its text. Other values that depend on it follow.
 
-    Empty if it is not valid.
+    Empty if the changed text is not a valid spec.
     """
     try:
         changed = rewritten_spec(spec, ((key, value),))
@@ -303,7 +322,7 @@ def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
 
 
 SEALING = ("ecoflex-00-50", 50e-6)
-"""Film that seals a target: its silicone and thickness (m)."""
+"""Film that a hint proposes to protect a bare target: name of the silicone, and thickness (m)."""
 
 
 def sealed(spec: SensorSpec) -> Iterator[Fix]:
@@ -348,13 +367,13 @@ def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
 
 
 SAME = 1e-9
-"""Lengths that differ by less than this (m) are equal."""
+"""Largest difference (m) between two lengths that count as equal."""
 
 
 def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
-    """Return the sides (m) of a pad, in place, that carries a plate and is not smaller than now.
+    """Return the sides (m) of a pad, at its present place, that lies under a whole plate and is no smaller than now.
 
-    For discs, the diameter.
+    For a round pad, both values are the diameter.
     """
     if pad.is_round:
         reach = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
@@ -412,7 +431,7 @@ def finer_fabricators(coil: CoilSpec, stackup: Stackup) -> Iterator[tuple[str, D
 
 
 TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
-"""Start angles (degrees) to try, relative to the spec's angle."""
+"""Angles (degrees) by which the start of a winding without corners is turned in trials, in this order."""
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
     """Return coils larger by `by` (m) in both directions, with the same gaps between them."""
@@ -428,13 +447,14 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Factors on the required length of a coil to try."""
+"""Factors on the required length of a coil. The products are the lengths that are tried."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield a single long coil that is longer by more than a factor.
+    """Yield changes to a coil longer than the present coil by more than `factor`. Only for a single long coil.
 
-    Target and pad become longer, too, if they reach the coil's ends. Empty for other shapes and for arrays.
+    Target and pad become longer by the same length, if they reach the coil's ends (`REACHES`). Empty for other shapes
+    and for arrays.
     """
     coil = spec.coil
     if not coil.outline.is_long or len(spec.array.placements) > 1:
@@ -455,11 +475,14 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 REACHES = 0.9
-"""Least ratio of a plate's length to a coil's for which the plate reaches the coil's ends."""
+"""Ratio of a plate's length to the coil's length from which the plate counts as reaching the coil's ends."""
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:
-    """Return a body larger by `by` (m) on every side. Without edits if its outline is drawn or free."""
+    """Return the change to a body larger by `by` (m) on every side.
+
+    The change has no edits if the spec gives no size of the body, or a drawn outline.
+    """
     body = spec.fpc.body
     if body is None or body.size is None:
         return Fix((), spec)
@@ -469,9 +492,9 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
 
 
 def coils_apart(spec: SensorSpec, by: float) -> Fix:
-    """Return an array scaled so that the nearest coils are farther apart by `by` (m).
+    """Return the change to a scaled array, in which the nearest coils are farther apart by `by` (m).
 
-    Without edits for a single coil.
+    The change has no edits for a single coil.
     """
     near = nearest_distance(spec.array.placements)
     if near is None:
@@ -502,7 +525,10 @@ def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
 
 
 def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules) -> float:
-    """Return the additional gap (m) between two coils for a via and a lead, at least the pitch of a track."""
+    """Return the length (m) by which the gap between two coils must grow for a via and a lead.
+
+    The result is at least the pitch of a track.
+    """
     pitch = coil.trace_width + rules.trace_spacing
     hole = joined_hole(rules, coil.trace_width)
     gap = (nearest_distance(placements) or 0.0) - coil.size[0]
@@ -524,7 +550,10 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
-    """Yield connectors with a larger value of a length (a field name), the next larger first. Empty without a tail."""
+    """Yield changes to connectors with a larger dimension `length` (a field name). The next larger is first.
+
+    Empty without a tail.
+    """
     tail = spec.fpc.tail
     if tail is None:
         return
@@ -535,7 +564,7 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
 
 
 def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
-    """Return plugs with enough contacts for a tail narrower than `width` (m), with their widths (m).
+    """Return (width in m, change) for each connector with enough contacts whose tail is narrower than `width` (m).
 
     The narrowest is first. Empty without a tail.
     """
@@ -554,10 +583,10 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
 
 MOST_COILS = 4
-"""Largest number of coils for which trials mend a spec that could not be read."""
+"""Largest number of coils of a spec for which trials search room. Only for specs that could not be read."""
 
 FEWER = 4
-"""Number of smaller turns to try."""
+"""Largest number of designs with fewer turns that are tried."""
 
 
 def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
@@ -578,7 +607,10 @@ def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...
 
 
 def _apart(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield coils just far enough apart not to touch, then farther by the room for a lead and its via."""
+    """Yield changes to coils farther apart: first until they do not touch, then also with room for leads.
+
+    The additional room grows from that for one lead with its via, by the factor `GROWTH` at each step.
+    """
     near = nearest_distance(spec.array.placements)
     scale = None if near is None else least_scale(spec.array, spec.coil)
     if near is None or scale is None:
@@ -592,7 +624,11 @@ def _apart(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
-    """Return coils farther apart by at least `by` (m), rounded up to the digits written."""
+    """Return the change to coils farther apart by at least `by` (m). The pitch is rounded up to whole micrometres.
+
+    `near` is the present distance (m) between the centres of the nearest coils. Without a pitch, the places of the
+    coils are scaled.
+    """
     if spec.array.pitch is None:
         scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
         return coils_apart(spec, near * (scale - 1.0))

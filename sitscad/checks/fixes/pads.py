@@ -17,13 +17,16 @@ from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4
-"""Number of sizes and pitches to try, from the present value to the value with edges over the coils' middles."""
+"""Number of steps from the present size to the smallest size, or from the present pitch to the largest pitch.
+
+At the last step, the target's edges lie over the centres of the outer coils.
+"""
 
 
 def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield smaller targets, the largest first, down to a target that ends over the middles of the outer coils.
+    """Yield changes to smaller targets, the largest first.
 
-    A pad as large as the target becomes smaller, too.
+    The edges of the last target lie over the centres of the outer coils. A pad of equal size becomes smaller, too.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -56,7 +59,10 @@ def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield arrays with a larger pitch, which brings the outer coils' middles nearer to the target's edges."""
+    """Yield changes to a larger pitch of the array.
+
+    The centres of the outer coils then lie nearer to the target's edges.
+    """
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
         return
@@ -74,23 +80,26 @@ def _tenths(length: float) -> float:
 
 
 SCANS_A_BAND = 2.0
-"""Least ratio of scan rate to bandwidth (SIT210)."""
+"""Least ratio of scan rate to bandwidth that a proposed design has (SIT210)."""
 
 FEWEST_SCANS = 1.0
-"""Least scan rate (Hz) that is proposed."""
+"""Least scan rate (Hz) that a hint proposes."""
 
 MAGNETIC, CONDUCTS = 1.1, 1e5
-"""Relative permeability from which a metal is magnetic, and conductivity (S/m) from which a material is a metal."""
+"""Least relative permeability of a magnetic metal, and least conductivity (S/m) of a material that counts as metal."""
 
 OTHERS = 3
-"""Number of softer or stiffer silicones to try, the nearest first."""
+"""Largest number of softer (or stiffer) silicones that are tried. The nearest modulus is first."""
 
 THICKNESSES = (1.25, 0.8, 1.5)
-"""Pad thicknesses to try, relative to the present thickness."""
+"""Factors on the present pad thickness. The products are the thicknesses that are tried, in this order."""
 
 
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield a scan rate lower by a factor, but high enough for the bandwidth. Empty if this is no change."""
+    """Yield the change to a scan rate lower by `factor`, but at least `SCANS_A_BAND` times the bandwidth.
+
+    Empty if this is no change.
+    """
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
     required = max(spec.readout.scan_rate / factor, least)
     digits = 10.0 ** (math.floor(math.log10(required)) - 1)
@@ -144,13 +153,13 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
 
 
 BETTER = 0.5
-"""Ratio to the best conductor's conductivity below which a better conductor is proposed."""
+"""Ratio of a metal's conductivity to the best conductor's, below which the best conductor is proposed."""
 
 
 def cut_to_target(spec: SensorSpec) -> Fix | None:
-    """Return a pad cut to the size of its target, because a rim beside the target supports it.
+    """Return the change to a pad as large as its target. A rim of the pad beside the target makes it stiffer.
 
-    None if the pad is not wider, or differs in shape or place.
+    None if the pad is not larger, or differs in shape or place.
     """
     target, pad = spec.target, spec.elastomer
     if target is None or pad is None or pad.outline.is_disc != target.outline.is_disc:
@@ -164,14 +173,15 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
 
 
 AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0))
-"""Usual pad thicknesses (m) among which the thickness of most signal is searched."""
+"""Usual thicknesses (m) of pads. The hints that increase the signal choose among them."""
 
 
 def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return changes that may give more signal over the force.
+    """Return families of changes that may increase the signal of the required force.
 
-    These are another metal of the target, a pad no wider than the target, the next thicknesses, and softer silicones. A
-    thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best thickness.
+    They are another metal of the target, a pad no larger than the target, thinner pads, thicker pads, and softer
+    silicones. A thinner pad brings the target nearer to the coils. A thicker pad is compressed more. So one thickness
+    gives the most signal.
     """
     pad = spec.elastomer
     if pad is None:
@@ -184,7 +194,7 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 NEXT = 5
-"""Number of pad thicknesses to try on each side."""
+"""Number of thinner pads and number of thicker pads that are tried."""
 
 
 def _as_thick(spec: SensorSpec, thickness: float) -> Fix:

@@ -1,7 +1,7 @@
-"""A change of a spec as a value, and the search for a change that mends a finding, for hints and for `--fix`.
+"""Changes of a spec, and the search for a change that mends a finding, for hints and for `--fix`.
 
-A rule gives families of changes with its finding. The search tries them in order within a budget of trials, and writes
-the hint. The budget counts trials and not time, so every machine finds the same hints.
+A rule yields its finding with families of changes (lists of changes of one kind). The search tries them in order within
+a budget of trials, and writes the hint. The budget counts trials and not time, so every machine finds the same hints.
 """
 
 from __future__ import annotations
@@ -19,28 +19,37 @@ from sitscad.spec.sensor import SensorSpec
 DECISIVE = "decisive"
 
 LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
-"""Trials for hints: boards laid out (each counts as its number of coils), designs estimated, branches of the router."""
+"""Budgets for hints, by name: number of boards to lay out, of designs to estimate, and of router branches.
+
+A board counts as its number of coils. A branch is one attempt of the router to place a lead.
+"""
 
 MOST_BRANCHES = 10_000
-"""Largest number of the router's branches for one board. The next change may be easier."""
+"""Largest number of router branches for one board. If it is used up, the next change is tried."""
 
 HINTS = tuple(LEVELS)
-"""Choices of the number of trials for hints: none, few, and many (minutes)."""
+"""Names of the budgets for hints: no trials, few trials, or many trials (minutes)."""
 
 FOR_WARNINGS = (3, 1)
-"""Boards (counted as their coils) and estimates for warnings, if few trials are made."""
+"""Largest numbers of boards and of estimates for all warnings together, in a small budget.
+
+A board counts as its number of coils.
+"""
 
 OTHER_BOARD = 2
-"""Estimates that the estimate of another board counts as, because its windings are solved anew."""
+"""Number of estimates that a changed board counts as. Its windings must be solved again, which takes longer."""
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"
-"""Text of a hint that the budget cut short."""
+"""Text that is added to a hint if the budget was used up before all changes were tried."""
 
 HELPS = 1.1
-"""Least factor towards the limit for which a hint names a change that does not mend the finding."""
+"""Least factor by which a change must bring the value nearer to its limit, so that the hint names it as a help.
+
+It applies to changes that do not mend the finding.
+"""
 
 NAMED = 4
-"""Largest number of unsuccessful changes that a hint names."""
+"""Largest number of unsuccessful changes that a hint names. They are the last ones tried."""
 
 
 class Budget:
@@ -52,7 +61,7 @@ class Budget:
 
     @classmethod
     def of(cls, hints: str) -> Budget:
-        """Return the budget for one of the choices `HINTS`. Raises ValueError for any other choice."""
+        """Return the budget with a name of `HINTS`. Raises ValueError for any other name."""
         if hints not in LEVELS:
             raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
         return cls(*LEVELS[hints])
@@ -63,7 +72,7 @@ class Budget:
         return self.layouts <= 0 or self.estimates <= 0
 
     def begin_warnings(self) -> None:
-        """Return reduce a small budget to the trials for warnings.
+        """Reduce a small budget to the trials for warnings (`FOR_WARNINGS`). A large budget stays.
 
         Errors come first, and checks without errors stay fast.
         """
@@ -72,17 +81,20 @@ class Budget:
 
     @property
     def board_branches(self) -> int:
-        """Router branches for the next board: half of the remaining branches."""
+        """Number of router branches for the next board: half of the remaining branches, at most `MOST_BRANCHES`."""
         return min(self.branches // 2, MOST_BRANCHES)
 
     def lays_out(self, coils: int) -> bool:
-        """Take the layout of a board from the budget. Return False if none is left."""
+        """Subtract a board with `coils` coils from the budget. Return False if no boards were left."""
         is_left = self.layouts > 0
         self.layouts -= is_left * coils
         return is_left
 
     def estimates_one(self, is_same_board: bool) -> bool:
-        """Take the estimate of one design from the budget. Return False if none is left."""
+        """Subtract an estimate from the budget. Return False if no estimates were left.
+
+        With `is_same_board` it counts as one estimate, otherwise as `OTHER_BOARD` estimates.
+        """
         is_left = self.estimates > 0
         self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
         return is_left
@@ -90,9 +102,9 @@ class Budget:
 
 @record
 class Fix:
-    """A change of a spec: its edits, and the changed spec.
+    """Change of a spec: the edits of its text, and the changed spec.
 
-    ``said`` is its text, if it differs from "key: value with key: value".
+    ``said`` is the text of the change in hints. Empty if the text is "key: value with key: value" of the edits.
     """
 
     edits: tuple[Edit, ...]
@@ -100,25 +112,25 @@ class Fix:
     said: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """Return this fix combined with another fix, which was made for the spec that this fix leaves."""
+        """Return this change followed by another change, which was made for the spec of this change."""
         text = " with ".join(part for part in (self.words, fix.words) if part)
         return Fix((*self.edits, *fix.edits), fix.spec, text)
 
     @property
     def words(self) -> str:
-        """Keys and values as they are to be written."""
+        """Text of the change in hints: ``said``, or else the keys and their new values."""
         return self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
 
 
 Family = Callable[[], Iterable[Fix]]
-"""Changes of one kind, the best first. They are made when a search needs them."""
+"""Function that yields changes of one kind, the best first. A search calls it when it needs the changes."""
 
 
 @record
 class Costly:
-    """A family whose changes take as long to find as to try, because coils are wound for them.
+    """Family of changes that take long to find, because coils are wound for them.
 
-    A search with a spent budget skips it.
+    A search with no trials left skips such a family.
     """
 
     changes: Family
@@ -130,18 +142,19 @@ class Costly:
 
 
 GROWTH, AMOUNTS = 1.7, 4
-"""Factor between successive amounts to try, and number of amounts."""
+"""Ratio of each amount of a `Growing` family to the amount before it, and number of amounts."""
 
 HALVINGS = 5
-"""Number of bisection steps between an amount that does not mend and an amount that does, in a long search."""
+"""Number of bisection steps of a large budget, between an amount that fails and an amount that mends the finding."""
 
 
 @record
 class Growing:
-    """A family of changes by an amount (m), from `first` on.
+    """Family of changes by an amount (m), such as a length added to a coil. `move` makes the change of an amount.
 
-    Amounts are rounded up to the `grain` (m). Changes for which `fits` is false are not tried. `is_costly` is as in
-    `Costly`.
+    The first amount is `first`; each next amount is larger by the factor `GROWTH`. Amounts are multiples of `grain`
+    (m). Changes for which `fits` returns False are not tried. If `is_costly`, a search with no trials left skips the
+    family.
     """
 
     move: Callable[[float], Fix]
@@ -151,20 +164,24 @@ class Growing:
     is_costly: bool = False
 
     def rounded(self, amount: float) -> float:
-        """Return an amount rounded up."""
+        """Return an amount (m) rounded up to a multiple of `grain`."""
         return max(self.grain, math.ceil(amount / self.grain - 1e-6) * self.grain)
 
     @property
     def amounts(self) -> list[float]:
-        """Amounts to try."""
+        """Amounts (m) to try, in ascending order."""
         return [self.rounded(self.first * GROWTH**step) for step in range(AMOUNTS)]
 
     def __call__(self) -> Iterator[Fix]:
-        """Yield the changes. Moves without edits are left out."""
+        """Yield the changes that have edits and that fit."""
         return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
 
     def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, Left]]:
-        """Yield smaller amounts of a fix that mend without a warning, found by bisection. The smallest is last."""
+        """Yield (change, remaining problems) for amounts smaller than the amount of `fix`.
+
+        Each change mends the finding without a warning. The amounts are found by bisection. The smallest amount is
+        last.
+        """
         amounts = self.amounts
         number = next(k for k, amount in enumerate(amounts) if self.move(amount) == fix)
         low, high = amounts[number - 1] if number else 0.0, amounts[number]
@@ -181,7 +198,11 @@ class Growing:
 
 
 def setting(spec: SensorSpec, key: str, value: object, written: str, description: str = "") -> Fix:
-    """Return the fix that sets one value. `key` is its place in text and spec, `written` the value's text."""
+    """Return the change that sets one value of the spec.
+
+    `key` is the dotted place of the value in text and spec, `value` the new value, `written` its text. `description` is
+    the change's text in hints, if it differs from key and text.
+    """
 
     def changed(of: Any, names: list[str]) -> Any:
         new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
@@ -192,11 +213,12 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, description
 
 @record
 class Left:
-    """Remaining problems of a changed design that was tried.
+    """Problems that remain in a changed design after a trial. Each is given by the identifiers of its rules.
 
-    ``broken`` are the finding's own rule if it still complains, and rules with new errors. ``brings`` are rules with
-    new warnings, a reason against the change. ``worse`` are rules whose warnings get worse, no reason against mending
-    an error. ``gain`` is the factor by which the value of a remaining finding comes nearer to its limit, 1 if unknown.
+    ``broken`` holds the finding's own rule if the finding remains, and the rules with new errors. ``brings`` holds the
+    rules with new warnings, a reason against the change. ``worse`` holds the rules with values farther beyond their
+    limits, no reason against mending an error. ``gain`` is the factor by which the value of a remaining finding comes
+    nearer to its limit. It is 1 if unknown.
     """
 
     broken: tuple[str, ...] = ()
@@ -207,9 +229,10 @@ class Left:
 
 @record
 class Search:
-    """The outcome of a search: changes that mend, changes that do not, and whether the budget ended it.
+    """Result of a search for changes. Each change is listed with the problems that remain after it.
 
-    Each change has its remaining problems.
+    ``mending`` are changes that mend the finding, ``vain`` changes that do not. ``is_cut_short`` is True if the budget
+    ended the search.
     """
 
     mending: tuple[tuple[Fix, Left], ...] = ()
@@ -218,13 +241,13 @@ class Search:
 
 
 Trial = Callable[[Fix], Left | None]
-"""Function that tries a change. It returns None if the budget does not suffice."""
+"""Function that tries a change and returns the remaining problems. It returns None if the budget does not suffice."""
 
 
 def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
-    """Try families of changes in order, each until a change mends and brings no warning.
+    """Try families of changes in order. Each family is tried until a change mends without a new warning.
 
-    The first such change ends a search with a small budget.
+    With a small budget, the first such change ends the search.
     """
     mending: list[tuple[Fix, Left]] = []
     vain: list[tuple[Fix, Left]] = []
@@ -259,7 +282,10 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
 
 
 def hint_text(otherwise: str, result: Search, already: Collection[str]) -> str:
-    """Return a hint: the changes that were tried, then other advice. `already` are rules that complain anyway."""
+    """Return a hint: the changes that were tried, then the advice `otherwise`.
+
+    `already` are the rules that have findings in the unchanged design.
+    """
     brings = (warn(sorted({*remaining.brings, *remaining.worse}), already) for _, remaining in result.mending)
     changes = [f"{fix.words} (clears this; {some})" if some else fix.words
              for (fix, _), some in zip(result.mending, brings, strict=True)]
@@ -282,7 +308,7 @@ def hint_text(otherwise: str, result: Search, already: Collection[str]) -> str:
 
 
 def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
-    """Return the place in an advice that has the words of a fix. None if there is none."""
+    """Return the match of a change's text in an advice. None if the advice does not contain it."""
     return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
@@ -295,12 +321,15 @@ def _in_vain(trials: Iterable[tuple[Fix, Left]]) -> str:
 
 
 def fail(rules: tuple[str, ...]) -> str:
-    """Return text that names the rules that fail."""
+    """Return the text "SIT112 fails" or "SIT112, SIT113 fail" for some rules."""
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
 
 
 def warn(rules: Iterable[str], already: Collection[str]) -> str:
-    """Return text that names rules with warnings. Rules in `already` are named as rules that warn of more."""
+    """Return a text that names the rules with warnings after a change. Empty if there are none.
+
+    For rules in `already`, which have findings before the change, the text is "warn of more".
+    """
     rule_ids = list(rules)
     new, more = [rule for rule in rule_ids if rule not in already], [rule for rule in rule_ids if rule in already]
     groups = ((new, ""), (more, " of more"))

@@ -108,7 +108,7 @@ MEANT = {
     **dict.fromkeys(("levels", "severities"), "severity"),
     **dict.fromkeys(("fabricators", "profile", "shops"), "profiles"),
 }
-"""Keys of other tools, and the key of sitscad for each."""
+"""Keys that users of other tools may write, and the key of sitscad that an error message proposes for each."""
 MAX_BYTES = 1 << 20
 """Largest size of a configuration file in bytes."""
 

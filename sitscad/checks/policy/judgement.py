@@ -27,15 +27,21 @@ from sitscad.spec.yaml.source import SpecSource
 MAX_BYTES = 64 << 20
 
 LARGEST = 1e15
-"""Largest absolute value of a finding in SI units. Larger values in a baseline cannot have been measured."""
+"""Largest absolute value (SI unit) in a baseline. Larger values cannot have been measured and are ignored."""
 
 SAME = 1e-6
-"""Increase of a measured value, relative to its limit, that is allowed as a difference between machines."""
+"""Largest increase of a value beyond its limit, divided by the limit, that does not count as worse.
+
+Machines differ by this much.
+"""
 
 
 @record
 class Known:
-    """A finding in a baseline: its severity, measured value and limit (SI; None if it has none)."""
+    """Finding in a baseline: severity, measured value and limit (SI units; None if it has none).
+
+    ``keeps_limit`` is True if the value meets its limit, but only just.
+    """
 
     severity: Severity
     measured: float | None = None
@@ -63,7 +69,10 @@ class Known:
 
 @record
 class Baseline:
-    """Known findings by spec (absolute path and name) and by the identity of the finding."""
+    """Known findings, read from the file ``named``.
+
+    ``known`` holds them by spec (absolute path, name), then by the finding's identity (`identities`).
+    """
 
     named: str
     known: Mapping[tuple[str, str], Mapping[str, Known]]
@@ -77,10 +86,11 @@ class Baseline:
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Return a bool for each finding of a spec: whether a known finding covers it.
+        """Return, for each finding of a spec, whether a finding of the baseline covers it.
 
-        Each finding takes its own entry first. Otherwise it takes a free entry of the same rule and key, because an
-        earlier finding at this key may have been mended.
+        A known finding covers one finding only. It is first compared with the finding of equal identity. Known findings
+        that remain are compared with other findings of the same rule and key, because an earlier finding there may have
+        been mended.
         """
         free, is_covered = dict(self.of(path, name)), [False] * len(findings)
         names = identities(findings)
@@ -242,7 +252,10 @@ def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | No
 
 
 def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
-    """Return findings with the severities of a policy. The last pattern that matches a rule counts."""
+    """Return the result with severities changed by a policy. `severity` maps patterns of rules to severities.
+
+    The last pattern that matches a rule counts. Findings about the spec itself (SIT0xx) do not change.
+    """
     if not severity:
         return checked
     weighed = []
@@ -278,7 +291,10 @@ def _commented(
 
 
 def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
-    """Yield a warning for a comment with a fault, or with checked rules that have no finding at its keys."""
+    """Yield a warning for a comment that has a fault, or that names rules without a finding on its line.
+
+    `spare` are these rules. `names` are the rules' names by identifier.
+    """
     if comment.fault:
         message = f"the comment ignores nothing: {comment.fault}"
     elif spare:

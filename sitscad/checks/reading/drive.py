@@ -34,7 +34,7 @@ If the chosen code is too weak, the finding is at the turns, which determine R_P
 
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the amplitude at the chosen drive code, in the states of the assembled sensor."""
+    """Yield findings on the oscillation amplitude at the chosen drive code, in all states of the assembled sensor."""
     device, readout, coils = design.spec.readout.device, design.estimates.readout, design.estimates.coils
     if readout.high_current:
         yield from _high_current_amplitude(device, coils)

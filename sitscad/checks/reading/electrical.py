@@ -41,7 +41,7 @@ from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Mount
 
 DRAWS_IN = 1.5
-"""Relative permeability from which a shield concentrates the field: at a smaller distance it adds inductance."""
+"""Least relative permeability of a shield that concentrates the field: a smaller gap to it adds inductance."""
 
 
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
@@ -234,17 +234,17 @@ def _distance_ways(
 
 
 NAMED, WARNED = 0.015, 0.03
-"""Fractions of the winding's inductance: the flux that leads link is reported from the first on.
+"""Limits for the flux through the leads' arc round the coil, divided by the winding's inductance.
 
-If a lead runs against the winding, the second gives a warning. Leads that run with the winding add inductance for their
-resistance.
+From the first there is a note. From the second there is a warning, but only if the arc runs against the winding. An arc
+that runs with the winding adds inductance, at the cost of resistance.
 """
 
 TOGETHER = 0.1
-"""Angle (turns) round the coil up to which leads count as running together."""
+"""Least angle, in turns round the coil, of an arc between a coil's leads that is reported."""
 
 TRIED = 3
-"""Number of changed designs that are laid out to find a design without a closing arc."""
+"""Largest number of changed start angles that are laid out to find a design whose leads do not run round the coil."""
 
 def leads_round(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the coil whose leads link the largest fraction of its winding's flux.

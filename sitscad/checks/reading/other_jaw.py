@@ -10,10 +10,10 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
 from sitscad.estimates.design import Design
 
 MUCH, LITTLE = 0.1, 0.01
-"""Ratios of the change by the other jaw's metal to the change by the required force.
+"""Least ratios for a warning and for a note.
 
-From the first ratio on there is a warning (an object of thickness `THIN` is grasped), from the second on a note
-(nothing is grasped).
+Both divide a coil's change by the other jaw's metal by its change by the required force. The warning is for closed jaws
+with an object of thickness `THIN` between them, the note for jaws with nothing between them.
 """
 
 THIN = 1e-3  # Thickness (m) of a thin grasped object, at which the metal's effect is checked

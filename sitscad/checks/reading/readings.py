@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
 @record
 class Reading:
-    """One value of one coil in one state.
+    """Value of one quantity of a coil in one state.
 
-    `sigma` is its standard deviation by manufacture, and `cause` the main contribution.
+    `sigma` is its standard deviation by manufacturing tolerances. `cause` is the tolerance that contributes most.
+    `sigma` is None if it is unknown.
     """
 
     coil: str
@@ -39,9 +40,10 @@ class Reading:
 
 
 def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = False) -> list[Reading]:
-    """Return every finite value of an attribute of the state estimates.
+    """Return the values of a quantity for all coils and states, without values that are missing or not finite.
 
-    With `working`, only states of the assembled sensor count if there are any.
+    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor
+    count, if there are any.
     """
     # states in which the model failed also count as states of an assembled sensor
     names = [name for coil in coils for name in (*coil.states, *coil.failed_states)]
@@ -91,14 +93,15 @@ def beyond_limit(
 
 
 COUNTED = 10.0
-"""Largest number of standard deviations that messages state."""
+"""Largest distance between value and limit, in standard deviations, that messages state."""
 
 NEAR = 2.0
-"""Standard deviations from the limit within which a value that keeps the limit gets a note."""
+"""Distance from a limit, in standard deviations, below which a value that meets the limit gets a note."""
 
 AT_RISK = 1.0
-"""Standard deviations from the limit within which the note becomes a warning: of six boards more than one is beyond the
-limit.
+"""Distance from a limit, in standard deviations, below which a value that meets the limit gets a warning.
+
+With one standard deviation, about one board in six is beyond the limit.
 """
 
 
@@ -113,9 +116,9 @@ def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None,
 
 
 def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether the coil of a reading misses a lower limit in free air, too.
+    """Whether the coil is below a lower limit in free air, too. More distance from metal then does not help.
 
-    In this case no distance from metal mends it.
+    `worst` is the reading whose coil is tested, `attribute` the quantity's name.
     """
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)

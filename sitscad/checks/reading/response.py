@@ -45,14 +45,14 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate
 
 FEWEST_STEPS = 30.0
-"""Least number of converter steps from rest to pressed.
+"""Least change between rest and pressed, in steps of the converter's result, without a finding.
 
 TI requires a signal of 30 sigma (SNOAA04A: change over 3 sigma at least 10), which is 9 steps by quantisation alone.
 Real noise is a few times larger. With 30 steps, a thirtieth of the required force is still one step.
 """
 
 LEAST_SHARE = 0.05
-"""Least ratio of a coil's change to the largest change of all coils. Derived here.
+"""Least change of a coil, divided by the largest change of all coils, without a finding. Derived here.
 
 The error of the estimated target effect is 3 to 5 % of the change, so a smaller change may not exist. The coupling of
 neighbours and a shifted target add changes of this size, too.
@@ -60,9 +60,7 @@ neighbours and a shifted target add changes of this size, too.
 
 
 TOLD_FROM_NOISE = 3.0
-"""Least change, in standard deviations of the noise, that can be distinguished from noise: the usual limit of
-detection.
-"""
+"""Least change, in standard deviations of the noise, that is not lost in the noise: the usual limit of detection."""
 
 
 @record
@@ -224,7 +222,7 @@ def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _MoreChange:
-    """The case of a hint for a larger change and a finer step, with the scan rate and the converters that it names."""
+    """Hint for a larger change: its message case, and the scan rate and converters that the text names."""
 
     case: str
     rate: str = ""
@@ -235,9 +233,10 @@ def _more_change(
     readout: ReadoutSpec, conversion: Conversion | None, coils: Sequence[CoilEstimate], target: Target | None,
     steps: float,
 ) -> _MoreChange:
-    """Return the hint for a larger change and for a finer step.
+    """Return the hint on how to make the change larger or the converter's step finer.
 
-    Longer conversions are advised only if the result has enough bits for them.
+    `steps` is the present change in converter steps. Longer conversions are advised only if the result has enough bits
+    for them.
     """
     device, states = readout.device, [state.frequency for coil in coils for state in coil.states.values()]
     if target is not None and any(target.offset):
@@ -252,9 +251,10 @@ def _more_change(
 
 
 def _slower(conversion: Conversion | None, readout: ReadoutSpec, coil_count: int, steps: float) -> float | None:
-    """Return the scan rate (Hz) at which a coil's change is large enough, scaled from the `steps` at the present rate.
+    """Return the scan rate (Hz) at which the change reaches `FEWEST_STEPS` converter steps.
 
-    The rate is limited to what can be read back. None if conversions cannot be this long.
+    It is scaled from the `steps` at the present rate, and limited to what can be read back. None if conversions cannot
+    be this long.
     """
     if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
         return None
@@ -406,12 +406,12 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 def _tilt_reading(
     middles: Sequence[Point], axis: int, force: float, apart: float, pressed: float, travel: float
 ) -> float:
-    """Return the reading (N) of one degree of tilt along an axis. 0 if it is not known.
+    """Return the shear force (N) that gives an equal reading as one degree of tilt along an axis. 0 if it is not known.
 
-    For every coil, a tilted target counts as a level target at its height over the middle of their overlap (`middles`;
-    m). Inductances are assumed to follow this height as they do while the normal force compresses the pad by `travel`
-    (m), which changes the strongest coil by `pressed` (H). `apart` is the difference of the coils (H) by a shear force
-    `force` (N). The result agrees within a fifth with the data sheet's error by tilt.
+    The target over a coil counts as level, at its height over the middle of their overlap (`middles`; m). Its effect
+    per height is `pressed` (H) over `travel` (m): the change of the strongest coil by the normal force, over the pad's
+    compression. `apart` is the difference between coils (H) by a shear force `force` (N). The result agrees within a
+    fifth with the data sheet's error by tilt.
     """
     if travel <= 0.0 or apart <= 0.0:
         return 0.0
@@ -431,9 +431,10 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _Edges:
-    """The case of a hint on the place where the target's edges would have to be, and details.
+    """Hint on the place to which the target's edges must move: its message case and the cases of its details.
 
-    ``apart`` is the distance of the outer coils, ``beyond`` the length by which the target exceeds their middles (m).
+    ``apart`` is the distance (m) of the outer coils. ``beyond`` is the length (m) by which the target extends past
+    their centres.
     """
 
     case: str
@@ -443,9 +444,9 @@ class _Edges:
 
 
 def _edges(target: Target, axis: int, apart: float, side: float) -> _Edges:
-    """Return the hint on the place where the target's edges would have to be.
+    """Return the hint on the place to which the target's edges must move, for a larger signal by shear along `axis`.
 
-    `apart` is twice the largest distance (m) of a coil's centre from the target's middle along the axis, `side` the
+    `apart` is twice the largest distance (m) of a coil's centre from the target's middle along the axis. `side` is the
     shorter side (m) of a coil.
     """
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:

@@ -25,15 +25,16 @@ THICK = 3.0
 """Least thickness of a thick target in skin depths: it stops 95 % of the field (TI SNOA957B)."""
 
 COMPARED = 1.2
-"""Thickness in skin depths up to which the design is also estimated with a thick target.
+"""Largest thickness of a target, in skin depths, at which the design is also estimated with a thick target.
 
-Above, the resistance of a sheet is within 9 % of a thick sheet's. The coil's own resistance comes on top, so that no
-limit can be reached.
+A thicker sheet and a thick target differ in resistance by at most 9 %. The coil's own resistance adds to both, so no
+limit can be exceeded.
 """
 
 MAGNETIC = 10.0
-"""Relative permeability, and ratio of skin depth to thickness, from which a target acts by its permeability and not by
-its conductivity.
+"""Least relative permeability, and least ratio of skin depth to thickness, of a target that acts by permeability.
+
+If both are reached, currents in the target hardly matter.
 """
 
 
@@ -100,10 +101,11 @@ def _resistance_of_sheet(depths: float) -> float:
 
 @record
 class _Cost:
-    """Relative loss of R_P and of the signal change against a thick target (negative: gain).
+    """Losses by a thin target against a thick one: relative loss of R_P and of the signal change (negative: gain).
 
-    ``details`` are the cases that describe the cost. ``readings`` are R_P (ohm) and ``changes`` the signal changes
-    under both targets. ``where`` is the coil and the state, in which the amplitude is ``amplitude`` (V).
+    ``details`` are the message cases that describe the losses. ``readings`` are R_P (ohm) and ``changes`` the signal
+    changes, each with the thin, then with the thick target. ``where`` is the coil and the state, in which the amplitude
+    is ``amplitude`` (V).
     """
 
     resistance: float
@@ -138,9 +140,9 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
 
 
 def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
-    """Return the signal change (H, or H/N) of this and the other design, from their effects by coil.
+    """Return the signal change (H, or H/N) of a coil in two designs. None if no coil has a change in both.
 
-    The coil with the largest change in the other design counts. None if there is no such coil.
+    `mine` and `theirs` are the changes by coil name. The coil with the largest change in `theirs` counts.
     """
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     return None if best is None else (mine[best], theirs[best])

@@ -24,7 +24,7 @@ def _channel_sources(family: str | None = None) -> str:
 
 
 MOST_COUPLING = 2e-3
-"""Coupling factor of coils of different converters from which on there is a warning.
+"""Largest coupling factor between coils of different converters without a warning.
 
 Tanks pull each other's frequencies if these differ by less than half of the coupling factor. Tolerances separate them
 by about this much.

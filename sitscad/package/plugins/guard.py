@@ -33,7 +33,7 @@ class Plugin:
 
 
 SLOW = 10.0
-"""Seconds after which a running plugin is reported. Further reports follow after twice the time each."""
+"""Time (s) after which a plugin that still runs is reported. The time doubles for each further report."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -79,9 +79,10 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
 
 
 def _tell(what: str, done: threading.Event) -> None:
-    """Return log a warning about the running plugin again and again until `done` is set.
+    """Log a warning about the running plugin, repeatedly, until `done` is set.
 
-    By default it goes to standard error.
+    The first warning comes after `SLOW` seconds. Each next wait is as long as the total time so far. By default the log
+    goes to standard error.
     """
     passed, wait = 0.0, SLOW
     while not done.wait(wait):
