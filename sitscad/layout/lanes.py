@@ -147,7 +147,10 @@ With this value, the tracks are equally far apart before and after their bends.
 """
 
 TURNED = (-15, 15, -30, 30, 45)
-"""Alternative exit angles (degrees from the ring's corner, positive away from the tail) of a pair."""
+"""Exit angles of a pair that are tried if the ring's corner fails.
+
+They are degrees from the corner, positive away from the tail.
+"""
 
 
 @record
@@ -222,7 +225,7 @@ class Lane:
 
 
 WIDEST_GAP = 8 * 25.4e-6
-"""Largest gap (m) between leads: 8 mil, the largest gap that a profile requires between turns in 35 um copper.
+"""Largest gap (m) between leads: 8 mil. No profile requires a larger gap between turns in 35 um copper.
 
 Sources: hkgalaxy, jselectronic, ship.ie.
 """
@@ -266,12 +269,12 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
 
 
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
-    """Return orders of the coils in the tail for coils in several rows, in the order of trial.
+    """Return the lanes of coils in several rows: one tuple per order of the coils in the tail, in the order of trial.
 
     In the first order, the far coils of each row are outermost, so that they pass outside the near coils. In the
-    second, they are innermost, so that they pass between the rows. In further orders a middle row passes all others on
-    one side. If all coils have different heights, two orders come first: as seen from the tail, and as for coils in
-    line.
+    second, the far coils are innermost, so that they pass between the rows. In further orders, a middle row passes all
+    others on one side. If all coils have different heights, two orders come first: as seen from the tail, and as for
+    coils in line.
     """
     middle = sum(p.centre[1] for p in placements) / len(placements)
     far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
@@ -307,7 +310,8 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
 def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
     """Return pairs of exits for a coil's two ends (A, B), in the order of trial.
 
-    With `turned`, the exits lie beside the ring's corner, for coils whose own ends stand at the corner.
+    Exits are at the ring's corner. If `turned` is True, they are beside the corner, for coils whose own ends are at the
+    corner. `funnel_x` (m) is the end of the path.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])

@@ -78,7 +78,7 @@ Most shops engrave black and cut red. Blue is left out, because it is scored.
 
 @record
 class Contour:
-    """A path on a layer. `diameter` (m) is set for a full circle, because some formats have a circle element."""
+    """A path on a layer. `diameter` (m) is set for a full circle: some file formats have a circle element."""
 
     layer: CutLayer
     path: Path

@@ -38,7 +38,7 @@ With fewer, a part tilts or drops out in production, and `checks` refuses the pa
 """
 
 NARROWER, NARROWEST = 0.1e-3, 0.2e-3
-"""Step (m) by which bridges are made narrower if wide bridges find too few places, and the smallest width (m)."""
+"""Step (m) by which bridges become narrower if too few wide bridges fit, and the smallest width (m)."""
 
 FREE_OF_BRIDGES = 1.0e-3  # Distance (m) of bridges from contacts and from the bend zone
 

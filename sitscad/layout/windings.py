@@ -72,9 +72,9 @@ class InnerEnd:
 
 @record
 class Inside:
-    """Room inside a winding: its centre and the radius (m) of the circle about it without copper.
+    """Free area inside a winding: its centre, and the radius (m) of the circle about the centre without copper.
 
-    `longer` (m) is the excess of the winding's length over its width, along `rotation` (rad).
+    `longer` (m) is the winding's length less its width. The length is along the direction `rotation` (rad).
     """
 
     centre: Point
@@ -89,8 +89,9 @@ def place_inner_vias(
 ) -> tuple[InnerJoin, ...] | None:
     """Place one via for each pair of inner ends, or for the last end alone if the number of layers is odd.
 
-    `turns` are the turns of each winding. `turn_spacing` (m) is the spacing of the turns. A choice with short stubs
-    that keeps all clearances is returned. None if there is no room. All places are tried only if `thorough`.
+    `turns` are the numbers of turns of the windings. `width` (m) is the track width, `spacing` (m) the gap of vias and
+    stubs, and `turn_spacing` (m) the gap between turns. The result has short stubs and keeps all clearances. None if
+    there is no room. All places are tried only if `thorough`.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]

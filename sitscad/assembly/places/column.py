@@ -213,7 +213,7 @@ def slack(layout: Layout) -> tuple[float, float]:
 
 
 def placement(assembly: Assembly) -> SizeTolerance:
-    """Return the placement tolerance of a glued piece."""
+    """Return the placement tolerance (m) of a glued piece."""
     return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
 
@@ -275,7 +275,7 @@ def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance
 
 
 def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None, name: str) -> Toleranced:
-    """Return the thickness (m) of the elastomer or the target, with or without a jaw.
+    """Return the thickness (m) of the elastomer or the target (`name`), with its tolerance.
 
     Raises StopIteration if there is no such piece.
     """

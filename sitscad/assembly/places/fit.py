@@ -197,8 +197,8 @@ def back_reach(layout: Layout, jaw: Jaw) -> float:
 def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, seat: float) -> Measure:
     """Measure the overhang of the board beyond the sides of the jaw's face.
 
-    `width` is the body's and `seat` the thickness of the seat (m), which carries an overhang up to its thickness
-    (45 degrees).
+    `width` (m) is the width of the board's body. `seat` (m) is the thickness of the seat, and the limit of the
+    overhang: the seat carries an overhang up to its thickness (45 degrees).
     """
     face = section(rim(jaw)).face
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, face)
@@ -301,7 +301,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
 
 
 def _placed(assembly: Assembly, part: str) -> Toleranced:
-    """Return the sideways deviation of a glued piece. All pieces are pushed against the same ledges."""
+    """Return the sideways deviation (m) of a glued piece. All pieces are pushed against the same ledges."""
     return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
 
 

@@ -290,7 +290,7 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
 
 
 def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
-    """Whether the tail has a bend of its own at a jaw's hinge, which moves with the jaw."""
+    """Whether the spec's own bend of the tail is at the hinge of a jaw, and therefore moves with the jaw."""
     return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
             and jaw is not None and jaw.hinge is not None)
 

@@ -63,7 +63,7 @@ LEAST_MIX = 5e-6
 
 @record
 class Pour:
-    """Silicone for a mould: number of pads, the volume (m3) of a pad, and the volume to be mixed for all."""
+    """Silicone for a mould: number of pads, volume of one pad (m3), and volume to be mixed for all pads (m3)."""
 
     pads: int
     pad: float
@@ -266,7 +266,7 @@ FOOT_INSET = 0.1e-3
 """Distance (m) of the board's press from the board's edge, beside which films stand."""
 
 FOOT_ROOM = (0.2e-3, 0.5e-3)
-"""Least and usual air gap (m) between the pieces and the feet of the board's press, which is placed by eye."""
+"""Smallest and usual air gap (m) between the pieces and the feet of the board's press, which is placed by eye."""
 
 
 def foot_pockets(layout: Layout) -> tuple[Path, ...]:

@@ -102,7 +102,7 @@ def _turned(path: Path, coil: Coil) -> Path:
 
 
 def _rings_inside(coils: tuple[Coil, ...], spec: CoilSpec, number: int, body: Box) -> list[tuple[Coil, Region]]:
-    """Return the coils with a ring on a layer that lies inside the board's body, and these rings."""
+    """Return the coils whose ring on layer `number` lies inside the board's body, each with this ring."""
     rings = [(coil, ring(spec, coil, number)) for coil in coils if any(w.layer == number for w in coil.windings)]
     x0, y0, x1, y1 = body
     boxes = [bounding_box((plate.outline,)) for _, plate in rings]
@@ -312,9 +312,9 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
 
 
 def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
-    """Return the glue (thickness in mm) under a piece. None if no piece lies below.
+    """Return the glue under a piece, `line` (mm) thick. None if no piece lies below.
 
-    It covers the piece's lower face, at height `low` (mm), clipped to the level faces of the pieces below.
+    The glue covers the piece's lower face, at height `low` (mm), clipped to the level faces of the pieces below.
     """
     bd, height = require("build123d"), low - line
     below = [each for name, plate in plates.items() if name != part for each in _at(plate, height)]
@@ -487,7 +487,7 @@ class Weight:
 
 @record
 class Balance:
-    """Mass (kg) and centre (m) of several pieces, and the names of the pieces without a known mass."""
+    """Mass (kg) and centre of mass (m) of several pieces together, and the names of the pieces without a known mass."""
 
     mass: float
     centre: Vector

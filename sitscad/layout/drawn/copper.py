@@ -50,7 +50,7 @@ class DrawnPad:
 
 @record
 class DrawnZone:
-    """A poured area: net, layers and a corner."""
+    """A filled copper area: net, layers and one corner, which names its place."""
 
     net: str
     layers: frozenset[str]
@@ -59,7 +59,7 @@ class DrawnZone:
 
 @record
 class CopperHeight:
-    """Name, mid-plane and thickness (m) of a copper layer."""
+    """Name, height (m) of the middle plane, and thickness (m) of a copper layer."""
 
     name: str
     z: float

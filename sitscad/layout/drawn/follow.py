@@ -64,12 +64,12 @@ class DrawnConductor:
 
     @cached_property
     def winding_circle(self) -> tuple[Point, float]:
-        """Centre and radius (m) of a circle about the turns. Leads to far pads reach beyond it.
+        """Centre and radius (m) of a circle about the turns. Leads to far pads reach beyond the circle.
 
         The centre is the median of the centres of curvature of runs with at least one turn. If these runs are mostly
-        straight, it is the centroid of their enclosed area. Each place counts as often as turns go round it. For the
-        radius, only tracks within twice the median distance count. It is 1.2 times the distance within which nine
-        tenths of these tracks lie.
+        straight, the centre is the centroid of their enclosed area. Each place counts as often as turns go round it.
+        The radius is 1.2 times the distance within which nine tenths of the tracks lie. Only tracks within twice the
+        median distance count.
         """
         paths = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
         bends = [bend for path in paths for bend in _bends(path)]

@@ -96,7 +96,7 @@ class SearchLimit:
 
 
 TRIALS = 2_000
-"""Largest number of branch trials in the search of one coil. Successful searches took up to 1,100 (1,000 coils)."""
+"""Largest number of branch trials in the search of one coil. Successful searches for 1,000 coils took at most 1,100."""
 
 QUICK = 100
 """Number of trials per exit if the first escape is taken. An exit without an escape spends them all."""
@@ -118,7 +118,10 @@ They compensate the area that this lead sweeps inside, or pass an inner via.
 """
 
 NEAR = math.radians(60.0)
-"""Largest angle (rad) of a via from the exit of an inside lead, or from the place where this lead comes out."""
+"""Largest angle (rad) about the coil between a via for an inside lead and the lead's exit.
+
+The via may also be as near to the place where this lead comes out from under the turns.
+"""
 
 STEP_BACK = 1e-3  # Step back on the ring (rad) for the ring's direction
 
@@ -134,7 +137,7 @@ Successive trial boards share it.
 
 @record
 class Escape:
-    """Routing out of one coil: the joins outside (between layers), and the two leads."""
+    """Paths out of one coil: the joins between layers outside the winding, and the two leads A and B."""
 
     joins: tuple[Branch, ...]
     lead_a: Branch
@@ -159,7 +162,7 @@ class Escape:
 
     @property
     def excess(self) -> float:
-        """Excess of the counted closing turns over the least possible value (turns)."""
+        """Closing turns that count for the cost, less the least possible value (turns). 0 or more."""
         coil = self.lead_a.legs[0].around.artwork.coil
         least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
         return max(0.0, float(counted(self.closing)) - least)

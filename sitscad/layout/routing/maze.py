@@ -123,7 +123,7 @@ STRIDE = 0.71  # Half a diagonal step of the lattice, in steps
 
 @record
 class Ground:
-    """The board between the coils: its front at the start of the tail (m), and its extent across there."""
+    """The board between the coils: x (m) of its front at the start of the tail, and its extent across there (m)."""
 
     front: float
     tail_start: float

@@ -228,7 +228,7 @@ class _BoardToRoute:
 
 
 _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
-"""Function that returns a coil's escape on a board with the escapes of some other coils."""
+"""Function of a coil's index and the escapes of some other coils. It returns the coil's escape, or `Stuck`."""
 
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
@@ -294,7 +294,7 @@ def route_freely(
 
 @record(eq=False)
 class _Mazes:
-    """Escapes through mazes on one lattice. `known` caches their results, each with its number of trials."""
+    """Escapes of coils through mazes on one lattice. `known` caches their results, each with its number of trials."""
 
     artwork: ArtworkSpec
     wound: tuple[WoundCoil, ...]

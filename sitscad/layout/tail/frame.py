@@ -25,9 +25,9 @@ SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner
 
 @record
 class Taper:
-    """A change of the half width from `near` to `far` (m) along x from `begin` to `end`.
+    """A change of the half width from `near` to `far` (m) along x from `begin` to `end` (m).
 
-    Its inner corner has the radius `inner`, its outer corner `outer` (m). If the slope from `begin` to `end` is too
+    `inner` and `outer` (m) are the radii of the inner and the outer corner. If the slope from `begin` to `end` is too
     steep for both radii, the taper becomes longer at its inner corner. The board then only grows.
     """
 
@@ -222,7 +222,7 @@ class TailFrame:
 
     @property
     def squeeze(self) -> float:
-        """Distance (m) of the first contact's track from the axis at its via, minus that at the contact."""
+        """Distance from the axis of the outermost contact's track at its via, less its distance at the contact (m)."""
         return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
