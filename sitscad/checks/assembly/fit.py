@@ -47,7 +47,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 GRAIN = 10e-6
-"""Rounding step (m) of the sizes and margins that hints propose. A laser cannot cut finer steps."""
+"""Rounding step (m) of the sizes and margins that hints propose: the finest step that can be cut."""
 
 
 def tail_bend(design: Design) -> Iterator[Verdict]:

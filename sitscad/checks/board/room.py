@@ -27,7 +27,7 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
-"""First increase (m) of the distance between body's edge and coils, if the missing length is unknown."""
+"""First amount (m) by which coils or body change in trials, if the missing length is unknown."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
