@@ -104,9 +104,9 @@ class BenchTable:
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
     def named(self, name: str) -> int | None:
-        """Return the index of a name's column.
+        """Return the index of the column of a coil, load or pose. None if the table has no such column.
 
-        For several columns of a coil, it is the used one. None if there is none.
+        If a coil has several columns, the index is that column's whose kind is `used_kind`.
         """
         places = [k for k, column in enumerate(self.columns) if column.name == name]
         kind = used_kind(self.columns)
@@ -124,7 +124,7 @@ class BenchTable:
 
 
 def used_kind(columns: Sequence[Column]) -> str:
-    """Return the used kind of readings: the first that every coil has. Empty if there is none."""
+    """Return the first of `READING_KINDS` that every coil has a column of. Empty if no kind has all coils."""
     coils = {column.name for column in columns if column.is_coil}
     return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
@@ -279,7 +279,7 @@ FINEST = 12  # Largest number of decimals that is recognised
 
 
 def rounded(table: BenchTable, column: Column) -> Array:
-    """Return the rounding error (n, relative to the frequency) by the last written digit of a coil's column."""
+    """Return half a unit of the last decimal of a coil's column, as a relative error of the frequency (n)."""
     values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))

@@ -41,20 +41,21 @@ TARES = 3  # Rows without load needed to separate noise from drift: at the start
 CHARTS = 3  # Largest number of surrogates made in turn about a fitted sensor
 
 STRAYED = 2.0
-"""Limit for the growth of errors when a surrogate is made about the fitted sensor.
+"""Largest ratio of `ModelFit.excess` with a surrogate about the fitted sensor to its value with the surrogate before.
 
-Beyond this factor the fit keeps the surrogate before, because such a surrogate lies far from all sensors.
+Beyond it, the surrogate before is used: the new surrogate is then far from all sensors of the design.
 """
 
 SURE = 0.95
-"""Fraction of the sensors that agree with measured points, for which a calibration's stated error holds."""
+"""Fraction of the simulated sensors that agree with measured points whose error is below the stated error."""
 
 
 @record(eq=False)
 class ForceError:
-    """One standard deviation of forces (N) by axis, rms over the working range.
+    """Error of forces of one kind of unit. `error` (axes; N, or N m for moments) is rms over the working range.
 
-    ``of`` describes the unit. ``points`` is the number of its calibration points. None if the unit has no tare.
+    ``of`` describes the unit, and states whether the error is a standard deviation or a 95 % limit. ``points`` is the
+    number of the unit's calibration points. None if the unit has no tare.
     """
 
     of: str
@@ -219,9 +220,9 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
 
 
 def turned_otherwise(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
-    """Return readings of full shear (axis; N applied; N read) by a map that assumes the wrong rotation.
+    """Return (axis, applied force, force by the map; N) for full shear on each axis, with the wrong rotation assumed.
 
-    The normal force is half of full scale. The map assumes a level target, and the target tilts, or the reverse. Empty
+    The map assumes a level target and the target tilts, or the reverse. The normal force is half of full scale. Empty
     if the pad fails under that load, or if the map has moments, which need a free target.
     """
     sensors = calibration.sensors
@@ -282,8 +283,8 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
 def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     """Return the fit of a sensor, and the sensors with the surrogate of the fit.
 
-    The first surrogate covers all sensors. The next one is made about the fitted sensor, no wider than its uncertainty.
-    It is made again if the new fit lies outside it.
+    The first surrogate covers all sensors. The next surrogate is made about the fitted sensor, as wide as the
+    uncertainty of the fit. It is made again if the new fit lies outside it.
     """
     fit = fit_model(sensors, points, rounds=1)
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.known]

@@ -19,7 +19,7 @@ from sitscad.calibration.unknowns import stratified
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
 
 SMALLEST = 1e-4
-"""Smallest singular value of a map's terms, relative to the largest. Smaller ones are neglected.
+"""Least ratio of a singular value of a map's terms to the largest singular value. Smaller values are neglected.
 
 This costs no accuracy for templates (1e-3 does). It keeps a map bounded if its samples come from a surrogate far beyond
 its poses.
@@ -33,10 +33,10 @@ less than six.
 """
 
 SHARE = 0.5
-"""Part of a target's change of inductance whose logarithm is taken, relative to the change at rest.
+"""Fraction of the target's change of inductance at rest that enters the logarithm of a map (`gain`).
 
-The rest counts as constant. The logarithm of the whole change has a pole where a distant target has no effect. Maps
-near that pole were wrong by half of full scale.
+The remaining fraction counts as constant. The logarithm of the whole change has a pole where a distant target has no
+effect. Maps near that pole were wrong by half of full scale.
 """
 
 LEARNT, ASKED = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
@@ -64,9 +64,9 @@ class Samples:
 
 
 def gain(sensors: Sensors) -> Array:
-    """Return `SHARE` of the inductance at rest over the target's change of inductance, for the drawn sensor (coils).
+    """Return `SHARE` times L(rest) / (L(without target) - L(rest)) of each coil (coils), for the drawn sensor.
 
-    It is computed from frequencies.
+    The inductances L are computed from frequencies. It is the gain of an `InverseMap`.
     """
     rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
     share = np.square(sensors.free_frequencies / rest)
@@ -89,7 +89,10 @@ def map_terms(axes: int, count: int) -> Exponents:
 
 
 def linear(signals: Array, forces: Array, noise: Array) -> Array:
-    """Return the linear map (axes, coils) from the coils' values (n, coils) with their noise to forces."""
+    """Return the linear map (axes, coils) from `signals` (n, coils) to `forces` (n, axes), by least squares.
+
+    `noise` (coils) is the standard deviation of the signals, which limits the coefficients.
+    """
     square = signals.T @ signals + len(signals) * np.diag(noise**2)
     return np.asarray(np.linalg.solve(square, signals.T @ forces).T)
 
@@ -114,7 +117,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
 
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
-    """Return errors (axes; N), rms, of a map on manufactured sensors, each after its own tare."""
+    """Return the rms error (axes; N) of a map for the readings of simulated sensors, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
     for errors in stratified(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
@@ -146,7 +149,7 @@ def own_map(sensors: Sensors, errors: Array) -> InverseMap:
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
-    """Return errors (sensors, axes; N), rms, of the fitted sensor's map on other sensors that fit the readings."""
+    """Return rms errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
     loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(ASKED // 2, LEARNT)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))

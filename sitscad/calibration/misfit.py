@@ -1,7 +1,7 @@
-"""Texts on disagreements of points and model.
+"""Notes on disagreements between a table of measured points and the fitted model.
 
-They concern the row with the worst chi-square, unusual values of unknowns, noise at rest, and a target with the other
-rotation.
+They concern the row that agrees least with the others, unusual values of unknowns, and noise at rest. A further note
+concerns tables whose target tilted, although the fit assumes a level target (or the reverse).
 """
 
 from __future__ import annotations
@@ -25,22 +25,25 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance_values import amount_text
 
 UNUSUAL = 3.0
-"""Standard deviations of manufacture above which an unknown is reported, with a possible cause.
+"""Limit for the fitted value of an unknown, in standard deviations of manufacture. Larger values are reported.
 
-No simulated sensor differs by more than 2.
+Errors of simulated sensors are limited to 2 standard deviations.
 """
 
 LIKELIER = 12.0
-"""Difference of the fits' costs above which the other rotation is reported as the true one.
+"""Least difference of the `cost` of two fits for a note that the assumed rotation was wrong.
 
-A cost is twice a logarithm of a likelihood, so the odds are 400 to 1.
+The cost is minus twice the logarithm of the likelihood, so at this difference the odds are 400 to 1.
 """
 
 ODD = 3.7
-"""Standard deviations, by its chi-square beside the scatter of all others, above which a row is reported."""
+"""Limit for `ModelFit.odd` of a row, in standard deviations. The row is reported if it exceeds this limit."""
 
 NOISY = 0.5
-"""Force error by noise, relative to the error of the loads (`usual("force")`), above which noise is reported."""
+"""Limit for the ratio of the force error by noise to the error of the loads (`usual("force")`).
+
+A note is given if the ratio exceeds this limit. Both errors are relative.
+"""
 
 CAUSES = {
     "gap": "a pad of another thickness (elastomer.thickness), or another glue line",
@@ -60,7 +63,7 @@ CAUSES = {
     "target_change": "a target of another size or metal, or metal behind the coils that the spec does not have",
     "capacitor": "another capacitor, another reference clock (readout.clock), or coils of another spec",
 }
-"""Possible causes of an unusual unknown, by its name without coil or direction."""
+"""Possible causes of an unusual value of an unknown, by the unknown's name without coil or direction."""
 
 
 def cause(name: str) -> str:
@@ -80,9 +83,10 @@ def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
 
 
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
-    """Return the row with the worst chi-square: place, text, standard deviations, and error in full scales.
+    """Return the row that agrees least with the other rows: (place, text, standard deviations, error).
 
-    The error is 0 for poses.
+    The place is path:line:1. The standard deviations are `ModelFit.odd`. The error is the largest error of a force, in
+    full scales, predicted from the other rows; 0 for poses.
     """
     row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.odd)))
     text, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
@@ -104,14 +108,14 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
-    """Return one sigma of a force near rest (full scale, worst axis) by the noise of one row and of its tare."""
+    """Return the standard deviation of a force near rest by noise of a row and its tare (full scales, worst axis)."""
     slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
 def noise_text(table: BenchTable, points: Points, share: float) -> str:
-    """Return a text on the scatter of rows without load, `share` of full scale on a force, with the worst row."""
+    """Return a text on the scatter of rows without load, with the worst row. `share` is the result of `noise_share`."""
     tare = int(np.argmax(np.abs(points.restless).max(axis=1))) if len(points.restless) else 0
     return (f"{table.path}:{table.lines[int(np.flatnonzero(points.at_rest)[tare])]}:1 rows without load scatter by "
             f"{points.noisier:.0f} times the converter's noise (drift along the rows taken out), {100.0 * share:.2g} % "
@@ -120,7 +124,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 
 
 def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """Return a note if rows without load scatter by more than the converter's noise. Empty otherwise."""
+    """Return a note if rows without load scatter much more than the converter's noise (`NOISY`). Empty otherwise."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):
         return ""
@@ -129,10 +133,10 @@ def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFi
 
 @record(eq=False)
 class Turned:
-    """A fit for a target with the other rotation.
+    """Fit of the same points with the opposite assumption on the target's rotation (level or free to tilt).
 
-    `sensors` have this rotation. `likelier` is the difference of costs: positive if this `fit` is better than the
-    original one.
+    `sensors` are the sensors with this rotation. `likelier` is the `cost` of the original fit minus the `cost` of this
+    `fit`: positive if this fit is better.
     """
 
     likelier: float
@@ -151,7 +155,7 @@ class Turned:
                 f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
 
     def error(self, fitted: InverseMap) -> Array:
-        """Return the error (axes; N), rms, of a map on this sensor. 0 if it is not clearly likelier."""
+        """Return the rms error (axes; N) of a map for this target's rotation. 0 unless this fit is clearly better."""
         if self.likelier < LIKELIER:
             return np.zeros(len(fitted.axes))
         loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
@@ -162,9 +166,10 @@ class Turned:
 
 
 def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:
-    """Return the fit of the same loads to a target with the other rotation. `other` makes its sensors when needed.
+    """Return the fit of the same loads with the other rotation of the target. `other` returns the sensors with it.
 
-    None for poses, for loads without shear, which do not show the rotation, and if the pad fails sideways.
+    None for points with poses, and for loads without shear, because their readings do not depend on the rotation. Also
+    None if no such fit converges or the pad fails sideways.
     """
     if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
         return None

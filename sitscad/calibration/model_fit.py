@@ -34,7 +34,7 @@ MOST_STEPS = 25
 """Largest number of steps of a fit."""
 
 ENOUGH = 1e-2
-"""Largest last step of a fit, in standard deviations."""
+"""Limit for the size of a step (prior standard deviations). Below it, the fit checks whether it has converged."""
 
 SHORT = 0.1  # Largest step (prior standard deviations) after which derivatives are reused
 
@@ -47,8 +47,9 @@ class NoFit(ValueError):
 class Fitted:
     """The result of a fit.
 
-    `values` (k) are in prior standard deviations, with `covariance` (k, k). `residuals` (n) are whitened, without the
-    prior. `slopes` (n, k) are their derivatives, and `settled` is True if the fit converged.
+    `values` (k) are the most likely values, in prior standard deviations, and `covariance` (k, k) is their covariance.
+    `residuals` (n) are the residuals at these values, in standard deviations and without the prior. `slopes` (n, k) are
+    their derivatives by the values. `settled` is True if the fit converged.
     """
 
     values: Array
@@ -120,7 +121,11 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
-    """Return derivatives (n, k) of the residuals by forward differences of a `size`, at an edge by backward ones."""
+    """Return derivatives (n, k) of the residuals by the values: forward differences with a step of `size`.
+
+    Backward differences are used if the residuals are not finite at the forward step. `there` (n) are the residuals at
+    `values` (k).
+    """
     columns = []
     for step in np.eye(values.size) * size:
         slope = (residuals(values + step) - there) / size
@@ -129,22 +134,23 @@ def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STE
 
 
 ROUNDS = 6
-"""Largest number of rounds of a fit. Each uses the scatter from the round before, and a corrected surrogate."""
+"""Largest number of rounds of a fit. Each round uses the scatter of the round before and a corrected surrogate."""
 
 NEAR = 0.1
-"""Largest change of a value in the last round of a fit, in prior standard deviations."""
+"""Limit for the change of each value from round to round (prior standard deviations). Rounds end below it."""
 
 SAME = 0.3
-"""Largest change of the logarithm of the scatter in the last round of a fit."""
+"""Limit for the change of the logarithm of the scatter from round to round. Rounds end below it and `NEAR`."""
 
 SCATTERS = np.geomspace(1e-4, 1.0, 33)
-"""Possible scatters beyond the expected errors: of loads (one sigma, full scales) or of changes in poses (relative).
+"""Trial values of the scatter: the standard deviation of errors in addition to the expected errors.
 
-All are equally likely beforehand (Jeffreys' prior of a scale).
+For loads it is in full scales. For poses it is relative to the change of ln f from rest. All trial values are equally
+likely before the fit (Jeffreys' prior of a scale).
 """
 
 COARSE = 0.1
-"""Scatter at the start of a fit. A smaller value can lead to a second minimum or to the edge of the search."""
+"""Scatter at the start of a fit. With a smaller value a fit may end at a wrong minimum or at the limit `FARTHEST`."""
 
 SUSPECT = 1.5  # Ratio of errors to expected errors above which this is reported
 
@@ -162,21 +168,24 @@ class ModelFit:
     Attributes
     ----------
     errors : array (unknowns)
-        errors in their own units
+        fitted values of the unknowns in their own units (m, rad, relative)
     moved : array (unknowns)
-        errors in prior standard deviations
+        fitted values of the unknowns in prior standard deviations
     sigma : array (unknowns)
-        standard deviations over the prior ones; 1 if the points carry no information
+        standard deviation of each fitted value over its prior standard deviation; 1 if the points give no information
     likely : array (sensors, unknowns)
-        other sensors that agree with the readings, minus this sensor, in prior standard deviations
+        unknowns of randomly drawn sensors that agree with the readings, minus `moved` (prior standard deviations)
     scatter : float
-        error of loads and model beyond the expected errors (full scales; for poses, relative to a change)
+        standard deviation of errors in addition to the expected errors (full scales of the loads; for poses, relative
+        to the change of ln f from rest)
     excess : float
         ratio of the total errors to the expected errors
     force_errors : array (n, axes) or None
-        error of each point's force, predicted from the other points (N; NaN at rest); None for poses
+        difference of each point's force from the force predicted by a fit without this point (N; NaN at rest); None
+        for poses
     odd : array (n)
-        improbability of a point's chi-square beside the other points, as standard deviations of a normal number
+        disagreement of each point with a fit to the other points. It is the number of standard deviations of a normal
+        distribution with the same probability as the point's chi-square
     settled : bool
         whether the fit converged
     cost : float
@@ -196,9 +205,10 @@ class ModelFit:
 
 
 def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, rounds: int = ROUNDS) -> ModelFit:
-    """Fit the most likely errors of a sensor to its readings, without drift. Raises NoFit.
+    """Fit the most likely errors of a sensor to its readings, after removal of drift. Raises NoFit.
 
-    `start` is a fit with another surrogate, from which this fit begins. With `rounds` of 1, no pose is solved.
+    The fit begins at the values of `start`, a fit with another surrogate. In every round, solved poses correct the
+    surrogate for the next round; with `rounds` of 1 there is no such correction.
     """
     points = points.settled
     fitted = [each.is_fitted for each in sensors.known]
@@ -223,11 +233,12 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
 
 @record(eq=False)
 class _Problem:
-    """Points to be fitted.
+    """Points to be fitted, with the covariances of their errors.
 
-    `aim` is their ln f (n, coils). `expected` are covariances (n, coils, coils) of expected errors, and `more` the
-    covariances that a scatter of 1 adds. `white` are the whiteners at one `scatter`. `sigma` are the prior standard
-    deviations of all unknowns, and `chosen` marks the fitted ones.
+    `aim` (n, coils) is the measured ln f, corrected for errors of the surrogate. `expected` (n, coils, coils) are
+    covariances of the expected errors, and `more` the covariances that a scatter of 1 adds. `white` (n, coils, coils)
+    are the matrices of `whiteners` for the value `scatter`. `sigma` (unknowns) are the prior standard deviations, and
+    `chosen` (unknowns) is True for fitted unknowns.
     """
 
     sensors: Sensors
@@ -247,18 +258,18 @@ class _Problem:
         return errors
 
     def off(self, errors: Array) -> Array:
-        """Return errors (n, coils) of `tared` ln f of a sensor with these errors."""
+        """Return differences (n, coils) of measured and predicted ln f, `tared`, for a sensor with these `errors`."""
         return tared(self.aim - np.log(predicted_frequencies(self.sensors, errors, self.points)), self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
-        """Return independent errors of unit size, flat. Infinite far beyond all manufactured sensors."""
+        """Return the flat residuals (n times coils) in standard deviations. Infinite if a value exceeds `FARTHEST`."""
         if not np.abs(values).max() < FARTHEST:
             return np.full(self.aim.size, np.inf)
         return np.asarray(np.einsum("ncd,nd->nc", self.white, self.off(self.errors(values))).ravel())
 
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
-    """Return points to be fitted, whitened at these values of the unknowns (prior standard deviations)."""
+    """Return the points to be fitted, with covariances at these `values` of the fitted unknowns. Raises NoFit."""
     sigma, chosen = (np.array([getattr(each, name) for each in sensors.known]) for name in ("sigma", "is_fitted"))
     empty = np.zeros((0, 0, 0))
     problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
@@ -272,11 +283,11 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 
 @record(eq=False)
 class _Likely:
-    """Sensors and scatter that agree with the readings.
+    """Randomly drawn sensors, and the scatter, that agree with the readings.
 
-    `sensors` (`LIKELY`, unknowns; prior standard deviations) are relative to the fitted sensor. `scatter` is a
-    geometric mean. `cost` is minus twice the logarithm of the likelihood at the likeliest scatter. `odd` (n) is as in
-    `ModelFit`.
+    `sensors` (`LIKELY`, unknowns; prior standard deviations) are differences from the fitted sensor. `scatter` is the
+    geometric mean of `SCATTERS`, weighted by their likelihoods. `cost` is minus twice the logarithm of the likelihood
+    at the likeliest scatter. `odd` (n) is as in `ModelFit`.
     """
 
     sensors: Array
@@ -286,10 +297,10 @@ class _Likely:
 
 
 def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
-    """Return sensors and scatter that agree with the readings, to first order about a fit.
+    """Return sensors and scatter that agree with the readings. The model is linearised about the fit.
 
-    Unknowns that are not fitted are included. The likelihood of a scatter is integrated over all unknowns, and sensors
-    are drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
+    Unknowns that the fit does not change are included. The likelihood of a scatter is integrated over all unknowns, and
+    sensors are drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
     """
     used = np.zeros(len(problem.sigma))
     used[problem.chosen] = fitted.values
@@ -320,15 +331,15 @@ def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
 
 
 def _weights(costs: Array) -> Array:
-    """Return normalised likelihoods of scatters from minus twice the logarithm of their likelihoods (scatters, ...)."""
+    """Return the likelihoods (scatters, ...) of the trial scatters, with a sum of 1. `costs` are -2 ln likelihood."""
     weights = np.exp(-0.5 * (costs - costs.min(axis=0)))
     return np.asarray(weights / weights.sum(axis=0))
 
 
 def _all_slopes(problem: _Problem, fitted: Fitted, errors: Array) -> Array:
-    """Return derivatives of `off` by every unknown (n, coils, unknowns), including unknowns that are not fitted.
+    """Return derivatives (n, coils, unknowns) of `_Problem.off` by every unknown, per prior standard deviation.
 
-    Raises NoFit if they are not finite.
+    Unknowns that are not fitted are included. Raises NoFit if a derivative is not finite.
     """
     chosen, slopes = problem.chosen, np.empty((*problem.aim.shape, len(errors)))
 
@@ -348,8 +359,8 @@ def _all_slopes(problem: _Problem, fitted: Fitted, errors: Array) -> Array:
 def _beside_others(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
     """Return two values (n) for each point, given all other points.
 
-    They are minus twice the logarithm of its likelihood, and the probability of a larger chi-square of its readings.
-    Both are to first order, from the inverse of the readings' covariance.
+    The first is minus twice the logarithm of the point's likelihood. The second is the probability of a larger
+    chi-square of its readings. Both use the linearised model, with the inverse of the readings' covariance.
     """
     pulled = np.einsum("ndc,nd->nc", white, remainder.reshape(white.shape[:2]))
     projection = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
@@ -378,7 +389,7 @@ def _model_fit(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
 
 
 def left_out(fitted: Fitted, count: int) -> Array:
-    """Return residuals (count, each) of every point, predicted from the other points, to first order."""
+    """Return the residuals (count, coils) of each point for a fit without this point, by the linearised model."""
     residuals = fitted.residuals.reshape(count, -1)
     slopes = fitted.slopes.reshape(count, residuals.shape[1], -1)
     remainder = np.eye(residuals.shape[1]) - slopes @ fitted.covariance @ np.swapaxes(slopes, 1, 2)

@@ -30,9 +30,10 @@ MOVE = 0.02  # Step (prior standard deviations) of the differences for derivativ
 class Points:
     """Points (n) of a calibration.
 
-    Either `loads` (n, 3; N; or n, 5 with moments, N m) or `poses` (n, 6; m, rad, from rest) are given. `frequency` (n,
-    coils; Hz) are the readings, and `at_rest` (n) marks the tares. `noisier` is the ratio of the readings' noise to the
-    converter's noise; 1 if nothing else is known.
+    Either `loads` or `poses` are given. `loads` (n, 3; N) are normal force and shear along x and y, or (n, 5) with
+    moments about x and y (N m). `poses` (n, 6; m, rad) are relative to rest. `frequency` (n, coils; Hz) are the
+    readings. `at_rest` (n) is True for the tares: points without load. `noisier` is the ratio of the readings' noise to
+    the converter's noise; 1 unless the tares scatter more.
     """
 
     loads: Array | None
@@ -51,20 +52,20 @@ class Points:
 
     @property
     def settled(self) -> Points:
-        """Points without drift: each relative to the tare before it. Points before the first tare use the first."""
+        """Points with drift removed: frequencies over the tare before each (or the first tare), times the mean tare."""
         tares = self.frequency[self.at_rest]
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
         return replace(self, frequency=self.frequency * self.rest / tares[number])
 
     def part(self, chosen: Flags | Array) -> Points:
-        """Return some of the points."""
+        """Return the chosen points. `chosen` are flags (n) or indices."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
         return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noisier)
 
     @property
     def restless(self) -> Array:
-        """Residuals of the tares' ln f (tares, coils) from a straight drift along the rows.
+        """Residuals (tares, coils) of the tares' ln f from a linear drift with the row number.
 
         Empty for fewer than three tares.
         """
@@ -76,7 +77,10 @@ class Points:
 
 
 def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
-    """Return the frequencies (n, coils; Hz) of one sensor at the points."""
+    """Return the frequencies (n, coils; Hz) that a sensor with these errors (unknowns) would have at the points.
+
+    They come from the surrogate, or with `exact` from solved poses.
+    """
     if points.loads is not None:
         return sensors.under(errors, points.loads, exact)
     assert points.poses is not None
@@ -105,7 +109,7 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
-    """Return derivatives of ln f by the fitted unknowns (or `of_all`): (n, coils, unknowns).
+    """Return derivatives (n, coils, unknowns) of ln f under loads by the fitted unknowns, or `of_all` unknowns.
 
     They are per prior standard deviation, for the sensor as drawn or with these `errors` (unknowns).
     """
@@ -120,10 +124,11 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
-    """Return covariances (n, coils, coils) of the errors of `tared` ln f, and the covariances that a scatter of 1 adds.
+    """Return two covariances (n, coils, coils) of errors of `tared` ln f: expected, and for a scatter of 1.
 
-    The first include noise of the converter, errors of the surrogate and the expected errors of loads. The scatter is
-    one sigma of further load errors on every axis, in full scales. For poses, it is relative to the change from rest.
+    Expected errors are noise of the converter, errors of the surrogate and errors of loads. The scatter is the standard
+    deviation of additional errors. For loads it is in full scales on every axis. For poses it is relative to the change
+    of ln f from rest.
     """
     here = np.log(predicted_frequencies(sensors, errors, points))
     rest = np.log(
@@ -147,9 +152,9 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
 
 
 def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Return the change of ln f (n, coils, 2) for a load that stands one sigma (`place`) farther along x, and along y.
+    """Return the changes (n, coils, 2) of ln f if the load acts one standard deviation farther along x, and along y.
 
-    Zero for targets that are held level.
+    The standard deviation is `usual("place")`. Zero for targets that are kept level.
     """
     if sensors.is_held or not len(loads):
         return np.zeros((len(loads), len(sensors.coils), 2))
@@ -165,7 +170,7 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def whiteners(covariance: Array) -> Array:
-    """Return matrices (n, coils, coils) that turn errors of a covariance into independent errors of unit size."""
+    """Return matrices (n, coils, coils) that convert errors with these covariances to independent unit errors."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
@@ -181,7 +186,10 @@ def noisier(points: Points, expected: Array) -> float:
 
 
 def chi_square_chance(square: Array, free: int) -> Array:
-    """Return the probability of a larger chi-square (Abramowitz and Stegun 26.4.4 and 26.4.5)."""
+    """Return the probability that chi-square with `free` degrees of freedom exceeds `square`.
+
+    Source: Abramowitz and Stegun 26.4.4 and 26.4.5.
+    """
     half, power = 0.5 * square, 0.5 * (2 - free % 2)
     chance = np.exp(-half) if power == 1.0 else np.vectorize(math.erfc)(np.sqrt(half))
     while power < 0.5 * free:
@@ -191,13 +199,13 @@ def chi_square_chance(square: Array, free: int) -> Array:
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:
-    """Return one sigma (n; of full scale) of the errors of applied loads (n, 3; N)."""
+    """Return the standard deviation (n; full scales) of the error of each applied load. `loads` are as in `Points`."""
     size = np.linalg.norm(loads[:, sensors.range.columns] / sensors.range.full_scales, axis=1)
     return np.asarray(np.hypot(usual("force") * size, LEAST_LOAD))
 
 
 def tared(values: Array, at_rest: Flags) -> Array:
-    """Return values (n, ...) minus their mean at rest. Rows at rest are replaced by this mean."""
+    """Return values (n, ...) minus the mean of the rows `at_rest` (n). Rows at rest are set to this mean."""
     rest = values[at_rest].mean(axis=0)
     changes = values - rest
     changes[at_rest] = rest
@@ -205,7 +213,10 @@ def tared(values: Array, at_rest: Flags) -> Array:
 
 
 LEVELS = 4
-"""Number of normal forces, evenly up to full scale, of the offered loads. It is multiplied if these are too few."""
+"""Number of normal forces of the offered loads, evenly spaced up to full scale.
+
+It is multiplied by a whole number if the plan needs more loads.
+"""
 
 SHEARS = (0.5, 1.0)  # Shears of the offered loads (full scales), in each of `DIRECTIONS`
 DIRECTIONS = 8  # Number of directions of shear, for arrays that separate both axes
@@ -216,9 +227,10 @@ TRIED = 40  # Number of loads for the expected error of the map
 class Plan:
     """The planned loads, with the expected errors.
 
-    `loads` (n, 3; N) are in order of information, without rows at rest. `errors` (n + 1, axes; N) is one sigma of
-    forces after none, one, two, ... of the loads, and `untared` (axes; N) without a tare. `shifted` (axes; N) is the
-    added error if all loads stand one sigma off in the same direction, x or y, whichever adds more.
+    `loads` (n, 3; N, or n, 5 with moments, N m) begin with the load that gives most information; rows at rest are not
+    included. `errors` (n + 1, axes; N) is the standard deviation of forces after a tare and none, one, two, ... of the
+    loads. `untared` (axes; N) is the standard deviation without a tare. `shifted` (axes; N) is the additional error if
+    all loads act one standard deviation beside their place along x, or along y if that is worse.
     """
 
     loads: Array
@@ -233,7 +245,7 @@ class Plan:
 
 
 def offered(sensors: Sensors, count: int) -> Array:
-    """Return possible loads of a bench for the plan (n, 3 or 5; N, N m), at least `count`."""
+    """Return the loads (n, 3 or 5; N, N m) from which the plan chooses, `count` or more, with three digits."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
     directions = [np.zeros(len(axes))]
@@ -269,7 +281,10 @@ def plan(sensors: Sensors, count: int) -> Plan:
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
-    """Return the points in `start` with `count` more, each with the largest gain of information."""
+    """Return the numbers in `start` and `count` further points, each with the largest gain of information.
+
+    `facts` (n, unknowns, unknowns) is the information by each point. Candidates are the points `among`; None for all.
+    """
     chosen = list(start)
     information = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
     for _ in range(count):
@@ -281,7 +296,10 @@ def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None 
 
 
 def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
-    """Return as many points, each exchanged for another while this adds information. The first point stays."""
+    """Return the `chosen` points after exchanges: each is replaced by another point if this adds information.
+
+    The first point is never replaced. `facts` is as in `_greedy`.
+    """
     chosen = list(chosen)
     for _ in range(len(chosen)):
         before = list(chosen)
@@ -297,9 +315,9 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
     """Return three errors of force by axis (N), rms over the working range.
 
     The first is one sigma after the tare and none, one, ... of the other points. The second is one sigma without a
-    tare. The third is the part by loads that all stand off in the same direction. The errors come from the uncertainty
-    of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2) is the
-    effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
+    tare. The third is the part by loads that all act beside their place in one direction. The errors come from the
+    uncertainty of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2)
+    is the effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
     """
     test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))

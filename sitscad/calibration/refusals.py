@@ -29,16 +29,22 @@ STIFF = 2.0
 """Standard deviations by which a pad may be stiffer than its preset, in the test of a load that it cannot bear."""
 
 THINNEST = 0.1
-"""Least remaining fraction of the pad's height. Silicone that is pressed further is damaged."""
+"""Least accepted height of the target's lowest point above the board, over this height at rest.
+
+Silicone that is compressed further is damaged.
+"""
 
 CONTRADICTED = 5.0
-"""Chi-square of a row beside the other rows, in standard deviations, above which the row may be refused.
+"""Limit for `ModelFit.odd` of a row, in standard deviations. Above it, the row may be refused (`OUT_OF_LINE`).
 
 Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
 """
 
 OUT_OF_LINE = 0.3
-"""Error of a row (full scales) above which the row is refused if it exceeds `CONTRADICTED` as well."""
+"""Limit for a row's force error, predicted from the other rows (full scales).
+
+A row is refused if it exceeds this limit and `CONTRADICTED`.
+"""
 
 UNSETTLED = 2.5
 """Largest ratio of errors to expected errors for a fit that did not converge.
@@ -60,7 +66,7 @@ WORST = 25.0
 """
 
 WORST_OF_POSES = 40.0
-"""Largest ratio of errors to expected errors in a calibration by poses, whose own errors are not expected."""
+"""Largest ratio of errors to expected errors in a calibration by poses. No errors of poses are expected."""
 
 MOST_NOISE = 0.075  # Largest force error (full scale) of a calibration by the noise of rows without load
 
@@ -151,15 +157,24 @@ def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
 FAR_BEYOND = 4.0  # Load (full scales) above which the unit is assumed wrong
 
 LARGEST_CHANGE = 2.0
-"""Largest change of a reading, relative to the largest change of a soft sensor under the table's loads or poses."""
+"""Largest ratio of a reading's change from rest to the largest change of a simulated sensor with a soft pad.
+
+The simulated sensor has the loads or poses of the table.
+"""
 
 MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli to compare readings with
 
 UNLIKE = 0.3
-"""Difference of the readings from the design's (rms, relative) above which another order of columns is suspected."""
+"""Limit for the rms difference of changes of readings from the design's changes, over the rms of the changes.
+
+Above it, a wrong order of columns or a wrong sign is suspected.
+"""
 
 BETTER = 0.5
-"""Largest difference in another order of columns, over the difference in the given order, for a refusal."""
+"""Largest ratio of the difference in another order of columns to the difference in the given order.
+
+Below it, the table is refused, and the message names the other order.
+"""
 
 ALIKE = 1.05, 0.02
 """Limits for orders that are named together: ratio to the best error, and difference of errors (of the readings).

@@ -35,10 +35,10 @@ from sitscad.kernels.mechanics.motion import angles, rotations
 from sitscad.spec.sensor import SensorSpec
 
 WEIGHTS = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0)
-"""Weight of a degree along each coordinate of a pose (x, y, z, rx, ry, rz)."""
+"""Weights of the exponents of x, y, z, rx, ry and rz in the weighted degree of a term of the surrogate."""
 
 DEGREE = 6.0
-"""Largest weighted degree of a term of the surrogate: 151 terms."""
+"""Largest weighted degree of a term of the surrogate: sum of exponents times `WEIGHTS`. It allows 151 terms."""
 
 CHECKED = 8, 3  # Numbers of sensors, and of loads of each, to compare a surrogate with solved poses
 FAR = 0.02  # Height (m) at which a target of a few millimetres has no effect: 1e-6 of its change at rest
@@ -50,8 +50,8 @@ BOTH_WAYS = 0.01  # Largest change of the other sign that a surrogate allows, re
 class Chart:
     """Surrogate of the inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
-    `lean` (2; rad/m) is the usual rotation of a target about x by its travel along y, and about y by its travel along
-    x. `through` is a polynomial in poses (6; m, rad) without these rotations. It gives ln |1 - L/L0| of all coils, then
+    `lean` (2; rad/m) is the mean rotation of a target about x per travel along y, and about y per travel along x.
+    `through` is a polynomial in poses (6; m, rad) minus these rotations. It returns ln |1 - L/L0| of all coils, then
     their resistances. `free` (coils) is the inductance L0 without target. `sign` (coils) is 1 if the target reduces it,
     and -1 if it increases it. `error` is the error of the surrogate relative to a sensor's change of L from rest: rms
     over `CHECKED` poses.
@@ -82,9 +82,9 @@ AT_ONCE = 256  # Number of poses solved at once: few enough that none is interpo
 
 
 def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
-    """Return poses (n, 6) without the rotations that go with their travel.
+    """Return poses (n, 6; m, rad) minus the rotations `lean` times lateral travel (see `Chart`).
 
-    A positive `sign` adds the rotations again.
+    With a `sign` of 1 these rotations are added.
     """
     plain = poses.copy()
     plain[:, 3:5] += sign * lean * poses[:, [1, 0]]
@@ -152,7 +152,7 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
 
 
 def _slope(travel: Array, turn: Array) -> float:
-    """Return the rotation per travel, by least squares."""
+    """Return the slope (rad/m) of rotations `turn` (n) over travels (n), by least squares; 0 without travel."""
     centred = travel - travel.mean()
     size = float(centred @ centred)
     return float(centred @ turn) / size if size > 0.0 else 0.0
@@ -164,7 +164,7 @@ SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (
 KEPT = 500  # Number of cached solutions of the pad
 
 FARTHEST_SHEAR = 2.0
-"""Shear, in halves of the pad's thickness, above which the stiffening is constant, because no law is valid there."""
+"""Limit for the shear over `HELD_SHEAR`, above which the error `shear_curve` no longer grows: no law is valid there."""
 
 FARTHEST_CHARTED = 1.25
 """Largest lateral travel of the surrogate, in thicknesses of the pad.
@@ -174,7 +174,7 @@ would be inaccurate for all.
 """
 
 SOLVED_WELL = 0.003
-"""Relative error of solved poses.
+"""Relative error of a change of inductance from rest that is computed from solved poses.
 
 It is the largest difference from another solver (tests/validation/random_poses.csv).
 """
@@ -183,7 +183,7 @@ LEAST_SURE = 0.2
 """Least width of a surrogate about a fitted sensor, in prior standard deviations."""
 
 NOT_FITTED = 0.1
-"""Width of this surrogate in unknowns that are not fitted, in prior standard deviations."""
+"""Width of a surrogate about a fitted sensor for unknowns that are not fitted, in prior standard deviations."""
 
 DRAWN, SEED = 40, 15  # Number of simulated sensors for the box of poses, and their seed
 
@@ -243,11 +243,15 @@ class Sensors:
 
     @property
     def charted(self) -> float:
-        """Error of a surrogate's reading, relative to its change from rest."""
+        """Error of a reading by the surrogate over the reading's change from rest, at least `SOLVED_WELL`."""
         return max(self.chart.error, SOLVED_WELL)
 
     def about(self, errors: Array, sure: Array) -> Sensors:
-        """Return these sensors with a surrogate about fitted `errors`, which are `sure` (prior standard deviations)."""
+        """Return these sensors with a surrogate about the sensor with fitted `errors` (unknowns).
+
+        `sure` (unknowns; prior standard deviations) is the uncertainty of the errors: the width of the surrogate, at
+        least `LEAST_SURE`.
+        """
         fitted = np.array([each.is_fitted for each in self.known])
         return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
 
@@ -299,7 +303,7 @@ class Sensors:
         return np.array([bool(note) for note in notes])
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
-        """Return the spec with the pad of one sensor."""
+        """Return the spec with the thickness, modulus and Ogden exponent of one sensor's pad (errors `off` by name)."""
         spec = with_modulus("elastomer")(with_thickness("elastomer")(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
         assert pad is not None
@@ -354,27 +358,30 @@ class Sensors:
 
     @cached_property
     def rounding(self) -> Array:
-        """One sigma of rounding in readings and their means, relative to the frequency (coils)."""
+        """Standard deviation of rounding over the frequency (coils). Averaging several readings does not reduce it."""
         return np.array([self.conversion.rounding(each) / each for each in self.rest_frequencies])
 
     @cached_property
     def counting(self) -> Array:
-        """One sigma of the counting noise of one reading, relative to the frequency (coils).
+        """Standard deviation of the counting noise of one reading over the frequency (coils).
 
-        Means of several readings have less.
+        Averaging several readings reduces it.
         """
         return np.array([self.conversion.counting_noise(each) / each for each in self.rest_frequencies])
 
     @property
     def noise(self) -> Array:
-        """One sigma of one reading, relative to the frequency (coils)."""
+        """Standard deviation of one reading over the frequency (coils): counting noise and rounding."""
         return self.of_mean(1)
 
     def of_mean(self, readings: int) -> Array:
-        """Return one sigma of the mean of `readings` readings, relative to the frequency (coils)."""
+        """Return the standard deviation of the mean of `readings` readings over the frequency (coils)."""
         return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
 
     def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
-        """Return frequencies (Hz; n, coils) as read, with noise: each is the mean of `readings` readings."""
+        """Return frequencies (Hz; n, coils) with random noise: each is the mean of `readings` readings.
+
+        By default, `readings` is `usual("readings")`.
+        """
         many = int(usual("readings")) if readings is None else readings
         return frequency * (1.0 + self.of_mean(many) * generator.normal(size=frequency.shape))

@@ -1,4 +1,7 @@
-"""The possible errors of a sensor of a design, with their standard deviations: the scatter of manufacture."""
+"""Possible differences of a manufactured sensor from its drawing, with their standard deviations.
+
+Each difference is an *unknown*. A calibration fits some unknowns to the readings.
+"""
 
 from __future__ import annotations
 
@@ -30,32 +33,34 @@ from sitscad.estimates.tolerances.scatter import (
 from sitscad.spec.sensor import SensorSpec
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")
-"""Errors of the target's pose at rest, which are added to the pose.
+"""Errors of the target's pose at rest, which are added to the pose as drawn.
 
-The first two both raise the target. Only the gap also changes the pad's thickness.
+`gap` and `glue` both raise the target. `gap` also increases the pad's thickness, `glue` does not.
 """
 
 PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve", "exponent")
-"""Errors of the pad's stiffness, as logarithms of factors, except for the exponent.
+"""Errors of the pad's stiffness. All but `exponent` are logarithms of factors.
 
-The factors act on the modulus, on the ratio of shear modulus to modulus, and on the stiffening at the largest strain.
-Two more act on the shear under the full normal force, and on the stiffening at the largest shear. The last error is an
-addition to the Ogden exponent.
+`modulus`: factor on the modulus. `shear_modulus`: on the ratio of the stiffness in shear to the stiffness in
+compression. `pad_curve`: on the stiffness in compression at the strain `HELD_STRAIN`. `softening`: on the lateral
+travel under the full normal force. `shear_curve`: on the stiffness in shear at the shear `HELD_SHEAR`. `exponent` is
+added to the Ogden exponent.
 """
 
 SHEAR_ERRORS = ("shear_modulus", "softening", "shear_curve")
-"""Errors that together can imitate shear loads of a wrong size."""
+"""Errors that together have nearly the same effect on the readings as shear loads entered with a wrong size."""
 
 BOARD_ERRORS = ("inductance", "target_change", "clock")
-"""Errors common to all coils: logarithms of the free inductance, of the target's change, and of the clock."""
+"""Errors common to all coils, relative: inductance without target, change by the target, clock frequency."""
 
 
 @record
 class Unknown:
     """A possible error of a sensor.
 
-    `unit` is ``1`` for a relative change, and `sigma` is one standard deviation. `is_fitted` is True if a calibration
-    fits it. Other errors are part of simulated sensors and of the stated errors.
+    `unit` is ``1`` for a relative change. `sigma` is the standard deviation over manufactured sensors. `is_fitted` is
+    True if a calibration fits this error to the readings. Other errors are part of simulated sensors and of the stated
+    errors.
     """
 
     name: str
@@ -66,17 +71,17 @@ class Unknown:
 
 @cache
 def usual(name: str) -> float:
-    """Return a value of `data/calibration.csv`. Raises KeyError for an unknown name."""
+    """Return a usual value from `data/calibration.csv` by its name. Raises KeyError for an unknown name."""
     return {row["name"]: float(row["value"]) for row in rows("calibration")}[name]
 
 
 def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     """Return all possible errors of a sensor, in the order of the columns of `units`.
 
-    `estimates.tolerances.scatter` gives the standard deviations of manufacture. Others come from the pad's law and the
-    model. Tilts include the difference of a pad's thickness between its ends, which is taken as large as between two
-    pads. The coils of a board have most of their inductance's scatter in common, and metal behind them affects all.
-    Raises NoResponse without a pad.
+    Errors with a standard deviation of 0 are omitted. Standard deviations come from `estimates.tolerances.scatter`,
+    from the pad's law and from the model. Tilts include the difference of a pad's thickness between its ends. It is
+    assumed to be as large as between two pads. Most scatter of the inductance is common to all coils of a board, also
+    by metal behind them. Raises NoResponse without a pad.
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
@@ -108,17 +113,20 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
 
 
 WIDEST = 2.0
-"""Largest error of a simulated sensor, in standard deviations. A sensor beyond it is rejected, not calibrated."""
+"""Largest error of a simulated sensor, in standard deviations. Sensors with larger errors count as rejects."""
 
 SURELY = 6.0
-"""Standard deviations of manufacture beyond which unknowns and readings are refused as not of the design."""
+"""Largest accepted value of a fitted unknown, and largest accepted difference of a reading from the design.
+
+Both are in standard deviations of manufacture. Larger values are refused: they belong to another design.
+"""
 
 
 def units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Return errors (count, unknowns; m, rad, relative) of simulated sensors by a seed.
+    """Return random errors (count, unknowns; m, rad, relative) of simulated sensors. Equal seeds give equal errors.
 
-    They are normal, as in a fit, and limited to `WIDEST` standard deviations. Uniform distributions with the same
-    standard deviation, as in studies, end at 1.7.
+    They are normally distributed, as the fit assumes, and limited to `WIDEST` standard deviations. Uniform
+    distributions with the same standard deviation, as in studies, end at 1.7.
     """
     generator = np.random.default_rng(seed)
     normals = generator.normal(size=(count, len(unknown_list)))
@@ -128,10 +136,11 @@ def units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
 
 
 def stratified(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Return errors (count, unknowns; m, rad, relative) of manufactured sensors by a seed.
+    """Return errors (count, unknowns; m, rad, relative) of manufactured sensors that cover each distribution evenly.
 
-    Each unknown takes the middles of equally likely parts of a normal distribution (a Latin hypercube). They are not
-    limited, because soft pads have a long tail.
+    For each unknown, the normal distribution is divided into `count` equally likely parts. Each sensor has the middle
+    of one part, in random order (a Latin hypercube). Equal seeds give equal errors. They are not limited to `WIDEST`,
+    because rare soft pads contribute much to the mean error.
     """
     generator, normal = np.random.default_rng(seed), NormalDist()
     middles = np.array([normal.inv_cdf((k + 0.5) / count) for k in range(count)])
@@ -140,6 +149,6 @@ def stratified(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Arra
 
 
 def named(unknown_list: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
-    """Return errors of one sensor by name. Errors that the design cannot have are 0."""
+    """Return the errors (unknowns) of one sensor by the names of the unknowns. Names without an unknown have 0."""
     by_name = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
     return by_name | {each.name: float(error) for each, error in zip(unknown_list, errors, strict=True)}

@@ -18,20 +18,24 @@ import numpy as np
 from sitscad.basics.version import __version__
 
 Answer: TypeAlias = tuple[Any, ...]
-"""Arrays of floats or complex numbers."""
+"""Result of one solution: a tuple of arrays of floats or complex numbers."""
 
 KINDS = {"<f8": np.float64, "<c16": np.complex128}
-"""Number types that a file may hold."""
+"""NumPy types of the arrays in a cache file, by the type code in its index."""
 
 MOST, HEAD = 16_000_000, 200
-"""Largest number of bytes in a store, and the bytes that the name of a result counts.
+"""Largest size of a store (bytes), and the size added for the key of each result (bytes).
 
 The results of one design take half a megabyte.
 """
 
 
 class Solutions:
-    """Results by the hash of their inputs, and the keys used since the last call of `forget`."""
+    """Store of results for a cache file.
+
+    `known` maps the SHA-256 hash of the inputs to the result. `asked` holds the keys used since the last `forget`, in
+    the order of their first use.
+    """
 
     def __init__(self, results: Mapping[str, Answer] | None = None) -> None:
         self.known = dict(results or {})
@@ -50,7 +54,7 @@ class Solutions:
         return self.known[key]
 
     def forget(self) -> None:
-        """Keep results used since the last call first, then older results, up to `MOST` bytes."""
+        """Limit the store to `MOST` bytes. Results used since the last call take precedence over older results."""
         results, size = dict[str, Answer](), 0
         for key in dict.fromkeys((*self.asked, *self.known)):
             size += HEAD + sum(part.nbytes for part in self.known[key])
@@ -60,9 +64,9 @@ class Solutions:
         self.known, self.asked = results, {}
 
     def as_bytes(self, by: str) -> bytes:
-        """Return a file of all results: a hash of the rest, a line of JSON, and the numbers.
+        """Return the content of a cache file: a SHA-256 hash of the rest, a line of JSON as index, and the arrays.
 
-        `by` identifies the code.
+        `by` identifies the code that computed the results.
         """
         import json  # only builds keep a file
 
@@ -73,7 +77,7 @@ class Solutions:
 
 
 class Memo:
-    """Results by their inputs themselves, in memory: a lookup needs no text of the inputs."""
+    """Store of results in memory, by the tuple of their inputs. It is faster than `Solutions`, which hashes them."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Answer] = {}
@@ -92,9 +96,10 @@ def _read_only(answer: Answer) -> Answer:
 
 
 def read(file: bytes, by: str) -> Solutions:
-    """Read the results in a file.
+    """Return the results in the content of a cache file.
 
-    Empty if the file is damaged or its results are from other code.
+    Empty if the file is damaged. Also empty if its results come from other code (`by`), or from another version of
+    sitscad or NumPy, or another processor type.
     """
     import json  # only builds keep a file
 
@@ -133,7 +138,7 @@ _open: ContextVar[Solutions | Memo | None] = ContextVar("_open", default=None)
 
 @contextmanager
 def keeping(store: Solutions | Memo) -> Iterator[None]:
-    """Use a store for all results inside the context."""
+    """Store and look up all results of `solved` in `store` inside the context."""
     before = _open.set(store)
     try:
         yield
@@ -143,7 +148,7 @@ def keeping(store: Solutions | Memo) -> Iterator[None]:
 
 @contextmanager
 def remembering() -> Iterator[None]:
-    """Remember all results until the context ends, in the open store or else in memory."""
+    """Cache all results of `solved` inside the context: in the open store, or in a new `Memo` if no store is open."""
     with keeping(_open.get() or Memo()):
         yield
 

@@ -31,7 +31,7 @@ class ConverterPart(Protocol):
 
     @property
     def family(self) -> str:
-        """Name of the family, and of its file of figures."""
+        """Name of the family, and of its data file in ``data/converters``."""
 
     @property
     def part(self) -> str:
@@ -54,19 +54,19 @@ class ConverterPart(Protocol):
         """Module of the conversion."""
 
     def limit(self, name: str) -> float:
-        """Return a figure by name, in SI units."""
+        """Return the value of a row of the family's data file by name, in SI units."""
 
     def source_of(self, name: str) -> str:
-        """Return the source of a figure, or the text of a row of text."""
+        """Return the source of a row of the data file by name, or its text if the row has no number."""
 
 
 @record
 class Demand:
     """Requirements of a sensor on the settings of its converters.
 
-    `clock` (Hz) is the reference clock, `scan_rate` (Hz) the wanted number of complete scans per second. Converters
-    work at the same time and read between `fewest` and `most` coils each. `tanks` are the frequency (Hz) and quality
-    factor of every tank in every state.
+    `clock` (Hz) is the reference clock, `scan_rate` (Hz) the required number of complete scans per second. All
+    converters work at the same time; `fewest` and `most` are the smallest and largest number of coils on one converter.
+    `tanks` are the frequency (Hz) and quality factor of every tank in every state.
     """
 
     clock: float
@@ -260,7 +260,7 @@ class Conversion(ABC):
         return counts * self.hertz_per_count
 
     def read(self, frequency: Array) -> Array:
-        """Return the counts (n, coils) of frequencies (Hz) as results give them. NaN outside the range of results."""
+        """Return the counts (n, coils) that results contain for frequencies (n, coils; Hz). NaN outside their range."""
         import numpy as np  # reading a spec loads no numpy
 
         step = float(self.counts_per_step)
@@ -292,7 +292,7 @@ class ConversionLaw(Protocol):
         """Return the time (s) to read the results of some channels over the bus at its fastest clock."""
 
     def read_back_time_optimistic(self, device: ConverterPart, channels: int) -> float:
-        """Return that time (s) by the manufacturer's most optimistic figure."""
+        """Return the time of `read_back_time` (s) by the manufacturer's shortest value."""
 
     def set_up(self, device: ConverterPart, demand: Demand) -> Conversion:
         """Return the settings with the finest resolution at the wanted scan rate, or nearest to that rate."""

@@ -24,7 +24,7 @@ CIRCUIT_PINS = frozenset(("SCL", "SDA", "CLKIN", "ADDR", "INTB", "SD", "VDD", "G
 class Converter:
     """Commercial converter: its channels, its possible 7-bit addresses on one bus, and its package.
 
-    ``family`` names the file of figures that all parts of one data sheet share.
+    ``family`` is the name of the data file in ``data/converters``. All parts of one data sheet have the same file.
     """
 
     name: str
@@ -105,11 +105,11 @@ class Converter:
 
     @property
     def limits(self) -> Mapping[str, Limit]:
-        """Figures of the family by name."""
+        """Values of the family's data file with units and sources, by the row's name."""
         return limits_of(self.family)
 
     def limit(self, name: str) -> float:
-        """Return the value of a figure, in SI units. Raises KeyError for an unknown name."""
+        """Return the value of a row of the family's data file, in SI units. Raises KeyError for an unknown name."""
         return limits_of(self.family)[name].value
 
     def source_of(self, name: str) -> str:
@@ -189,7 +189,7 @@ class Converter:
         return self.law.read_back_time(self, channels)
 
     def read_back_time_optimistic(self, channels: int) -> float:
-        """Return that time (s) by the manufacturer's most optimistic figure."""
+        """Return the time of `read_back_time` (s) by the manufacturer's shortest value."""
         return self.law.read_back_time_optimistic(self, channels)
 
     @property

@@ -1,4 +1,4 @@
-"""Figures of converters from ``data/converters``: one file per family, and ``bench.csv`` for common figures.
+"""Data-sheet values of converters from ``data/converters``: one file per family, ``bench.csv`` for common values.
 
 `ASKED` has the rows that every family needs, with unit and range. The module of a family's conversion lists further
 rows. A family with registers also needs `ASKED_WITH_REGISTERS`. A family may state more rows.
@@ -22,7 +22,7 @@ WORDS = "words"
 
 @record
 class Limit:
-    """Figure of the family: value in SI units, its source, and whether this source was seen."""
+    """Data-sheet value of a family in SI units, with its source. `verified` is True if the source was read."""
 
     value: float
     unit: str
@@ -32,9 +32,9 @@ class Limit:
 
 @record
 class RowForm:
-    """Required form of a row: its unit and the range of plausible values.
+    """Required form of a row in a data file: its unit, and the plausible range of its value, `least` to `most`.
 
-    `whole` requires a whole number, `several` allows several numbers.
+    If `whole`, values must be whole numbers. If `several`, a row may have several numbers.
     """
 
     unit: str
@@ -101,7 +101,7 @@ _RISING = (
     ("parallel_resistance_min", "parallel_resistance_max"), ("high_current_typical", "high_current_max"),
     ("amplitude_stable_min", "amplitude_optimum_min"), ("amplitude_optimum_min", "amplitude_max"),
 )
-"""Pairs of figures whose first figure must not exceed the second."""
+"""Pairs of row names. The value of the first row must not exceed the value of the second."""
 
 
 @cache

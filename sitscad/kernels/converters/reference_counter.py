@@ -32,7 +32,7 @@ ASKED: Mapping[str, RowForm] = {
     "read_back_four_channels": RowForm("s", 1e-7, 1.0),
     "noise_steps": RowForm("1", 0.0, 1e3),
 }
-"""Rows that a family of these converters must have in its figures."""
+"""Rows that a family of these converters must have in its data file, by name, with unit and range."""
 
 SETTINGS = (
     Quantity("reference_frequency_Hz", "reference frequency f_REF"),
@@ -57,9 +57,9 @@ at 400 kHz of a result in two registers (figure 12, 6.5).
 """
 
 FREE_PART = 0.5
-"""Fraction of a result's range, in its middle, that the expected frequencies may use.
+"""Largest ratio of the range of the expected frequencies to the range of a result. The former is centred.
 
-The rest is for loads beyond the loads in the states.
+The remaining range is for loads that exceed the loads in the spec's states.
 """
 
 
@@ -145,9 +145,9 @@ def read_back_time(device: ConverterPart, channels: int) -> float:
 
 
 def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
-    """Return that time (s) by the manufacturer's more optimistic figure.
+    """Return the time of `read_back_time` (s) by the manufacturer's shorter value.
 
-    The figure implies fewer bits than the manufacturer shows.
+    This value implies fewer bits than the manufacturer's timing diagrams show.
     """
     return channels * device.limit("read_back_four_channels") / 4.0
 
@@ -164,7 +164,7 @@ def amplitude(parallel_resistance: float, current: float) -> float:
 
 
 def counting_noise(noise_steps: float, frequency: float, rcount: int) -> float:
-    """Return the standard deviation (Hz) of a conversion of a frequency (Hz), as in measured sensors.
+    """Return the standard deviation (Hz) of one conversion of a frequency (Hz), by noise of measured sensors.
 
     It is `noise_steps` steps. A step is half a reference period in the 16 RCOUNT periods of a conversion: 3.3 ppm at
     RCOUNT 9471.
@@ -173,12 +173,12 @@ def counting_noise(noise_steps: float, frequency: float, rcount: int) -> float:
 
 
 def gains(device: ConverterPart) -> tuple[int, ...]:
-    """Return the left shifts (bits) of a result before its upper bits are dropped, by code of OUTPUT_GAIN."""
+    """Return the shift of each code of OUTPUT_GAIN: the number of upper bits of a conversion that a result omits."""
     return tuple(map(int, numbers(device.family, "output_gains")))
 
 
 def count_bits(device: ConverterPart) -> int:
-    """Return the number of bits of a conversion. The result shows all of these bits or some."""
+    """Return the number of bits of a conversion. A result contains all or some of these bits."""
     return device.bits + max(gains(device))
 
 
@@ -310,7 +310,7 @@ class ReferenceCounter(Conversion):
 
     @property
     def shift(self) -> int:
-        """Number of low bits of a conversion that its result does not show."""
+        """Number of lowest bits of a conversion that its result omits."""
         return self.count_bits - self.device.bits - gains(self.device)[self.gain]
 
     @property
@@ -325,7 +325,7 @@ class ReferenceCounter(Conversion):
 
     @property
     def is_partial(self) -> bool:
-        """Whether gain and offset choose the part of a conversion that is the result."""
+        """Whether a result has fewer bits than a conversion, so that gain and offset select the bits."""
         return len(gains(self.device)) > 1
 
     @property

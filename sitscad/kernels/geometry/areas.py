@@ -18,7 +18,7 @@ CHORDS = 2e-6
 
 
 def parts_inside(path: Path, box: Box) -> list[Path]:
-    """Return the parts of a path in a box (m). A path that lies inside is returned unchanged."""
+    """Return the parts of a path inside a box (m). A path that lies entirely inside is returned unchanged."""
     if _is_inside(path, box):
         return [path]
     line = shapely.LineString(path.flattened(CHORDS))
@@ -27,9 +27,9 @@ def parts_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_inside(path: Path, box: Box) -> list[Path]:
-    """Return the parts in a box (m) of the area of a closed path, counter-clockwise.
+    """Return the outlines of the parts of an area that lie inside a box (m), counter-clockwise.
 
-    A path that lies inside is returned unchanged.
+    The area is the inside of a closed path. A path that lies entirely inside the box is returned unchanged.
     """
     if _is_inside(path, box):
         return [path]
@@ -39,14 +39,14 @@ def areas_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_beyond(path: Path, x: float) -> list[Path]:
-    """Return the parts of the area of a closed path beyond a place along x (m), counter-clockwise."""
+    """Return the outlines of the parts of a closed path's area at larger x than `x` (m), counter-clockwise."""
     return areas_inside(path, (x, -math.inf, math.inf, math.inf))
 
 
 def joined_boxes(boxes: Iterable[Box]) -> list[Path]:
-    """Return the outlines of the union of upright rectangles.
+    """Return the outlines of the union of rectangles with sides along x and y.
 
-    They are counter-clockwise outside and clockwise round a hole.
+    Outer outlines run counter-clockwise, outlines of holes clockwise.
     """
     joined = shapely.union_all([shapely.box(*box) for box in boxes], grid_size=1e-12)
     areas = shapely.orient_polygons(shapely.get_parts(joined.simplify(0.0)))
@@ -59,7 +59,7 @@ def _is_inside(path: Path, box: Box) -> bool:
 
 
 def _rectangle(path: Path, box: Box) -> shapely.Polygon:
-    """Return the box. Infinite sides are cut off beyond the path."""
+    """Return the box as a polygon. Sides are at most 1 m beyond the path, so that infinite sides become finite."""
     x0, y0, x1, y1 = bounding_box([path])
     wide = 1.0  # metres: more than any path
     return shapely.box(max(box[0], x0 - wide), max(box[1], y0 - wide), min(box[2], x1 + wide), min(box[3], y1 + wide))

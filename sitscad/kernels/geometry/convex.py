@@ -66,7 +66,7 @@ def within_box(outline: Path, box: Box) -> Path | None:
 
 
 def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
-    """Yield the parts of a segment on the side of a line opposite to its normal."""
+    """Yield the parts of a segment behind a line through `edge`: on the side opposite to its `normal`."""
     if isinstance(segment, Line):
         ends = _height(segment.start, edge, normal), _height(segment.end, edge, normal)
     else:
@@ -91,7 +91,7 @@ def _height(point: Point, edge: Point, normal: Point) -> float:
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
-    """Yield the fractions of a segment's length at which it meets a line."""
+    """Yield the fractions of a segment's length at which it crosses the line through `edge` normal to `normal`."""
     if isinstance(segment, Line):
         first, last = (_height(point, edge, normal) for point in (segment.start, segment.end))
         if first != last:
@@ -107,9 +107,10 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
 
 
 def beyond(outline: Path, point: Point) -> float:
-    """Return the distance (m) of a point outside a closed convex path that runs counter-clockwise; negative inside.
+    """Return the distance (m) of a point from a closed, convex, counter-clockwise path: positive outside.
 
-    It is the largest height above all tangents: of each side, and of each arc or corner that faces the point.
+    It is the largest distance beyond the tangents of the path: at each side, and at each arc or corner that faces the
+    point.
     """
     sides, rounds = memo(outline, "_tangents", lambda: _tangents(outline))
     px, py = point
@@ -122,8 +123,9 @@ def beyond(outline: Path, point: Point) -> float:
 def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
     """Return the sides, and the arcs and corners, of a closed convex path.
 
-    A side is a point (m) and its outward normal. An arc or corner is its centre, its radius (m; 0 for corners), the
-    first direction that it faces (rad) and the angle from there.
+    A side is (x, y, normal x, normal y): a point (m) and the outward unit normal. An arc or corner is (x, y, radius,
+    direction, angle). Its centre and radius are in m, the radius of a corner is 0. Its outward normals cover `angle`
+    (rad), from `direction` (rad) counter-clockwise.
     """
 
     def normal(side: Line) -> tuple[float, float]:
@@ -176,9 +178,10 @@ def centroid(outline: Path) -> Point:
 
 @record
 class Footprint:
-    """A disc (``is_round``; its diameter is the first of its sizes) or a rectangle.
+    """Outline of a plate: a disc if ``is_round``, otherwise a rectangle.
 
-    Sizes along its own x and y (m), centre, and rotation (rad, counter-clockwise).
+    ``size`` (m) holds the lengths along the plate's own x and y axes; the first is the diameter of a disc. ``rotation``
+    (rad) is counter-clockwise about the ``centre``.
     """
 
     is_round: bool
@@ -199,7 +202,7 @@ class Footprint:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Half the extent (m) along x and along y."""
+        """Half the widths (m) of the bounding box along x and y, with the rotation."""
         if self.is_round:
             return self.size[0] / 2, self.size[0] / 2
         cos, sin = abs(math.cos(self.rotation)), abs(math.sin(self.rotation))
@@ -223,15 +226,15 @@ class Footprint:
         return upright.rotated(self.rotation, self.centre) if self.rotation else upright
 
     def place_of(self, point: Point) -> tuple[float, float]:
-        """Return a point's coordinates (m) in the plate's own axes, about its centre."""
+        """Return a point's coordinates (m) along the plate's own x and y axes, from its centre."""
         dx, dy = point.x - self.centre.x, point.y - self.centre.y
         cos, sin = math.cos(self.rotation), math.sin(self.rotation)
         return cos * dx + sin * dy, cos * dy - sin * dx
 
     def hangs_over(self, ground: Path) -> float:
-        """Return the distance (m) of its farthest point outside a convex outline.
+        """Return the largest distance (m) by which the plate projects beyond a convex outline.
 
-        It is the remaining clearance, with a minus sign, if the whole shape lies inside.
+        It is negative if the whole plate lies inside: minus its smallest distance from the outline.
         """
         if self.is_round:
             return beyond(ground, self.centre) + self.size[0] / 2

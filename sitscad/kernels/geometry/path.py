@@ -100,7 +100,7 @@ class Arc:
 
     @cached_property
     def sweep(self) -> float:
-        """Signed angle in radians, positive counter-clockwise, of magnitude below 2 pi."""
+        """Signed angle (rad) from start to end about the centre: positive counter-clockwise, magnitude below 2 pi."""
         end = math.atan2(self.end.y - self.centre.y, self.end.x - self.centre.x)
         turn = (end - self.start_angle) % TWO_PI
         return turn if self.ccw else turn - TWO_PI if turn else 0.0
@@ -123,9 +123,10 @@ class Arc:
         return polar(self.radius, self.start_angle + fraction * self.sweep, self.centre)
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return points on the arc.
+        """Return points on the arc, from start to end.
 
-        Chords stay within `tolerance` (m) of the arc (sagitta r (1 - cos(step / 2))).
+        Chords between successive points stay within `tolerance` (m) of the arc. For an angle `step` between points, the
+        distance of the chord is r (1 - cos(step / 2)).
         """
         radius, sweep = self.radius, self.sweep
         if radius <= tolerance:
@@ -137,7 +138,7 @@ class Arc:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) in metres, from the ends and the compass points on the arc."""
+        """(x_min, y_min, x_max, y_max) in metres; exact, with the points of the arc that are farthest along x and y."""
         xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
         start, sweep, radius = self.start_angle, self.sweep, self.radius
         low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
@@ -236,7 +237,7 @@ class Path:
         return Path(tuple(moved))
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return points whose chords stay within `tolerance` (m) of the path."""
+        """Return points on the path. Chords between successive points stay within `tolerance` (m) of the path."""
         points = [self.start]
         for segment in self.segments:
             points.extend(segment.flattened(tolerance)[1:])
@@ -292,7 +293,9 @@ def rounded(corners: list[Point], radius: float | list[float]) -> Path:
 
 
 def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[Point, Point, Arc | None]:
-    """Return the tangent points and the arc that round one corner.
+    """Return the start and the end of the arc that rounds a corner, and the arc.
+
+    Start and end lie on the sides towards `before` and `after`; `radius` is in m.
 
     The arc is None if the radius is 0 or the corner is straight.
     """
@@ -310,10 +313,10 @@ def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[P
 
 
 def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
-    """Return an open polyline with its inner corners rounded.
+    """Return an open polyline with all corners between its ends rounded.
 
-    Each radius is at most the room on the shorter side. `radius` (m) is for all corners, or a list with a radius for
-    each point.
+    `radius` (m) is for all corners, or a list with a radius for each point. A radius is reduced if its arc would cover
+    more than half of the shorter side at the corner.
     """
     segments: list[Segment] = []
     here = corners[0]

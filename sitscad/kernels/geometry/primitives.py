@@ -23,10 +23,11 @@ _ANGLE_SLACK = 1e-9
 
 @record
 class Primitives:
-    """Lines and arcs as arrays of one length.
+    """Set of n lines and arcs as arrays.
 
-    Ends are (n, 2). Arcs have a centre (n, 2), radius, start angle and signed sweep. Lines have a sweep and a radius of
-    0. A line with equal ends is a point.
+    `start`, `end` and `centre` are (n, 2; m), `radius` (n; m). `angle` (n; rad) is the direction from the centre to the
+    start, and `sweep` (n; rad) the signed angle to the end, positive counter-clockwise. For lines, centre, radius,
+    angle and sweep are 0. A line with equal ends is a point.
     """
 
     start: Array
@@ -44,7 +45,7 @@ class Primitives:
         return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
 
     def trimmed(self, first: Array, last: Array) -> Primitives:
-        """Return the pieces between two fractions (0 to 1) of their length, piece by piece."""
+        """Return each piece cut to the part between two fractions of its length, `first` and `last` (n; 0 to 1)."""
 
         def at(fraction: Array) -> Array:
             straight = self.start + fraction[:, None] * (self.end - self.start)
@@ -70,7 +71,7 @@ class Primitives:
 
     @cached_property
     def boxes(self) -> Array:
-        """Bounding boxes (n, 4): x_min, y_min, x_max, y_max. Arcs include every axis crossing."""
+        """Bounding boxes (n, 4; m): x_min, y_min, x_max, y_max. They are exact for arcs."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
         if not np.any(self.radius > 0.0):
             return np.hstack([low, high])
@@ -89,12 +90,12 @@ Row = tuple[float, ...]
 
 
 def line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
-    """Return the row of a straight segment, or of a point if both ends are equal."""
+    """Return the row (see `from_rows`) of a straight segment (m), or of a point if both ends are equal."""
     return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
-    """Yield the rows of a path's segments, each with its length (m)."""
+    """Yield the row (see `from_rows`) and the length (m) of each segment of a path."""
     for segment in path:
         if isinstance(segment, Arc):
             sweep, radius = segment.sweep, segment.radius
@@ -105,7 +106,7 @@ def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
 
 
 def from_rows(rows: list[Row]) -> Primitives:
-    """Return primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
+    """Return primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep), in m and rad."""
     table = np.array(rows, dtype=float).reshape(-1, 9)
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
 
@@ -124,7 +125,7 @@ def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
 
 
 def distances(first: Primitives, second: Primitives) -> Array:
-    """Return the smallest distance (n,) between the centre lines of piece k of both sets; 0 if they cross."""
+    """Return the smallest distances (n; m) between piece k of the first and of the second set; 0 if they cross."""
     result = np.minimum(
         np.minimum(to_points(second, first.start), to_points(second, first.end)),
         np.minimum(to_points(first, second.start), to_points(first, second.end)),
@@ -141,7 +142,7 @@ def distances(first: Primitives, second: Primitives) -> Array:
 
 
 def to_points(pieces: Primitives, points: Array) -> Array:
-    """Return the distance (n,) from piece k to point k of (n, 2)."""
+    """Return the distances (n; m) from piece k to point k of `points` (n, 2; m)."""
     result = np.empty(len(pieces))
     round_ = pieces.radius > 0.0
     for index, distance in ((np.flatnonzero(~round_), _lines_to_points), (np.flatnonzero(round_), _arcs_to_points)):
@@ -174,9 +175,10 @@ def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
 def nearest_pairs(
     boxes: Array, reach: Array, other_boxes: Array | None = None, other_reach: Array | None = None
 ) -> Index:
-    """Return index pairs (m, 2) whose boxes, each expanded by `reach`, touch.
+    """Return index pairs (i, j), (m, 2), of boxes (n, 4; m) that touch if each is expanded on all sides.
 
-    Pairs are within one set (i < j), or between two sets.
+    `reach` (n; m) is the expansion of each box. Without `other_boxes`, pairs are within one set, with i < j. Otherwise
+    i is a box of the first set and j a box of the second, which is expanded by `other_reach`.
     """
     same = other_boxes is None
     second = boxes if same else other_boxes
@@ -205,7 +207,7 @@ def nearest_pairs(
 
 
 _BLOCK, _FEW = 128, 500_000
-"""Boxes compared at once, and number of pairs up to which all pairs are compared."""
+"""Number of boxes in a block, and largest number of pairs for which all pairs are compared without blocks."""
 
 
 def _touch(boxes: Array, other_boxes: Array) -> Flags:
@@ -220,7 +222,7 @@ def _touch(boxes: Array, other_boxes: Array) -> Flags:
 
 
 def _blocks(boxes: Array) -> list[Index]:
-    """Return groups of box numbers that lie together, by the grid cell of their middles."""
+    """Return blocks of at most `_BLOCK` numbers of neighbouring boxes, sorted by the grid cell of their middles."""
     middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
     low, high = middle.min(axis=0), middle.max(axis=0)
     side = max(1, math.isqrt(len(boxes) // 32))
@@ -234,7 +236,7 @@ def _enclosing_box(boxes: Array) -> Array:
 
 
 def _line_line(first: Primitives, second: Primitives) -> Array:
-    """Return 0 if two segments cross, infinity otherwise."""
+    """Return (n,): 0 if segment k of the first set crosses segment k of the second, otherwise infinity."""
     r, s, q = first.end - first.start, second.end - second.start, second.start - first.start
     cross = _cross(r, s)
     # Rounding leaves a tiny angle between collinear lines, whose crossing point would be arbitrary.
@@ -246,9 +248,9 @@ def _line_line(first: Primitives, second: Primitives) -> Array:
 
 
 def _line_arc(line: Primitives, arc: Primitives) -> Array:
-    """Return the distance at the foot of the perpendicular from the arc's centre.
+    """Return the distances (n; m) of line k from arc k along the perpendicular from the arc's centre to the line.
 
-    It is 0 if line and arc cross, and infinite if the foot is not on both.
+    The distance is 0 if line and arc cross. It is infinite if the perpendicular misses the line or the arc.
     """
     span = line.end - line.start
     length = np.hypot(span[:, 0], span[:, 1])
@@ -269,9 +271,9 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
 
 
 def _arc_arc(first: Primitives, second: Primitives) -> Array:
-    """Return the distance along the line through both centres.
+    """Return the distances (n; m) of arc k of both sets along the line through their centres.
 
-    It is 0 if the arcs cross, and infinite if the line does not meet both.
+    The distance is 0 if the arcs cross. It is infinite if the line misses one of the arcs.
     """
     axis = second.centre - first.centre
     apart = np.hypot(axis[:, 0], axis[:, 1])
@@ -290,9 +292,9 @@ def _arc_arc(first: Primitives, second: Primitives) -> Array:
 
 
 def _arcs_cross(first: Primitives, second: Primitives, apart: Array, unit: Array) -> Flags:
-    """Whether arcs cross whose circles cross.
+    """Return flags (n,): whether the arcs k of both sets cross. The full circles must cross.
 
-    `apart` (m) and `unit` are the distance and direction from one centre to the other.
+    `apart` (n; m) is the distance of the centres, and `unit` (n, 2) the unit vector from the first to the second.
     """
     at = (apart**2 + first.radius**2 - second.radius**2) / (2.0 * apart)
     half = np.sqrt(np.maximum(0.0, first.radius**2 - at**2))

@@ -32,19 +32,19 @@ from sitscad.kernels.geometry.path import (
 )
 
 CHORD_TOLERANCE = 0.05e-6
-"""Largest distance (m) of drawn lines from the ideal curve (the contract allows 0.1 um)."""
+"""Largest distance (m) between the arcs of a layer and the exact spiral. The specified limit is 0.1 um."""
 
 SKETCHED = 10e-6
-"""Largest distance (m) of sketched lines from the ideal curve: an arc covers nearly half a turn of a spiral."""
+"""Largest distance (m) between arcs and exact spiral in sketches. One arc then covers nearly half a turn."""
 
 
 @record
 class SpiralDimensions:
     """Dimensions of one layer of a coil in metres.
 
-    `size` [x, y] is measured across the outer copper edges, `pitch` from turn to turn. `tolerance` is the largest
-    distance of the drawn line from the exact one. A four-sided layer begins and ends in the middle of sides if
-    `is_mid_side`, else at corners.
+    `size` [x, y] is measured across the outer copper edges. `pitch` is the distance of the centre lines of adjacent
+    turns. `tolerance` is the largest distance between the arcs of a layer and the exact spiral. If `is_mid_side`, a
+    four-sided layer begins and ends in the middle of sides, otherwise at corners.
     """
 
     size: tuple[float, float]
@@ -56,7 +56,7 @@ class SpiralDimensions:
 
     @property
     def outer_radius(self) -> float:
-        """Distance of the outermost centre line from the coil's centre across y (m)."""
+        """Distance (m) along y from the coil's centre to the centre line of the outermost track."""
         return (self.size[1] - self.trace_width) / 2
 
 
@@ -74,7 +74,7 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
 def crossing(first: tuple[float, float], second: tuple[float, float], step: float) -> Point:
     """Return the intersection of two lines.
 
-    Each line is the number of its normal's direction and its distance from the origin.
+    Each line is (k, d): its normal has the angle k times `step` (rad), and d (m) is its distance from the origin.
     """
     a, b = first[0] * step, second[0] * step
     determinant = math.sin(b - a)
@@ -87,8 +87,8 @@ def crossing(first: tuple[float, float], second: tuple[float, float], step: floa
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
     """Return an inward polygon spiral with its corners rounded by `radius` (m), or less if the sides are too short.
 
-    `sides` is the number of sides per turn. Outwards from the inner end, the radius grows from turn to turn by at most
-    the pitch (m). A faster growth would cut a turn in towards that end, or towards the turn inside it.
+    `sides` is the number of sides per turn. From the inner end outwards, the radius increases by at most the pitch (m)
+    per turn. A faster increase would bring a turn too near to the inner end or to the next turn inside.
     """
     if radius <= 0.0 or len(path.segments) < 2:
         return path
@@ -102,7 +102,7 @@ def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path
 Size = tuple[float, float]
 
 PLATE_FORMS = ("disc", "rectangle")
-"""Forms of plates that target response, pad law and laser sheet can compute."""
+"""Forms of plates that sitscad can compute (target response, pad law) and cut (laser sheet)."""
 
 _SLACK = 1e-9
 _ORIGIN = Point(0.0, 0.0)
@@ -150,7 +150,7 @@ class Outline(ABC):
 
     @property
     def ends(self) -> int | None:
-        """Number of parts into which a turn may be divided, or None if any number of turns is defined."""
+        """Number of allowed end positions per turn: turns are multiples of 1/ends. None if a layer may end anywhere."""
         return self.sides or None
 
     @property
@@ -168,12 +168,12 @@ class Outline(ABC):
 
     @property
     def area(self) -> float:
-        """Area over the area of the rectangle of its sizes, with sharp corners."""
+        """Ratio of the shape's area, with sharp corners, to the area of its bounding rectangle."""
         return 1.0
 
     @property
     def shrinks(self) -> float:
-        """Decrease of a turn's length for each metre that it lies further inside."""
+        """Decrease of a turn's length (m) per metre by which it lies further inside."""
         return TWO_PI
 
     @abstractmethod
@@ -181,7 +181,10 @@ class Outline(ABC):
         """Return a layer wound counter-clockwise about the origin, from the outside in."""
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle at which a layer begins if it should begin at `angle`."""
+        """Return the angle (rad) of the allowed start of a layer for a wanted start at `angle`.
+
+        `sense` is +1 for counter-clockwise winding and -1 for clockwise. `is_mid_side` is as in `SpiralDimensions`.
+        """
         return angle
 
     @abstractmethod
@@ -206,15 +209,15 @@ class Outline(ABC):
         """
 
     def corner_radius(self, size: Size, required: float) -> float:
-        """Return the radius (m) of the outer edge's corners for a polygon with that corner radius.
+        """Return the corner radius (m) of the outer copper edge: `required` for polygons.
 
-        For other shapes it is the radius of the ends.
+        For a racetrack it is the radius of the half circles.
         """
         return required
 
     @property
     def outermost_turns(self) -> float:
-        """Turns at the outer edge before the winding moves inwards: 1 for polygons and racetracks, 0 for circles."""
+        """Number of turns at the outer edge before the winding moves inwards: 1 for polygons and racetracks, else 0."""
         return 1.0
 
     def inset(self, trace_width: float, pitch: float, turns: float) -> float:
@@ -225,9 +228,9 @@ class Outline(ABC):
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    """Distance (pitches) of a turn's mean from its start, as two terms.
+    """Mean distance (pitches) by which a turn lies further inside than its start, as two terms.
 
-    The first is for any part of a turn, the second for each turn.
+    It is the first term plus the second times the wound fraction of the turn (1 for a whole turn).
     """
 
     def wind(
@@ -240,7 +243,7 @@ class Outline(ABC):
         dimensions : SpiralDimensions
             dimensions of the layer
         outer_angle : float
-            angle of the outer end. For polygons, the last corner at or before it in winding direction
+            angle of the outer end (rad). A polygon begins at the last corner at or before it in winding direction
         sense : int, optional
             +1 for counter-clockwise, -1 for clockwise
         corner_radius : float, optional
@@ -254,13 +257,13 @@ class Outline(ABC):
         return rounded_corners(path, corner_radius, self.sides, dimensions.pitch) if self.sides else path
 
     def nearest_turns(self, turns: float) -> float:
-        """Return the allowed number of turns nearest to `turns` (at least one part of a turn)."""
+        """Return the allowed number of turns nearest to `turns`: a multiple of 1/`ends`, at least 1/`ends`."""
         return turns if self.ends is None else max(1, round(turns * self.ends)) / self.ends
 
     def is_whole(self, turns: float) -> bool:
-        """Whether the turns end at an allowed end.
+        """Whether a layer with this number of turns ends at an allowed position (`ends`).
 
-        A difference of one part in 10^6 counts as rounding (2.166667).
+        Differences of up to one part in 10^6 are accepted as rounding, for example 2.166667.
         """
         return abs(self.nearest_turns(turns) - turns) <= 1e-6 * max(1.0, turns)
 
@@ -340,7 +343,7 @@ class Polygon(Outline):
 
     @property
     def shrinks(self) -> float:
-        """Twice the tangent of half a corner's angle, summed over the corners."""
+        """Twice the tangent of half the change of direction at a corner, summed over the corners."""
         return 8.0 if self.sides == 4 else 2.0 * self.sides * math.tan(math.pi / self.sides)
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
@@ -457,9 +460,9 @@ class Racetrack(Outline):
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """Return straight sides that touch both semicircles from outside.
+        """Return a polygon of straight sides that touch the two half circles from outside.
 
-        Roads then lie side by side round a coil.
+        Parallel tracks round a coil are routed along such polygons.
         """
         half, radius, parts = (size[0] - size[1]) / 2, size[1] / 2 + offset, 12
         step = math.pi / parts
@@ -507,4 +510,4 @@ PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle"
 """Outlines of plates: target, elastomer and finger."""
 
 LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
-"""Plate whose two sides may differ."""
+"""Name of the plate outline whose sides along x and y may differ."""

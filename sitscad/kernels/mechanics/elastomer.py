@@ -23,8 +23,9 @@ from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs
 
 VALID_STRAIN = 0.30
-"""Largest compressive strain (1) for a pad in use: a pad creeps beyond, and validation by finite elements ends at 35
-%.
+"""Largest compressive strain (ratio to the thickness) for a pad in use.
+
+Beyond it a pad creeps. The law was compared with finite elements up to a strain of 35 %.
 """
 
 VALID_SHEAR = 1.0
@@ -36,16 +37,18 @@ lift, and the target comes down.
 """
 
 HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
-"""Compression, shear (displacement over thickness) and tilt (rad) up to which the law of `pad` was validated by finite
-elements.
+"""Largest validated compressive strain, shear (displacement over thickness) and tilt (rad) of the law of `pad`.
+
+Up to these values the law was compared with finite elements.
 """
 
 DOUBTED = 0.10  # Share of the strain by which the two blocks may differ before the formula counts as out of its range
 
 BESIDE = 0.01
-"""Distance of a force from the middle of a face, over the face's length, that counts as tilting the target.
+"""Ratio of a force's distance from the middle of the loaded face to the face's length, above which the target tilts.
 
-The far edge of a level block would then yield by 6 % more (1 + 6 e / a, as in the section of a beam).
+At this ratio the pressure at one edge is 6 % above the mean: 1 + 6 e / a, as in the section of a beam (distance e,
+length a).
 """
 
 SOURCE = (
@@ -65,10 +68,10 @@ WITHIN = "bonded block, within the range of its law"  # What to think of a strai
 
 @record
 class Face:
-    """A loaded face: widths along x and y (m), and a roundness.
+    """A loaded face: widths along x and y (m), and a roundness from 0 to 1.
 
-    `round` is 0 for a rectangle and 1 for an ellipse. For the intersection of two outlines it is the fraction of the
-    area between ellipse and rectangle that is missing.
+    `round` is 0 for a rectangle and 1 for an ellipse. For the intersection of two outlines it is the area missing from
+    the rectangle, over the area missing for an ellipse.
     """
 
     width_x: float
@@ -82,11 +85,11 @@ class Face:
 
     @property
     def oblongness(self) -> float:
-        """Length over width."""
+        """Ratio of the longer width to the shorter width, 1 or more."""
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
     def grown(self, width: float) -> Face:
-        """Return the face with both widths changed by `width` (m), to at least a twentieth of each."""
+        """Return the face with `width` (m, any sign) added to both widths. At least 5 % of each width remains."""
         return Face(
             max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width), self.round
         )
@@ -98,7 +101,7 @@ class Surround:
 
     `rim` (m) is the width by which the pad is wider than the face (see `even_rim`). `film`, `film_modulus` and
     `film_exponent` are thickness (m), shear modulus (Pa) and Ogden exponent of a film that is bonded to pad and target.
-    `webs` join the pad to its neighbours (width in m).
+    `webs` are strips of the pad's material that join it to neighbouring pads (width in m).
     """
 
     rim: float = 0.0
@@ -108,9 +111,10 @@ class Surround:
     webs: Webs = NO_WEBS
 
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
-        """Return face and surround in thicknesses and shear moduli, seen along x.
+        """Return the face with its surround as a dimensionless block, with x as its first axis.
 
-        `thickness` (m), `shear_modulus` (Pa) and `exponent` (Ogden's) belong to the pad.
+        Lengths are divided by the pad's `thickness` (m), moduli by its `shear_modulus` (Pa). `exponent` is the pad's
+        Ogden exponent.
         """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
         film = self.film / thickness, self.film_modulus / shear_modulus
@@ -121,15 +125,15 @@ class Surround:
 BARE = Surround()
 
 EVEN = 0.2
-"""Largest difference (thicknesses) between the rims on the four sides for which the law was validated."""
+"""Largest validated difference between the widest and the narrowest rim of the four sides, in pad thicknesses."""
 
 
 def even_rim(pad: Face, face: Face, offset: tuple[float, float], thickness: float) -> float | None:
-    """Return the mean width (m) of the rim of a pad around a face. None if its sides differ by more than `EVEN`.
+    """Return the mean width (m) of the rim of a pad around a face. None if the four sides differ by more than `EVEN`.
 
-    `offset` (m; x, y) leads from the pad's middle to the face's middle. Rims wider than the thickness count as
-    equal. The part beyond the thickness enters continuously as the narrowest rim nears the thickness. The rule is
-    derived here by comparison with finite elements (tests/validation/pad_figures.csv).
+    `offset` (m; x, y) leads from the pad's middle to the face's middle. For the comparison, rims wider than the
+    thickness count as one thickness. Their excess width enters the mean gradually as the narrowest rim approaches one
+    thickness. The rule is derived here by comparison with finite elements (tests/validation/pad_figures.csv).
     """
     spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
     rooms = [max(0.0, room + way * off) for room, off in zip(spare, offset, strict=True) for way in (-1, 1)]
@@ -155,7 +159,7 @@ class Compression:
     valid : bool
         the law is within its range; `note` gives the reason if not
     least_strain : float
-        lower bound of the strain; equal to the strain if the whole pad is loaded
+        lower bound of the strain; equal to `strain` if the whole pad is loaded or the surround is modelled
     loaded_area, loaded_share : float
         loaded area (m2), and its fraction of the pad's area
     """
@@ -172,7 +176,7 @@ class Compression:
 
     @property
     def doubt(self) -> float:
-        """One standard deviation by which the strain may be too large, if a part of the pad is loaded.
+        """Standard deviation of the strain below the stated `strain`, for a pad that is loaded on a part of its face.
 
         All strains between the lower bound and the stated one are taken as equally likely. Their root mean square
         distance from the stated strain is the difference over sqrt 3 (uniform distribution, textbook).
@@ -181,7 +185,7 @@ class Compression:
 
 
 def shape_factor(face: Face, thickness: float) -> float:
-    """Return loaded area over free area of a face on a pad of a `thickness` (m).
+    """Return the shape factor: the loaded area of a face over the free side area of a pad of a `thickness` (m).
 
     It is ab/(2h(a + b)) for a rectangle and d/(4h) for a disc (Gent and Lindley 1959). For a partly round face the
     perimeter is interpolated like the area (an octagon's is within 0.1 %). The perimeter of an ellipse is Ramanujan's
@@ -244,9 +248,10 @@ def press_part(
 ) -> Compression:
     """Return the compression of a pad that is loaded on a part of its face.
 
-    `face` is the loaded part and `beside` (m) the distance of the force from its middle; other parameters as in
-    `compress`. If `around` is given, the law gives the strain. If it is None, the strain is an upper bound, for the
-    loaded part cut out of the pad. `least_strain` is then the strain of the whole pad under a rigid plate.
+    `face` is the loaded part and `beside` (m) the distance of the force from its middle. Other parameters are as in
+    `compress`. If `around` is given, the strain includes the effect of this surrounding material. If it is None, the
+    strain is an upper bound, for the loaded part cut out of the pad. `least_strain` is then the strain of the whole pad
+    under a rigid plate.
     """
     compression = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)

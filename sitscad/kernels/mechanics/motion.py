@@ -121,7 +121,7 @@ def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
 
 @record(eq=False)
 class Motion:
-    """Position and rotation of plates, and the frames in which a pad's energy is written.
+    """Position and rotation of plates, and the rotating frames in which a pad's energy is expressed.
 
     Attributes
     ----------
@@ -130,11 +130,11 @@ class Motion:
     turn, vectors : arrays (n, 3, 3) and (n, 3)
         rotation of the plate as a matrix and as a rotation vector (rad)
     share : float
-        rotation of the frame over the plate's rotation
+        ratio of the frame's rotation to the plate's rotation
     frame, within : arrays (n, 3, 3) and (n, 3)
-        rotation matrix of the frame, and the place in axes of the frame (m)
+        rotation matrix of the frame, and the plate's position in axes of the frame (m)
     frame_jacobians, jacobians : arrays (n, 3, 3)
-        left Jacobians of the rotation of frame and plate
+        left Jacobians of the rotation vectors of frame and plate: they map a small change of the vector to a rotation
     """
 
     place: Array
@@ -169,9 +169,9 @@ class Motion:
 
 
 def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
-    """Return the motion at poses (n, 6; m and rad) of a plate `height` (m) above the board.
+    """Return the motion of a plate at poses (n, 6; m and rad). At the pose of zeros it is `height` (m) above the board.
 
-    `sitscad.assembly.places.state` defines poses.
+    `sitscad.assembly.places.state` defines poses. `share` is the ratio of the frame's rotation to the plate's rotation.
 
     The matrices follow from Rodrigues' formula, and from the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t
     - sin t) / t^3 [t]^2 (textbook).
@@ -196,7 +196,7 @@ Vector: TypeAlias = Sequence[Number]
 Rows: TypeAlias = list[list[Number]]
 
 SHORT, LARGE = 0.25, 10.0
-"""Squared rotation angles (rad2) up to which `FEW` and `TERMS` terms of the series are exact to rounding."""
+"""Largest squared rotation angles (rad2) for which `FEW`, and `TERMS`, terms of the series are exact to rounding."""
 
 FEW, TERMS = 7, 13
 
@@ -204,10 +204,11 @@ THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class Law(NamedTuple):
-    """Stiffness law of a pad at one compression, without units.
+    """Dimensionless stiffness law of a pad at one compressive strain.
 
     `pressure` and `pressed` are the pressure and its derivative by the strain. `values`, `slopes` and `bends` hold the
-    five stiffness curves of `pad.Courses`, their first and their second derivatives. `twist` is the twist stiffness.
+    five stiffness curves of `pad.Courses`, and their first and second derivatives by the strain. `twist` is the
+    stiffness of rotation in the plane of the pad.
     """
 
     pressure: Number
@@ -221,7 +222,8 @@ class Law(NamedTuple):
 class Load(NamedTuple):
     """A force of constant direction, the point where it acts, and a moment about this point.
 
-    Force and moment are in board axes. The point is in axes of the plate, from the middle of its near face.
+    Force and moment are in board axes. The point is in axes of the plate, from the middle of its face on the
+    pad. `is_moment` is False if the moment is zero, so that its terms are omitted.
     """
 
     force: Vector
@@ -250,16 +252,16 @@ def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
 def balance(
     law: Law, share: float, place: Vector, turn: Vector, load: Load, largest: float
 ) -> tuple[list[Number], Rows]:
-    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy less the work of the load.
+    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy minus the work of the load.
 
     The first three numbers belong to the place of the plate in the frame, the last three to its rotation vector.
 
     Parameters
     ----------
     law : Law
-        the pad at its compression
+        stiffness law of the pad at its present compression
     share : float
-        rotation of the frame over the plate's rotation
+        ratio of the frame's rotation to the plate's rotation
     place, turn : vectors of 3
         place in the frame (thicknesses) and rotation vector (rad) of the plate
     load : Load
@@ -342,7 +344,8 @@ def _cross(first: Vector, second: Vector) -> Vector:
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
 
-    The arm of the force turns by `share` of the rotation vector. `balance` defines the units. These are the
+    `arm` (3) is the point where the force acts; it is rotated by `share` times the rotation vector `turn`. `c` are
+    Stumpff's functions of the squared angle. `balance` defines the units. These are the
     derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
@@ -371,7 +374,8 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
 def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
 
-    The frame turns by `share` of the rotation vector. R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
+    The frame is rotated by `share` times the rotation vector `turn`. `c` are Stumpff's functions of the squared angle.
+    The force is R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
     """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
     odd_term, turned = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]

@@ -46,17 +46,18 @@ Beyond these strains a curve is constant (`pad_law.MOST_STRAIN`).
 STEP = (LAST - FIRST) / PIECES
 
 SMALL = 1e-6
-"""Step of the strain for the numerical derivative of the pressure, which is not tabulated."""
+"""Step of the strain for the numerical derivative of the pressure. Pressures are computed, not tabulated."""
 
 
 @record(eq=False)
 class Courses:
     """Stiffness curves of one pad, tabulated against the strain.
 
-    The five curves are shear along x and along y, the cubic term of shear, and tilt about x and about y. Both
-    directions share one cubic term, so that forces derive from an energy. Stresses are in shear moduli, moments in this
-    times the thickness. `squeeze` is the pressure by strain, `twist` the twist stiffness. `pieces` (pieces, 4, 5) are
-    coefficients of Hermite's cubics by the fraction of a piece.
+    The five curves are, in order: shear along x, shear along y, the cubic term of shear, tilt about x, tilt about y.
+    Both directions have the same cubic term, so that forces derive from an energy. Stresses are in shear moduli,
+    moments over area in shear modulus times thickness. `squeeze` returns the pressure at a strain. `twist` is the
+    stiffness of rotation in the plane of the pad. `pieces` (pieces, 4, 5) are the coefficients of Hermite's cubics in
+    the fraction (0 to 1) of a piece, from the constant term up, for each curve.
     """
 
     squeeze: pad_law.CompressionLaw
@@ -64,16 +65,17 @@ class Courses:
     twist: float
 
     def at(self, strain: Array) -> tuple[Array, Array]:
-        """Return values and slopes of the five stiffness curves at strains (n,), (n, 5) each."""
+        """Return values and derivatives by the strain of the five stiffness curves at strains (n), (n, 5) each."""
         part, (value, first, second, third) = self._piece(strain)
         return value + part * (first + part * (second + part * third)), (
             first + part * (2.0 * second + 3.0 * part * third)
         ) / STEP
 
     def law(self, strain: Array) -> Law:
-        """Return law at strains (n,), each number an array (n,), without units.
+        """Return the dimensionless stiffness law at compressive strains (n). Each number of the law is an array (n).
 
-        Hermite's cubics (textbook) give values and slopes. The slope of the pressure is a central difference.
+        Values and derivatives come from Hermite's cubics (textbook). The derivative of the pressure is a central
+        difference.
         """
         part, (value, first, second, third) = self._piece(strain)
         values = value + part * (first + part * (second + part * third))
@@ -83,7 +85,7 @@ class Courses:
         return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
     def law_at(self, strain: float) -> Law:
-        """Return law at one strain, in floats: `law` for a single number."""
+        """Return the dimensionless stiffness law at one compressive strain: `law` with floats."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
         part, pieces = place - piece, self.pieces[piece].T.tolist()
@@ -94,9 +96,9 @@ class Courses:
         return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
 
     def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
-        """Return the fraction (n, 1) of strains (n,) within their pieces, and the pieces' four coefficients.
+        """Return the position (n, 1) of strains (n) in their piece of the table, from 0 to 1, and four coefficients.
 
-        Each coefficient is an array (n, 5).
+        Each coefficient of the cubics is an array (n, 5), from the constant term up.
         """
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
@@ -106,7 +108,7 @@ class Courses:
 
 @lru_cache(maxsize=64)
 def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
-    """Tabulate the stiffness curves of a block, without units; the bulk modulus is in shear moduli.
+    """Tabulate the dimensionless stiffness curves of a block. `bulk_modulus` is divided by the shear modulus.
 
     Hermite's cubics (textbook) pass through the values and slopes of `pad_law`.
     """
@@ -130,25 +132,32 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
 
 
 TOLERANCE = 2e-6
-"""Largest last step (thicknesses and radians) with which the search for a pose ends.
+"""Limit for the last step of Newton's method (thicknesses and radians). The search for a pose ends below it.
 
-The remaining error is of second order in this step.
+The remaining error is proportional to the square of this step.
 """
 
 SQUARE = 0.2
-"""Step (thicknesses and radians) below which Newton's method converges quadratically."""
+"""Largest previous step (thicknesses and radians) from which the size of the next step is predicted.
+
+For smaller steps Newton's method converges quadratically.
+"""
 
 SETTLED = 1e-11
-"""Predicted next step (thicknesses and radians) below which the search for a pose ends."""
+"""Limit for the predicted next step of Newton's method (thicknesses and radians). The search ends below it."""
 
 ROUGHLY = 1e-3
-"""Relative tolerance of the strain with which the search for a pose begins."""
+"""Relative tolerance of the compressive strain at which the search for a pose starts."""
 
 FEW = 8
-"""Number of loads up to which each is solved by itself in floats. Arrays of so few numbers take longer."""
+"""Largest number of loads that are solved singly with floats. For more loads, arrays are faster."""
 
 FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
-"""Numbers of a pose that a load changes: all, the place, or the height only."""
+"""Unknowns in the search for a pose (place x, y, z, rotation vector), for three kinds of targets.
+
+`FREE`: all six. `LEVEL`: the place only, for a target with a fixed rotation. `STUCK`: for a target that only moves in
+height; its three place values change along one direction.
+"""
 
 SHEAR_STEPS = 4
 """Number of steps in which shear and moments are applied after the normal force.
@@ -173,7 +182,7 @@ class BondedPad:
         rim of the pad around the target, film bonded to pad, target and board, and webs. Webs on one side only move the
         centre of the pad's reaction
     height : float
-        distance (m) from the near face of the target to the face on which loads act
+        distance (m) from the target's face on the pad to the face on which loads act
     exponent : float
         exponent of Ogden's law with one term; 2 is neo-Hookean
     """
@@ -193,7 +202,7 @@ class BondedPad:
 
     @cached_property
     def block(self) -> pad_law.Block:
-        """The pad in thicknesses and shear moduli, seen along x.
+        """The pad as a dimensionless block with x as its first axis: lengths over thickness, moduli over shear modulus.
 
         Raises ValueError for sizes or moduli that are not positive.
         """
@@ -207,7 +216,7 @@ class BondedPad:
 
     @property
     def sigma(self) -> float:
-        """One relative standard deviation of the forces of the law."""
+        """Standard deviation of the forces by the law, relative to the force."""
         return pad_law.sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
@@ -218,7 +227,7 @@ class BondedPad:
         return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
-        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `part`.
+        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `pressure`.
 
         Raises ValueError for negative forces.
         """
@@ -232,7 +241,8 @@ class BondedPad:
     def force(self, poses: Array) -> Array:
         """Return force (N) and moment (N m), (n, 6) in board axes, that hold the target at poses (n, 6; m, rad).
 
-        The moment is about the displaced middle of the near face. The result is NaN if the target touches the board.
+        The moment is about the displaced middle of the target's face on the pad. The result is NaN if the target
+        touches the board.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not self._middle.any():
@@ -253,7 +263,7 @@ class BondedPad:
 
     @cached_property
     def _share(self) -> float:
-        """Rotation of the frame over the plate's rotation at which shear and tilt decouple.
+        """Ratio of the frame's rotation to the target's rotation with which shear and tilt have no coupling.
 
         It is 1/2 by symmetry, and less if the pad is wider than the plate; fitted to our own finite elements
         (tests/validation/pad_figures.csv).
@@ -271,9 +281,10 @@ class BondedPad:
         return wrench
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Return derivatives of the energy by place and by rotation vector, (n, 3) each.
+        """Return derivatives of the pad's energy by `place` and by the rotation vector `turn`, (n, 3) each.
 
-        They are in units of shear modulus times area, and of this times the thickness.
+        `place` (n, 3; thicknesses) is in the frame. Results are in shear modulus times area, and in shear modulus times
+        area times thickness.
         """
         law = self.courses
         strain = 1.0 - place[:, 2]
@@ -314,14 +325,14 @@ class BondedPad:
             normal force towards the board and shear along +x and +y (N); or with moments about x and y (N m);
             or force along x, y, z and moment
         is_held : bool
-            the target stays level, or at the rotation `turns`
+            the loads do not rotate the target: it stays level, or at the rotation `turns`
         at : array (n, 2), optional
-            distance (m) of the point of load from the middle of the outermost face. The point moves with the
-            target, and the load keeps its direction
+            point where the load acts (x, y; m), from the middle of the outermost face. The point moves with the
+            target, and the direction of the load is constant
         turns : array (n, 3), optional
-            angles (rad) at which the target is kept
+            fixed rotation angles of the target about x, y and z (rad)
         is_stuck : bool
-            the middle of the outermost face also keeps its place along x and y, so that shear forces have no effect
+            the middle of the outermost face cannot move along x and y, so that shear forces have no effect
 
         Returns
         -------
@@ -345,9 +356,10 @@ class BondedPad:
         return solved(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
     def _posed(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
-        """Return poses of `pose` for wrenches, load points and angles in the units of `balance`.
+        """Return poses (n, 6; m, rad) under wrenches (n, 6), in the units of `balance`.
 
-        The `free` numbers are solved for.
+        `points` (n, 3) are the load points, `turned` (n, 3; rad) the first or fixed angles. `free` selects the
+        unknowns: `FREE`, `LEVEL` or `STUCK`.
         """
         squeeze, start = self.courses.squeeze, np.zeros_like(wrenches)
         start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wrenches[:, 2].tolist()]
@@ -363,7 +375,7 @@ class BondedPad:
         return poses
 
     def _followed(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
-        """Return places (thicknesses) and angles (rad), (n, 6), of `_balanced`, with the load applied in steps.
+        """Return the result of `_balanced` (n, 6; thicknesses, rad) with the load applied in `SHEAR_STEPS` steps.
 
         Shear, moments, rotations and the distance of the load from the middle grow from step to step.
         """
@@ -377,10 +389,11 @@ class BondedPad:
         return there
 
     def _balanced(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
-        """Solve for equilibrium by Newton's method, from places and angles (n, 6).
+        """Return places and angles (n, 6; thicknesses, rad) in equilibrium, by Newton's method.
 
-        Only the `free` numbers of `balance` change. The result is NaN if the method does not converge, or if the
-        equilibrium is unstable. Lengths are in thicknesses, forces in shear moduli times area.
+        `start` (n, 6) are the first places and angles. Only the unknowns `free` change. The result is NaN if the method
+        does not converge, or if the equilibrium is unstable. Lengths are in thicknesses, forces in shear moduli times
+        area.
         """
         turn = rotations(start[:, 3:])
         vectors = rotation_vectors(turn)
@@ -419,7 +432,7 @@ class BondedPad:
         return poses
 
     def _lack_and_slope(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
-        """Return gradient (n, 6) and Hessian (n, 6, 6) of the energy by place and rotation vector, as in `balance`."""
+        """Return gradient (n, 6) and Hessian (n, 6, 6) of `balance` for `there` (n, 6): places and rotation vectors."""
         is_moment = bool(wrenches[:, 3:].any())
         if len(there) <= FEW:
             rows = zip(there.tolist(), wrenches.tolist(), points.tolist(), strict=True)
@@ -437,7 +450,7 @@ class BondedPad:
     def _lack_of_one(
         self, there: list[float], wrench: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """Return gradient (6) and Hessian (6 rows of 6) for one load, in floats, as in `balance`.
+        """Return gradient (6) and Hessian (6 rows of 6) of `balance` for one load, as floats.
 
         NaN if the plate touches the board.
         """
@@ -450,22 +463,22 @@ class BondedPad:
 
     @cached_property
     def _steps(self) -> Array:
-        """Steps (6; m and rad) of the numerical derivatives by the numbers of a pose."""
+        """Steps (6; m and rad) of the numerical derivatives by the six components of a pose."""
         return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
 
     @cached_property
     def _aside(self) -> Array:
         """Changes of a pose (13, 6; m and rad) for central differences.
 
-        First none, then each step forth, then each step back.
+        The first row is zero. Then follow the six positive steps, then the six negative steps.
         """
         return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
 
 
 KEPT = 64
-"""Number of loads in one call up to which poses are cached.
+"""Largest number of loads in one call whose poses are cached.
 
-Rules, data sheet, calibration and the designs of a study ask for equal loads.
+Rules, data sheet, calibration and the designs of a study often need the poses for equal loads.
 """
 
 

@@ -9,9 +9,10 @@ unit.
 
 `Ogden` holds factors for a silicone whose Ogden exponent alpha is not 2. Its energy is W = (2 mu / alpha^2) (sum of
 stretch^alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: -(alpha - 2)/4 of the strain for a bar, and
-(alpha^2 - 4)/24 of the squared shear. In a flat pad, material that is squeezed out is sheared by strain times place
-over thickness, times a factor from three (disc) to six (strip). This gives 13 to 14 times the squared shape factor. The
-remaining factors are fitted to our own finite elements with exponents 2 to 4 (tests/validation/ogden_figures.csv).
+(alpha^2 - 4)/24 of the squared shear. In a flat pad, material that bulges outwards is sheared. The shear is the strain
+times the distance from the middle over the thickness, times a factor from three (disc) to six (strip). This gives 13 to
+14 times the squared shape factor. The remaining factors are fitted to our own finite elements with exponents 2 to 4
+(tests/validation/ogden_figures.csv).
 """
 
 from __future__ import annotations
@@ -44,10 +45,11 @@ MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made;
 
 @record
 class Ogden:
-    """Strain-dependent factors on the neo-Hookean law, for a pad and a film with other Ogden exponents.
+    """Strain-dependent corrections of the neo-Hookean law for other Ogden exponents of pad and film.
 
-    `round`, `oblong` and `rimmed` describe the loaded face. `round` is 0 for a rectangle and 1 for an ellipse, `oblong`
-    is as in `Block`. `rimmed` is 0 for a pad without a rim and 1 for a pad with a wide rim.
+    `exponent` belongs to the pad, `skin_exponent` to the film. `shape_factor`, `round`, `oblong` and `rimmed` describe
+    the loaded face. `round` is 0 for a rectangle and 1 for an ellipse. `oblong` is `Block.oblongness`. `rimmed` is 0
+    for a pad without a rim and 1 for a pad with a wide rim.
     """
 
     exponent: float
@@ -59,7 +61,7 @@ class Ogden:
 
     @property
     def hardening(self) -> float:
-        """Factor of the squared shear in the force per shear, (alpha^2 - 4)/24.
+        """Factor of the squared shear strain in the relative increase of the shear stiffness, (alpha^2 - 4)/24.
 
         It is the second term of Ogden's law (1972) in simple shear (textbook).
         """
@@ -67,11 +69,11 @@ class Ogden:
 
     @property
     def film_hardening(self) -> float:
-        """`hardening` for the film."""
+        """The factor of `hardening`, for the Ogden exponent of the film."""
         return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
 
     def pressure(self, strain: Number) -> Number:
-        """Return factor on the pad's pressure at a strain.
+        """Return the factor on the neo-Hookean pressure of the pad at a compressive strain.
 
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
@@ -80,7 +82,7 @@ class Ogden:
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
-        """Return addition to the shear stiffness at a strain, relative to the stiffness at rest.
+        """Return the addition to the shear stiffness at a compressive strain, relative to the stiffness at rest.
 
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
@@ -89,9 +91,9 @@ class Ogden:
         return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
 
     def tilt(self, strain: Number) -> Number:
-        """Return factor on the tilt stiffness at a strain.
+        """Return the factor on the neo-Hookean tilt stiffness at a compressive strain.
 
-        It follows the slope of the pressure rather than the pressure. It is fitted to our own finite elements
+        It depends on the derivative of the pressure by the strain. It is fitted to our own finite elements
         (tests/validation/ogden_figures.csv).
         """
         square = self.shape_factor**2
@@ -99,7 +101,7 @@ class Ogden:
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
-        """Return change of a factor from 1 at a strain.
+        """Return the difference of a factor from 1 at a compressive strain, by coefficients `linear` and `square`.
 
         For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` (1/4 for a bar, textbook), and
         stiffer at larger strain. For exponents below 2 the signs are opposite, and the factor stays above 0.
@@ -111,63 +113,65 @@ class Ogden:
 
 
 MOST_STRAIN = 0.40
-"""Compressive strain above which the fitted stiffness curves are constant, so that an extrapolation cannot reverse."""
+"""Compressive strain above which the fitted stiffness curves are constant: extrapolated, they might fall."""
 
 LEAST_STRAIN = -0.20
 """Strain (negative: tension) below which the fitted stiffness curves are constant."""
 
 FIT_SIGMA = 0.025
-"""Relative standard deviation of a bare pad's force (tests/mechanics/test_pad.py with
-tests/validation/pad_figures.csv).
+"""Standard deviation of the law's force for a pad without rim, film and webs, relative to the force.
+
+Source: comparison with finite elements (tests/mechanics/test_pad.py, tests/validation/pad_figures.csv).
 """
 
 DOUBTED_SHAPES, DOUBTED_OBLONG = (1.0, 1.6), (2.0, 3.5)
-"""Shape factors, and ratios of length to width, between which `FIT_SIGMA` doubles.
+"""Ranges of the shape factor and of the ratio of length to width in which `FIT_SIGMA` grows to twice its value.
 
 Pads with a shape factor of 1.5 agree with finite elements within 4.5 % root mean square, faces of three to one within
 3.2 %. The doubled value holds beyond: a square of ten thicknesses differs by 3 % from finite elements of third degree.
 """
 
 RIM_SIGMA = 0.03
-"""Further relative standard deviation of the force of a pad that is wider than its target."""
+"""Additional standard deviation of the force, relative to the force, for a pad that is wider than its target."""
 
 FILM_SIGMA = 0.08
-"""Relative standard deviation of the part of the force in a film.
+"""Standard deviation of the part of the force that a film carries, relative to this part.
 
 Films were fitted to elements of third degree, which are up to 8 % stiffer than elements of fourth degree after a thin
 stiff film has buckled.
 """
 
 RIM_COUNTS = 0.1
-"""Width of a rim (thicknesses) over which `RIM_SIGMA` sets in.
+"""Width of a rim (thicknesses) at which 63 % of `RIM_SIGMA` apply: the factor is 1 - exp(-width / `RIM_COUNTS`).
 
 The narrowest validated rim, 0.25, has nearly the whole effect.
 """
 
 RIM_HIDES = 0.36
-"""Width of a rim (thicknesses) over which the effect of a film beyond it fades: an assumption, unverified."""
+"""Width of a rim (thicknesses) at which the effect of a film outside it falls to 1/e: assumed, unverified."""
 
 OGDEN_SIGMA = 0.01
-"""Relative standard deviation of the force per unit of the exponent's difference from 2, for shape factors up to 1.
+"""Standard deviation of the force, relative to the force, per unit of difference of the Ogden exponent from 2.
 
-It grows with the third power of larger shape factors.
+It holds for shape factors up to 1, and is multiplied by the third power of larger shape factors.
 """
 
 OGDEN_RIM = 0.3  # Thicknesses of rim within which the factors of an exponent go over into those of a wide rim
 OBLONG = 3.5  # Length over width up to which the law was held against finite elements
 
 FLATTEST = 2.0
-"""Shape factor up to which the stiffness curves were fitted (a square of eight thicknesses).
+"""Largest shape factor of the fitted stiffness curves (a square of eight thicknesses).
 
-Flatter pads use its curves.
+Pads with a larger shape factor use the curves for this value.
 """
 
 
 @record
 class Block:
-    """A loaded face on its pad, with lengths in thicknesses and moduli in shear moduli of the pad.
+    """Dimensionless description of a loaded pad: lengths over its thickness, moduli over its shear modulus.
 
-    `along` and `across` are the lengths along the axis of interest and across it. `round` is 0 for a rectangle and 1
+    `along` and `across` are the widths of the loaded face along the first axis and across it. The first axis is the
+    direction of the computed shear or tilt. `round` is 0 for a rectangle and 1
     for an ellipse. `rim` is the mean width by which the pad is wider than the face. `skin` and `skin_modulus` are
     thickness and shear modulus of the film around the face. `exponent` and `skin_exponent` are Ogden exponents. `webs`
     join a rectangular pad to its neighbours.
@@ -194,12 +198,12 @@ class Block:
 
     @property
     def turned(self) -> Block:
-        """The block with the other axis as the axis of interest."""
+        """The block with its two axes exchanged: the second axis becomes the first."""
         return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
 
     @cached_property
     def stiffer(self) -> Stiffer:
-        """Factors of the webs on the pad's stiffness."""
+        """Factors by which the webs increase the pad's stiffness."""
         return stiffened(self.along, self.across, self.rim, self.webs)
 
     @cached_property
@@ -216,7 +220,7 @@ class Block:
 
     @property
     def shape_factor(self) -> float:
-        """Loaded area over free area of a rectangle, a b / 2 (a + b); nearly equal for an ellipse."""
+        """Ratio of loaded area to free side area of a rectangle, a b / (2 (a + b)); nearly equal for an ellipse."""
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
@@ -226,7 +230,7 @@ class Block:
 
     @property
     def oblongness(self) -> float:
-        """Difference of the lengths over their sum: -1 is all across, 1 is all along."""
+        """Difference of the widths along and across the first axis over their sum, from -1 to 1; 0 for a square."""
         return (self.along - self.across) / (self.along + self.across)
 
 
@@ -254,21 +258,20 @@ def compression_modulus(block: Block) -> float:
 
 
 def _bonded(block: Block) -> float:
-    """Return weight (0 to 1) of the effects of bonded ends.
+    """Return the weight (0 to 1) of the effects of bonded faces in the compression law.
 
-    It is near 0 for a pad that is many times as high as wide.
-
-    It is fitted with `compression_modulus`.
+    It is near 0 for a pad that is many times as high as wide. The constant was fitted together with those in
+    `compression_modulus`.
     """
     return -math.expm1(-block.shape_factor / 0.1)
 
 
 def sigma(block: Block) -> float:
-    """Return relative standard deviation of the pad's force.
+    """Return the standard deviation of the force by the law, relative to the force.
 
-    It doubles smoothly for flat and for oblong faces. Finite elements of 22 pads (132 forces) differ by 1.6 % root mean
-    square if they have converged, all by 2.5 %, and pads left out of the fit by 3 %. Rims, films, webs and Ogden
-    exponents add their own.
+    Its basis is `FIT_SIGMA`, which doubles smoothly for flat and for oblong faces. Source: finite elements of 22 pads
+    (132 forces). Converged results differ by 1.6 % root mean square, all results by 2.5 %, and pads that the fit did
+    not use by 3 %. Rims, films, webs and Ogden exponents add further errors.
     """
 
     def part(value: float, bounds: tuple[float, float]) -> float:
@@ -289,10 +292,10 @@ def sigma(block: Block) -> float:
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:
-    """Return factor of a rim on a stiffness: 1 without rim, up to 1 + `most` at a shape factor of one.
+    """Return the factor by which a rim increases a stiffness: 1 without rim, up to 1 + `most` at a shape factor of 1.
 
-    The rim takes effect over the width `reach` (thicknesses). It is fitted to finite elements
-    (tests/validation/pad_figures.csv).
+    The increase is proportional to shape factor^(-`power`) and to 1 - exp(-rim / `reach`), in thicknesses. It is fitted
+    to finite elements (tests/validation/pad_figures.csv).
     """
     if block.rim <= 0.0:
         return 1.0
@@ -312,7 +315,8 @@ def _lindley(strain: Number) -> Number:
 class CompressionLaw:
     """Normal pressure against strain, in shear moduli.
 
-    The pressure is Lindley's strain measure times modulus (1 + first e + second e^2), plus the part of the film.
+    The pressure is Lindley's strain measure (`_lindley`) times a stiffness: `modulus` (1 + `first` e + `second` e^2) of
+    the pad at the strain e, plus the contribution of the film. `ogden` corrects both for other Ogden exponents.
     """
 
     modulus: float
@@ -337,9 +341,9 @@ class CompressionLaw:
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
-        """Return pressure over Lindley's strain measure, at strains within the bounds.
+        """Return pressure over Lindley's strain measure, at strains `bound` from `LEAST_STRAIN` to `MOST_STRAIN`.
 
-        `film` is the part of the film.
+        `film` is the contribution of the film at these strains.
         """
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
@@ -348,9 +352,9 @@ class CompressionLaw:
         return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
-        """Return the strain under a force of 0 or more over the loaded area, with relative tolerance `within`.
+        """Return the compressive strain under a pressure `load` (shear moduli, 0 or more).
 
-        The method is the secant method within bounds that are halved (textbook).
+        `within` is the relative tolerance of the strain. The method is the secant method with bisection (textbook).
         """
         low, high = 0.0, 1.0
         strain, slope, before = min(load / self.at_rest, 0.5), self.at_rest, (0.0, -load)
@@ -371,9 +375,9 @@ class CompressionLaw:
 
 
 def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
-    """Return the compression law of a block; the bulk modulus is in shear moduli.
+    """Return the compression law of a block. `bulk_modulus` is divided by the shear modulus.
 
-    It is fitted to finite elements over Lindley's law (tests/validation/pad_figures.csv).
+    The deviation from Lindley's law is fitted to finite elements (tests/validation/pad_figures.csv).
     """
     flat = block.flatness
     modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65) * block.stiffer.press
@@ -386,10 +390,10 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
 
 
 def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
-    """Return two functions of compression (n,): shear stiffness along the first axis, and its cubic term.
+    """Return two functions of the compressive strain (n): shear stiffness along the first axis, and its cubic term.
 
-    Both are in shear moduli: force over area and small shear strain, and force over area and the cube of the shear
-    strain.
+    Both are in shear moduli. The first is force over area and shear strain, for small shear. The second is the
+    coefficient of the cubed shear strain in the force over area.
 
     Notes
     -----
@@ -408,7 +412,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     of_film = film_hardening(block.skin_modulus) * film.rest
 
     def course(strain: Array) -> Array:
-        """Return force over area and small shear strain at compressions (n,), in shear moduli."""
+        """Return force over area and small shear strain at compressive strains (n), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         softened = 1.0 - first * e * (1.0 + second * e + third * e * e)
         if ogden is None:
@@ -418,7 +422,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
         return np.asarray(stiffness * (softened + ogden.shear(e)) + film(e) * in_film)
 
     def cubic(strain: Array) -> Array:
-        """Return force over area and cubed shear strain at compressions (n,), in shear moduli."""
+        """Return the cubic term (force over area and cubed shear strain; shear moduli) at compressive strains (n)."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
         stiffness_by_shear = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
         if ogden is None:
@@ -429,9 +433,9 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
 
 
 def tilt(block: Block) -> Callable[[Array], Array]:
-    """Return the tilt stiffness as a function of compression (n,): moment over area, thickness and angle.
+    """Return the tilt stiffness as a function of the compressive strain (n): moment over area, thickness and angle.
 
-    It is in shear moduli. The tilt raises one end of the first axis and lowers the other.
+    It is in shear moduli. The tilt raises one end of the face along the first axis and lowers the other end.
 
     Notes
     -----
@@ -449,7 +453,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     film = block.films[2]
 
     def course(strain: Array) -> Array:
-        """Return moment over area, thickness and angle at compressions (n,), in shear moduli."""
+        """Return moment over area, thickness and tilt angle at compressive strains (n), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         grown = (1.0 - e) ** -power * (1.0 + 0.844 * e - 1.407 * e * e)
         if ogden is None:

@@ -18,9 +18,9 @@ from numpy.polynomial import legendre
 from sitscad.basics.arrays import Array
 
 ORDER, NODES = 9, 28
-"""Number of even polynomials along each side, and of integration points along each side.
+"""Number of even Legendre polynomials along each side, and number of integration points along each side.
 
-The bending of plates in use (a few hundredths to one) is converged within 1e-4 from 7 polynomials on.
+With 7 polynomials or more, the result of `bending` is converged within 1e-4 (plates in use have 0.03 to 1).
 """
 
 POISSON = 0.3  # Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths
@@ -35,18 +35,18 @@ def rigidity(young_modulus: float, thickness: float) -> float:
 
 
 def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
-    """Return the displacement of a plate's middle less the displacement of its outermost point.
+    """Return the bending of a plate: the displacement of its middle minus the least displacement of its edge.
 
-    It is relative to the displacement of a rigid plate.
+    It is relative to the displacement of a rigid plate under the same force.
 
     Parameters
     ----------
     size, pressed : pairs of float
-        sides (m) of the plate, and of the part of its middle with an even load
+        side lengths (m) of the plate, and of the part in its middle that carries a uniform load
     is_round : bool
-        both are ellipses
+        plate and loaded part are ellipses; rectangles otherwise
     stiffness : array (n,)
-        flexural rigidity over stiffness of the springs per area (m4)
+        ratio of the plate's flexural rigidity (N m) to the stiffness of the springs per area (N/m3), in m4
 
     Returns
     -------
@@ -79,7 +79,8 @@ def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, flo
 def _places(is_round: bool) -> tuple[Array, Array]:
     """Return points (n, 2) and weights (n,) of an integral over the square from -1 to 1, or over the circle in it.
 
-    They are Gauss points along sides and radius, and even points along the angle.
+    They are Gauss points along both sides of the square. In the circle they are Gauss points along the radius, and
+    evenly spaced along the angle.
     """
     nodes, weights = legendre.leggauss(NODES)
     if not is_round:
@@ -100,10 +101,10 @@ def _polynomials(places: bytes) -> tuple[list[list[Any]], ...]:
 
 
 def _shapes(places: Array, half: Array) -> tuple[Array, Array, Array, Array]:
-    """Return products of even Legendre polynomials at points (n, 2) of the unit square, and their second derivatives.
+    """Return products of even Legendre polynomials at points, and their second derivatives; each array is (n, terms).
 
-    The derivatives (1/m2) are along x, along y and mixed; each array is (n, terms). Products beyond a total order are
-    left out, because a circle cannot distinguish them.
+    Points (n, 2) lie between -1 and 1, in units of the half sides `half` (m). The derivatives (1/m2) are along x, along
+    y and mixed. Products above a total order are omitted, because they are not independent on a disc.
     """
     values, slopes, bends = _polynomials(np.ascontiguousarray(places).tobytes())
     pairs = [(i, j) for i in range(ORDER) for j in range(ORDER) if i + j < ORDER]

@@ -1,10 +1,10 @@
 """Contributions of a film and of webs to a pad's stiffness.
 
-A film of thickness t and relative modulus m around pad and target is a wall. It bears in proportion to t m and the
-length of its foot, hinders the bulging of the pad, and buckles if it is thin and stiff. The remaining factors are
-smooth functions of the logarithms of m, t and the shape factor. Their terms are data, `sitscad/data/pad_films.csv`,
-fitted by tests/validation/fit_films.py to finite elements of films (tests/validation/pad_figures.csv). A film of the
-pad's own rubber was fitted to a wider pad.
+A film of thickness t and relative modulus m covers the sides of pad and target like a wall. The force that it carries
+is proportional to t m and to the perimeter of the face. It hinders the bulging of the pad, and buckles if it is thin
+and stiff. The remaining factors are smooth functions of the logarithms of m, t and the shape factor. Their terms are
+in `sitscad/data/pad_films.csv`, fitted by tests/validation/fit_films.py to finite elements of films
+(tests/validation/pad_figures.csv). A film of the pad's own rubber was fitted to a wider pad.
 
 Webs are strips of the pad's own rubber and thickness that join a pad to its neighbours. A web hinders the bulging of
 its side, and is pulled and sheared itself. Its effect is proportional to its width, and independent of its length if it
@@ -28,7 +28,11 @@ from sitscad.data import rows
 
 COURSES = ("press", "shear", "tilt")
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
-"""Ranges of the fit: relative moduli, thicknesses of the film, and shape factors. Values are clipped to them."""
+"""Ranges of the fit as (lowest, highest); values outside are clipped.
+
+`MODULI` are shear moduli of the film over the pad's, `SKINS` film thicknesses over the pad's thickness, and `SHAPES`
+shape factors of the face.
+"""
 
 MOST = 0.35  # Strain from which on a film's share stays as it is
 GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film is worked out
@@ -38,9 +42,10 @@ GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film
 class Film:
     """Contribution of a film to one stiffness, in shear moduli.
 
-    `rest` is the contribution at rest and `course` the coefficients of its change with strain. `pulled` is the slope
-    for a small pull, which occurs if shear draws the pad down. `floor` is the least relative contribution at evenly
-    spaced strains from 0 to `MOST`, with which the force in the film never decreases.
+    `rest` is the contribution at zero strain. `course` holds the four coefficients of its change with strain
+    (`_shares`). `pulled` is the slope of the relative contribution for a small tension, which occurs if shear lowers
+    the target. `floor` is the least relative contribution at evenly spaced strains from 0 to `MOST`. With it, the force
+    in the film never decreases with strain. Empty if there is no such limit.
     """
 
     rest: float = 0.0
@@ -49,7 +54,7 @@ class Film:
     floor: tuple[float, ...] = ()
 
     def __call__(self, strain: Array) -> Array:
-        """Return the contribution at strains (n,), in shear moduli. It is linear for a small pull."""
+        """Return the contribution (n; shear moduli) at compressive strains (n). It is linear in small tension."""
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
@@ -59,7 +64,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """Return the contribution at one strain, in shear moduli, as `__call__`."""
+        """Return the contribution (shear moduli) at one compressive strain; equal to `__call__`."""
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)
@@ -75,7 +80,10 @@ class Film:
 
 
 def _shares(coefficients: tuple[float, float, float, float], e: Array) -> Array:
-    """Return the contribution at strains (n,) relative to rest: 1 - q (exp(-e / QUICK) - 1) and a cubic, as fitted."""
+    """Return the contribution at strains e (n) over the contribution at rest.
+
+    It is 1 - q (exp(-e / `QUICK`) - 1) + l e + s e^2 + c e^3, with the fitted `coefficients` (q, l, s, c).
+    """
     quick, linear, square, cubic = coefficients
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (linear + e * (square + e * cubic)))
 
@@ -87,17 +95,18 @@ LEAST_PULL = -0.05  # Strain of a pull from which on a film's share stays as it 
 def film_hardening(modulus: float) -> float:
     """Return the cubic coefficient of a film's shear force over its shear stiffness at rest.
 
-    It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear of 0.4. A film of the
-    pad's own rubber has none.
+    It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear of 0.4. It is 0
+    for a film of the pad's own rubber.
     """
     return 0.35 * math.log(_within(modulus, MODULI))
 
 
 def units(length: float, width: float, shape: float, film: float) -> dict[str, float]:
-    """Return the plain statics (textbook) of a wall around a face by name, in shear moduli.
+    """Return the stiffness contributions (shear moduli) of an unbuckled wall around a face, by name (textbook).
 
-    `film` is t m, thickness times relative modulus. The values are the bearing over the area of the face, the shear of
-    the two walls along the force, and the second moment of all four walls.
+    `length` and `width` (thicknesses) are the face's, `shape` is its shape factor. `film` is t m, thickness times
+    relative modulus. "press" is the wall's compression stiffness over the area of the face. "shear" is the stiffness of
+    the two walls along the force, and "tilt" the bending stiffness of all four walls.
     """
     return {
         "press": film / shape,
@@ -107,9 +116,11 @@ def units(length: float, width: float, shape: float, film: float) -> dict[str, f
 
 
 def terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
-    """Return the terms of the fitted factors on `units` by name.
+    """Return the values of the terms in the fitted corrections of `units`, by the term's name in the data file.
 
-    `skin` is the thickness of the film in thicknesses of the pad, `modulus` its relative modulus.
+    Names are products of u, v and s, the scaled logarithms of modulus, film thickness and shape factor, and of o
+    (`oblong`) and r (`circular`). `skin` is the thickness of the film in pad thicknesses, `modulus` its relative
+    modulus.
     """
     u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
     v = math.log(_within(skin, SKINS) / 0.1)
@@ -138,20 +149,21 @@ def films(
 ) -> tuple[Film, Film, Film]:
     """Return the contributions of a film to pressure, to shear along the first axis, and to tilt of this axis.
 
-    They are over the area of the face, in shear moduli: `units` times the exponential of the fitted sum of `terms`.
+    They are stiffness over the area of the face, in shear moduli: `units` times the exponential of the fitted sum of
+    `terms`.
 
     Parameters
     ----------
     length, width, shape : float
-        lengths of the face (thicknesses) and its shape factor
+        lengths of the face along and across the first axis (thicknesses), and its shape factor
     oblong : float
-        from -1, all across, to 1, all along
+        (length - width) / (length + width)
     circular : float
         0 for a rectangle, 1 for an ellipse
     skin, modulus : float
         thickness of the film (thicknesses of the pad) and its relative shear modulus
     faded : float
-        factor for the width of the rim
+        factor by which a rim between film and face reduces the contribution: 1 without a rim
     """
     if not skin * modulus:
         return Film(), Film(), Film()
@@ -171,13 +183,17 @@ def films(
 
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
-    """Return the coefficients of these terms as an array (curves, terms, 5)."""
+    """Return the coefficients of the named terms, (curves, terms, 5). The order of the curves is `COURSES`."""
     return np.array([[table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
 
 
 @cache
 def table() -> dict[str, dict[str, tuple[float, ...]]]:
-    """Return the fitted coefficients by curve and term: the logarithm at rest, then four coefficients of the strain."""
+    """Return the five fitted coefficients by curve (`COURSES`) and term.
+
+    The first is a coefficient of the logarithm of the contribution at rest. The others are coefficients of its change
+    with strain (`_shares`).
+    """
     terms_by_course: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     for row in rows("pad_films"):
         values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
@@ -191,16 +207,20 @@ def _within(value: float, bounds: tuple[float, float]) -> float:
 
 
 WEB_SIGMA = 0.2
-"""Relative standard deviation of the contribution of webs to a pad's force.
+"""Standard deviation of the contribution of webs to a pad's force, relative to this contribution.
 
-At rest the law is within 15 % of finite elements. For a neo-Hookean square, the contribution at 10 % compression equals
-that at rest within 2 %. It is assumed constant beyond.
+At small strain the law is within 15 % of finite elements. For a neo-Hookean square, the contribution at 10 %
+compression differs by less than 2 % from the contribution at rest. It is assumed to be constant beyond.
 """
 
 
 @record
 class Webs:
-    """Webs of one width (thicknesses) at the sides -x, +x, -y and +y of a pad: `grip` of each side, 0 without web."""
+    """Webs at the sides of a pad, all of one `width` (thicknesses).
+
+    `left`, `right`, `front` and `back` are the sides -x, +x, -y and +y. Each value is `grip` of the web at this side,
+    or 0 without a web.
+    """
 
     width: float = 0.0
     left: float = 0.0
@@ -210,7 +230,7 @@ class Webs:
 
     @property
     def turned(self) -> Webs:
-        """The webs with the other axis as the first."""
+        """The webs with x and y exchanged."""
         return Webs(self.width, self.front, self.back, self.left, self.right)
 
 
@@ -219,9 +239,10 @@ NO_WEBS = Webs()
 
 @record
 class Stiffer:
-    """Factors of webs on the stiffness of a bare pad: pressure, shear and tilt along the first axis, and twist.
+    """Factors by which webs increase the stiffness of a pad: 1 without webs.
 
-    `aside` is the displacement (thicknesses) of the centre of pressure along this axis.
+    `press` is for compression, `shear` and `tilt` for shear and tilt along the first axis, and `twist` for rotation in
+    the plane of the pad. `aside` is the displacement (thicknesses) of the centre of pressure along the first axis.
     """
 
     press: float = 1.0
@@ -234,14 +255,16 @@ class Stiffer:
 def grip(length: float) -> float:
     """Return the effect of a web of a `length` (thicknesses), relative to the effect of a long web.
 
-    The other end of a short web is held by the bonded target there. It is fitted to our own finite elements
-    (tests/validation/web_figures.csv).
+    It is larger for a short web, because the neighbouring target holds the web's other end. The formula is fitted to
+    our own finite elements (tests/validation/web_figures.csv).
     """
     return 1.0 + 1.1 * math.exp(-length / 0.6)
 
 
 def stiffened(length: float, width: float, rim: float, webs: Webs) -> Stiffer:
-    """Return the factors of webs on the stiffness of a rectangular pad with a rim on all sides; lengths in thicknesses.
+    """Return the factors of webs on the stiffness of a rectangular pad with a rim of equal width on all sides.
+
+    `length` and `width` are the lengths of the face along and across the first axis, all in thicknesses.
 
     The form is derived here and the constants are fitted to our own finite elements (tests/validation/web_figures.csv):
     `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt` and `twist` for their levers.
