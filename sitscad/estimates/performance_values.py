@@ -217,12 +217,12 @@ class Performance:
 
 
 def _finite(value: float) -> float | None:
-    """Return a finite figure unchanged. None if it is infinite, as the noise on an axis without a signal is."""
+    """Return a finite number unchanged. None if it is infinite, such as the noise on an axis without a signal."""
     return value if math.isfinite(value) else None
 
 
 def worst_of(each: Sequence[Performance]) -> Performance:
-    """Return the working point of several cells, with the worst figure of all cells for each value.
+    """Return the performance of several cells at one working point: for each value, the worst of all cells.
 
     Coils of different cells are matched by their place in the cell.
     """
@@ -273,19 +273,19 @@ def _farthest(numbers: Sequence[float]) -> float:
 
 OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a tare there"
                          for what in ("nothing", "1 mm", "2 mm"))
-"""Names of the errors by the other jaw's metal, by the object between that jaw and the sensor (`other_jaw.GRASPED`)."""
+"""Names of the errors by the other jaw's metal, in the order of the grasped thicknesses in `other_jaw.GRASPED`."""
 
 UNMEASURED = "at full scale, which is not measured"
-"""Suffix of error causes by force axes that the array cannot measure."""
+"""Text after the name of a force axis that the coils cannot measure, in the name of the error by this force."""
 
 TILTED = "tilt of "
-"""Beginning of the name of the error by a tilted contact. The angle follows."""
+"""Text before the angle in the name of the error by a tilted contact."""
 
 
 def lasts_tared(cause: str) -> bool:
-    """Whether an error by this cause remains in a calibrated unit.
+    """Return whether an error by this cause remains in a calibrated unit that is tared before each grasp.
 
-    The unit is tared before each grasp, and no unmeasured loads act.
+    No loads act on axes that the sensor does not measure.
     """
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
     return is_tared if is_drift else not any(word in cause for word in (*PASSING, "not measured", "manufacture"))
@@ -300,9 +300,9 @@ def combined_error(errors: Mapping[str, float]) -> float:
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
-    """Return the largest error (N) that neither calibration nor tare removes, and its cause.
+    """Return the largest error (N, N m) that neither calibration nor tare removes, and its cause.
 
-    It is infinite on an axis without a signal; there the document has None.
+    It is infinite on an axis without a signal. `errors` has None for infinite values if it is from a JSON document.
     """
     lasting = {
         cause: math.inf if error is None else error
@@ -314,7 +314,10 @@ def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
 
 
 SENSELESS = 10.0
-"""Error, in full scales, from which on no digits are shown: the first-order result is then meaningless."""
+"""Largest error of an axis, over its full scale, that is shown as a number.
+
+A larger result of the first-order calculation is meaningless.
+"""
 
 
 def of_full_scale(error: float, full: float, axis: str = "normal") -> str:

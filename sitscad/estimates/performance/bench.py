@@ -66,7 +66,7 @@ class Bench:
 
     @cached_property
     def farthest(self) -> Mapping[str, float]:
-        """Largest load (N, N m) of every axis by the pad's strain, shear and tilt."""
+        """Largest load (N, N m) on every axis for which the pad's law is trusted: by its strain, shear and tilt."""
         shear = shear_at(self.spec, VALID_SHEAR)
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         if not self.range.has_moments:

@@ -35,11 +35,11 @@ class Curve:
 
 @record(eq=False)
 class Curves:
-    """Curves of all measured axes, with shear at rest, half and full normal force.
+    """Curves of all measured axes. Axes other than normal have curves at rest, half and full normal force.
 
-    It has the coils' places (coils, 2; m), and for every shear axis the inductances (normal, shear, coils; H) over the
-    working range. `held` (N) is the shear force up to which the pad's law was tested with finite elements. Beyond,
-    curves are extrapolated.
+    `places` (coils, 2; m) are the coils' centres. `ranges` holds, for every such axis, inductances (normal, shear,
+    coils; H) over the working range. `held` (N) is the shear force up to which the pad's law was tested with finite
+    elements. Beyond it, curves are extrapolated.
     """
 
     coils: tuple[str, ...]

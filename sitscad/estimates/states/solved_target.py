@@ -65,9 +65,9 @@ def _placed(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
 class SolvedStates:
     """Solved effect of the level target on the coils in its states (`names`).
 
-    `band` are the two frequencies (Hz) of the solution. `totals` are changes of the inductance matrix of the bare
-    windings (H, complex), by state: (2, coils, coils). `errors` are bounds for each coil's own change (H) and its loss
-    (ohm), by state: (coils, 2), with the signs of change and loss.
+    `totals` holds changes of the inductance matrix of the bare windings by state: (2 frequencies, coils, coils; H,
+    complex). The frequencies are `band`. `errors` holds bounds of each coil's own change (H) and loss (ohm) by state:
+    (coils, 2), with the signs of change and loss.
     """
 
     near: NearTarget

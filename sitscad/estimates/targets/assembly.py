@@ -70,9 +70,9 @@ class Surroundings:
 class AssemblyStates:
     """States of a sensor with the coils' surroundings in each, the gaps (m) by name, and notes about the model.
 
-    `ranges` are the states by name with one sigma less and one sigma more of each cause that scatters the gap (see
-    `pressing`). `compressions` are the pads of the pressed states, and `scatters` their scatter. `refused` holds the
-    reason for each state of the table `STATES` that is absent although the sensor has its parts.
+    `ranges` holds two surroundings for each (state, cause): with one sigma less and with one sigma more of the cause.
+    `compressions` holds the pad of each pressed state by name, and `scatters` the pad's standard deviations. `refused`
+    holds the reason for each state of the table `STATES` that is absent although the sensor has the required parts.
     """
 
     states: tuple[Surroundings, ...]
@@ -149,7 +149,10 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 def _metal_ranges(
     spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
 ) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
-    """Return states with one sigma less and more of causes that change metal, or its height behind the board."""
+    """Return the surroundings in each state with one sigma less and with one sigma more, by (state, cause).
+
+    The causes change the thickness of metal or its distance behind the board.
+    """
     ranges = {}
     for cause in causes:
         if not sigmas.get(cause):
@@ -167,13 +170,16 @@ def _metal_ranges(
 
 
 MIN_REFLECTION_CHANGE = 1e-4
-"""Smallest change of a reflection factor that counts. Metal behind a shield, or deep in a jaw, changes it less."""
+"""Change of a reflection factor up to which two surroundings count as equal.
+
+Metal behind a shield, or deep in a jaw, changes the factor less.
+"""
 
 WAVE_NUMBERS = np.array([3e2, 1e3, 3e3])
-"""Wave numbers (1/m) of the comparison: the fields of coils of some millimetres."""
+"""Wave numbers (1/m) at which reflection factors are compared: the fields of coils of some millimetres."""
 
 COMPARISON_FREQUENCY = 5e6
-"""Frequency (Hz) of the comparison."""
+"""Frequency (Hz) at which reflection factors are compared."""
 
 
 def _is_seen(first: Surroundings, second: Surroundings) -> bool:

@@ -43,9 +43,10 @@ FREQUENCY = 5e6
 
 @record
 class TargetRatios:
-    """Ratios of the target's effect to an infinite plate's, by coil name and state, and notes about them.
+    """Ratios of the target's effect to an infinite plate's effect, by (coil name, state), and notes about them.
 
-    `shares` belong to the inductance, `losses` to the resistance. The errors are relative to each ratio.
+    `shares` are the ratios of the inductance changes, `losses` the ratios of the losses. `error` and `loss_error` are
+    the largest errors, relative to the ratio.
     """
 
     shares: Mapping[tuple[str, str], float]
@@ -77,9 +78,10 @@ NO_RATIOS = TargetRatios({}, {}, ())
 
 @record
 class SheetRatios:
-    """Ratios of inductance and loss at places (n,), with their relative errors.
+    """Ratios of the target's effect to an infinite plate's effect, for coils at n places under the target.
 
-    `magnetic` is whether the target draws the field in.
+    `shares` (n) are for the inductance change, `losses` (n) for the loss. `error` and `loss_error` are relative errors
+    of all ratios. `magnetic` is true if the target acts more like a magnet than like a conductor.
     """
 
     shares: Array
@@ -94,9 +96,9 @@ def target_ratios(
 ) -> TargetRatios:
     """Return the ratios of all coils in all states with a target.
 
-    `heights` (m) are the mid-planes of the coils' layers. Places are the coils' centres in the target's own axes, about
-    its centre; mirrored places are solved once. Other shapes count as round coils with equal area turn by turn.
-    Elongated coils are shortened.
+    `heights` (m) are the mid-planes of the coils' layers. A place is the coil's centre relative to the target's centre,
+    in the target's axes. Mirrored places are solved once. Other shapes count as round coils whose turns have equal
+    areas. Elongated coils are shortened.
     """
     covered = _covered(states)
     if spec.target is None or not covered:

@@ -31,17 +31,19 @@ FILLING = 3.0
 STATED = 0.10  # Stated relative error of the own capacitance: additions by metal below it have no note
 
 CAPACITANCE_ERROR, FEW_TURNS_CAPACITANCE_ERROR = 0.20, 0.30
-"""Relative error of the own capacitance of windings with at least `FEW_TURNS` a layer, and of those with fewer. Random
-coils of two to four layers were compared with rings of charge, averaged over the shifts between the turns of two layers
-(tests/validation/test_charged_rings.py)."""
+"""Relative error of the own capacitance: at least `FEW_TURNS` turns in each layer, and fewer turns.
+
+Random coils of two to four layers were compared with rings of charge, averaged over the shifts between the turns of two
+layers (tests/validation/test_charged_rings.py).
+"""
 
 FEW_TURNS = 4.0
 
 PLACES = (24, 8)
-"""Number of places along the turns that all layers share, and along each further stretch that only some layers have.
+"""Numbers of places along the turns: on turns that all layers have, and on each stretch that only some layers have.
 
-The voltages are taken at these places. The numbers do not depend on the number of turns, so a tiny change of turns
-changes nothing. The result is within 0.2 % of that with four times as many (1.5 to 30 turns, one to eight layers).
+The voltages are computed at these places. The numbers do not depend on the number of turns, so the result changes
+smoothly with the turns. Quadrupled numbers change the result by 0.2 % at most (1.5 to 30 turns, one to eight layers).
 """
 
 
