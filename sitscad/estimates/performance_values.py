@@ -52,7 +52,7 @@ def shown_scales(axes: Sequence[str]) -> Array:
 
 
 def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return tables by axis as parts of a document, split by unit.
+    """Return a table by axis as parts of a document, split by unit.
 
     Forces are under the key `before` + "N" + `after`. Moments, if there are any, are under the same key with "Nm".
     """

@@ -127,9 +127,9 @@ def joined(spec: SensorSpec) -> Webs:
 
 
 def formula_sigma(spec: SensorSpec) -> float:
-    """Return the relative standard deviation of the loaded pad's stiffness by the law.
+    """Return the relative standard deviation of the loaded pad's stiffness, by the formula for bonded blocks.
 
-    For several cells it is for their mean pad, with the difference between pads that have more and fewer webs.
+    For several cells it is for their mean pad. It then includes the differences between pads with more and fewer webs.
     """
     pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None
@@ -139,7 +139,7 @@ def formula_sigma(spec: SensorSpec) -> float:
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
-    """Return the factor, by cell, by which webs make its pad stiffer against compression."""
+    """Return the ratio of the pad's stiffness with webs to the stiffness without, under compression, for each cell."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
     return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
@@ -159,7 +159,7 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
 
 @lru_cache(maxsize=256)
 def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
-    """Return `loaded_face` for footprints of pad and target, cached because all states and causes need the same few."""
+    """Return `loaded_face` for footprints of pad and target. States and causes share the cached results."""
     whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
         return whole, 0.0

@@ -1,7 +1,7 @@
-"""Response of a sensor as a small table, for a web page on which a reader loads the sensor.
+"""Response of a sensor as a small table, for a web page on which a reader applies loads to the sensor.
 
-It has frequencies and poses over forces and tilt of a level target, or over forces and moments of a target that is free
-to tilt.
+For a level target, the table has frequencies and positions over forces and tilt. For a target that is free to tilt, it
+has frequencies and poses over forces and moments.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}
-"""Inputs of the table in their order, by the rotation of the target."""
+"""Names of the table's inputs in their order, for a target that is held level or free to tilt."""
 
 DEGREE, TILT_DEGREE = 7, 3  # Degrees of the polynomials in a level target's forces, and of the tilt terms
 FREE_DEGREE = 5  # Degree of the polynomials in forces and moments of a free target
@@ -33,9 +33,7 @@ PRESSES = 20  # Points of a free target under normal force alone, the most commo
 ASKED = 16, 8  # Additional points, level and tilted, on which the table is tested
 
 DOWN = 0.4
-"""Fraction of the height under a level target's edge, at the table's largest force, by which a tilt may lower the
-edge.
-"""
+"""Largest lowering of a target's edge by the table's tilt, over the target's height at the largest force."""
 
 STEEPEST = math.radians(3.0)  # The largest tilt (rad)
 BEYOND = 1.2  # Extent of the table relative to the working range, so that a reader sees the range's end
@@ -43,11 +41,11 @@ BEYOND = 1.2  # Extent of the table relative to the working range, so that a rea
 
 @record(eq=False)
 class ResponseTable:
-    """Polynomials in the `INPUTS`, each scaled to -1 to 1.
+    """Response of a sensor as polynomials in the `INPUTS`, each scaled to -1 to 1.
 
-    They are for ln of every coil's frequency over that at `rest` (Hz), and for the target's travel (m) along x, y and
-    z. If the target is free to tilt, its rotations (rad) about x and y follow. `through` has the inputs' ends (5; N,
-    then rad or N m), exponents (terms, 5) and coefficients (terms, coils + 3 or coils + 5). `error` is the largest
+    The outputs are ln(frequency / frequency at `rest`) of every coil, then the target's travel (m) along x, y and z. If
+    the target is free to tilt, its rotations (rad) about x and y follow. `through` holds the ends of the inputs (5; N,
+    then rad or N m), exponents (terms, 5) and coefficients (terms, outputs). `rest` is in Hz. `error` is the largest
     error of the frequencies at solved points, relative to their span.
     """
 

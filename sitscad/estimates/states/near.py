@@ -1,4 +1,4 @@
-"""Target and coils, solved for all poses of a cover. States and responses share this solution."""
+"""Target and coils, solved for all poses of a range. States and responses share this solution."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ POINTS = 8
 
 @record(eq=False)
 class NearTarget:
-    """Target and coils for all poses of a cover, over a band: one frequency (Hz), or the two ends of a range.
+    """Target and coils, solved for all poses of `cover`, a range of poses, over `band`.
 
-    Each part is solved at its first use and cached. `finer` multiplies the usual resolution of the target.
+    `band` (Hz) is one frequency, or the two ends of a range. Each part is solved at its first use and cached. `finer`
+    multiplies the usual resolution of the target.
     """
 
     wound: SolvedWindings
@@ -88,9 +89,9 @@ class NearTarget:
 
     @cached_property
     def crowding(self) -> Callable[[Array], ComplexArray]:
-        """Function of frequency: change of current crowding by an infinite plate, by height.
+        """Function of frequency: change of current crowding by an infinite plate, for each of `heights`.
 
-        It is relative to the plate's whole change.
+        It is relative to the plate's change of the inductance.
         """
         heights = np.exp(self.heights).tolist()
         return curves(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights], axis=1), 4)

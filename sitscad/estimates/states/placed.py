@@ -92,7 +92,7 @@ def at_rest(spec: SensorSpec) -> Array:
 def tabled(coil: CoilSpec, reach: float) -> float:
     """Return the distance (m) from a coil up to which its potential is tabulated.
 
-    `reach` (m) is the largest distance of points from the coils' middle.
+    `reach` (m) is the largest distance, from the coils' middle, of points at which the potential is required.
     """
     return min(reach, (WIDEST / ROOM - 0.5) * max(coil.size))
 
@@ -127,9 +127,9 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
 class PoseRange:
     """Range of poses for which a solution of a target holds.
 
-    `lowest` (m) is the lowest height in the layout's coordinates, and `reach` (m) the largest distance from the coils'
-    middle. `half` (m) are half the sides of the solved part of the target, and `error` is the relative error of leaving
-    out the rest.
+    `lowest` (m) is the lowest height of the target in the layout's coordinates. `reach` (m) is the largest distance of
+    its points from the coils' middle. `half` (m) are half the sides of the solved part of the target. `error` is the
+    relative error of an inductance change if the rest of the target is left out.
     """
 
     lowest: float
@@ -138,7 +138,7 @@ class PoseRange:
     error: float = 0.0
 
     def serves(self, other: PoseRange) -> bool:
-        """Whether a solution for this cover also serves all poses of the other cover."""
+        """Whether a solution for this range of poses also serves all poses of the other range."""
         return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
                 and other.half[1] <= self.half[1])
 
@@ -184,7 +184,7 @@ class TargetPoses:
     def cover(
         self, target: Target, coil: CoilSpec, coils: Sequence[Coil], middle: tuple[float, float]
     ) -> PoseRange:
-        """Return a cover that serves these poses over coils with the dimensions `coil` and a `middle` (m).
+        """Return a range that serves these poses over coils with the dimensions `coil` and a `middle` (m).
 
         Its values are rounded to steps, so that a solution serves many poses.
         """

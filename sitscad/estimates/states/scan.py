@@ -82,9 +82,10 @@ class Changes:
 def mapped(
     exact: Exact, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
 ) -> Changes:
-    """Return the changes at poses. More than `FEW` poses are interpolated if that is accurate enough.
+    """Return the changes at poses (n, 6). More than `FEW` poses are interpolated if that is accurate enough.
 
-    `scale` (H) is the free inductance.
+    `scale` (H) is the free inductance. `tolerance` is the largest error by interpolation, over the larger of a change
+    and 1 % of `scale`.
     """
     if len(poses) > FEW:
         changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
@@ -112,7 +113,7 @@ def _interpolated(
 ) -> Changes | None:
     """Return changes interpolated from a grid of poses.
 
-    None if that costs more than solving every pose, or if its error exceeds the tolerance.
+    None if the grid has too many points to save time, or if the error by interpolation exceeds the tolerance.
     """
     low, high = poses.min(axis=0), poses.max(axis=0)
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]

@@ -63,8 +63,8 @@ if TYPE_CHECKING:
 class Tuned:
     """Every coil as a circuit, with the chosen tank and the converter's settings.
 
-    `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` are the states
-    without values, with reasons. `damped` are the states whose tank does not oscillate, with their quality factor.
+    `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` holds the reason for
+    each state without values. `damped` holds the quality factor for each state in which a tank does not oscillate.
     """
 
     wound: SolvedWindings

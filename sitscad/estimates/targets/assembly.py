@@ -444,11 +444,12 @@ class Reflection:
 
 
 class SolvedReflection(Reflection):
-    """A reflection with the solved effect of the real target.
+    """A reflection with the solved effect of the real target, in place of an infinite plate's effect times a ratio.
 
-    `solved` holds two frequencies (Hz), the changes of the inductance matrix of all coils at both (2, coils, coils; H,
-    complex), and a spectrum with their frequency dependence. `number` is this coil's. `errors` bound its own change (H)
-    and its loss (ohm). `crowded` is the relative addition of current crowding to its own change, by frequency (Hz).
+    `solved` holds three items: two frequencies (Hz), the changes of the inductance matrix of all coils at both (2,
+    coils, coils; H, complex), and the spectrum by which they are interpolated. `number` is the index of this coil.
+    `errors` are bounds of its own change (H) and of its loss (ohm). `crowded` is a function of frequency (Hz): the
+    addition of current crowding to its own change, relative to this change.
     """
 
     def __init__(
