@@ -45,7 +45,7 @@ def in_line(path: Path) -> list[Segment]:
 
 
 STRAIGHT = 1e-4
-"""Angle (rad) between two straight pieces up to which they count as one straight piece."""
+"""Largest angle (rad) between two pieces that together are a straight line."""
 
 
 def _turn(chord: Segment, following: Segment) -> float:

@@ -33,7 +33,7 @@ STEPS = 12
 
 
 @record(eq=False)
-class Cause:
+class PossibleCause:
     """A cause that changes the impedance of a coil by parameters.
 
     ``impedance`` returns the changed coil for parameter values, and `text` states the cause with the values and their
@@ -130,7 +130,7 @@ SCATTER = 0.5
 """Scatter of single points over the meter's error. Most of a meter's error is equal at neighbouring frequencies."""
 
 
-def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[Cause]:
+def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[PossibleCause]:
     """Yield all causes that can change this coil in the direction of the measured impedances (n; ohm)."""
     yield from _manufacturing_causes(variants)
     yield from _winding_causes(variants)
@@ -139,18 +139,18 @@ def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[Cause]
         yield from (_metal_cause(variants, metal) for metal in METALS)
 
 
-def _manufacturing_causes(variants: CoilVariants) -> Iterator[Cause]:
+def _manufacturing_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     coil, stackup = variants.spec.coil, variants.spec.fpc.stackup
     width, pitch = coil.trace_width, coil.pitch
     copper = stackup.copper[coil.layers[0] - 1].thickness
-    yield Cause(
+    yield PossibleCause(
         "etched width", lambda values: variants.with_width(values[0]),
         lambda values, sigmas: f"the tracks are {_with_sigma(values[0], sigmas[0], 'm')} wide; drawn are "
                                f"{show(width, 'm')}",
         ((0.9 * width,), (1.1 * width,)), (0.25 * width,), (min(3.0 * width, width + 0.9 * (pitch - width)),),
         (0.02 * width,),
     )
-    yield Cause(
+    yield PossibleCause(
         "copper thickness", lambda values: variants.with_copper(math.exp(values[0])),
         lambda values, sigmas: f"the copper is {_with_sigma(copper * math.exp(values[0]), copper * sigmas[0], 'm')} "
                                f"thick; the stack-up has {show(copper, 'm')}",
@@ -159,7 +159,7 @@ def _manufacturing_causes(variants: CoilVariants) -> Iterator[Cause]:
     if len(coil.layers) > 1:
         layers = [stackup.copper[each - 1] for each in coil.layers]
         film = abs(layers[0].z - layers[1].z) - 0.5 * (layers[0].thickness + layers[1].thickness)
-        yield Cause(
+        yield PossibleCause(
             "distance of layers", lambda values: variants.with_films(math.exp(values[0])),
             lambda values, sigmas: f"{_with_sigma(film * math.exp(values[0]), film * sigmas[0], 'm')} lie between the "
                                    f"first two layers of the coil; the stack-up has {show(film, 'm')}",
@@ -167,7 +167,7 @@ def _manufacturing_causes(variants: CoilVariants) -> Iterator[Cause]:
         )
 
 
-def _winding_causes(variants: CoilVariants) -> Iterator[Cause]:
+def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     coil = variants.spec.coil
     count = len(coil.layers)
     for number, layer in enumerate(coil.layers):
@@ -188,7 +188,7 @@ _MORE = {"missing": "less", "more": "more"}
 """Word of a text for the word in a cause's name."""
 
 
-def _fixture_causes(variants: CoilVariants) -> Iterator[Cause]:
+def _fixture_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     nominal = variants.nominal
     omega = 2.0 * math.pi * variants.frequencies
 
@@ -196,12 +196,12 @@ def _fixture_causes(variants: CoilVariants) -> Iterator[Cause]:
         return replace(nominal, series=nominal.series + values[1] + 1j * omega * values[0])
 
     inductance = float(nominal.series.imag[0] / omega[0])
-    yield Cause(
+    yield PossibleCause(
         "fixture's capacitance", lambda values: replace(nominal, capacitance=nominal.capacitance + values[0]),
         lambda values, sigmas: f"the fixture adds {_with_sigma(values[0], sigmas[0], 'F')} across the coil",
         ((0.0,),), (-0.9 * nominal.capacitance,), (10e-9,), (1e-13,),
     )
-    yield Cause(
+    yield PossibleCause(
         "fixture in series", in_series,
         lambda values, sigmas: f"leads and fixture add {_with_sigma(values[0], sigmas[0], 'H')} and "
                                f"{_with_sigma(values[1], sigmas[1], 'ohm')} in series",
@@ -213,9 +213,9 @@ MOST_LEADS = 2e-6
 """Largest inductance (H) of leads and fixture: some two metres of wire."""
 
 
-def _metal_cause(variants: CoilVariants, metal: str) -> Cause:
+def _metal_cause(variants: CoilVariants, metal: str) -> PossibleCause:
     size = min(variants.spec.coil.size)
-    return Cause(
+    return PossibleCause(
         f"metal near by ({metal})", lambda values: variants.with_metal(metal, math.exp(values[0])),
         lambda values, sigmas: f"metal like {metal} lies about {show(math.exp(values[0]), 'm', 2)} from the board's "
                                "lower face",
@@ -223,16 +223,16 @@ def _metal_cause(variants: CoilVariants, metal: str) -> Cause:
     )
 
 
-def _certain(name: str, text: str, impedance: Callable[[], Impedance]) -> Cause:
+def _certain(name: str, text: str, impedance: Callable[[], Impedance]) -> PossibleCause:
     """Return a cause without parameters."""
-    return Cause(name, lambda values: impedance(), lambda values, sigmas: text)
+    return PossibleCause(name, lambda values: impedance(), lambda values, sigmas: text)
 
 
 def _with_sigma(value: float, sigma: float, unit: str) -> str:
     return f"{show(value, unit, 3)} +- {show(sigma, unit, 1)}"
 
 
-def explain(cause: Cause, residuals: Residuals) -> Explanation:
+def explain(cause: PossibleCause, residuals: Residuals) -> Explanation:
     """Fit the parameters of a cause by least squares (Gauss-Newton with halved steps)."""
     fits = [_fit(cause, residuals, start) for start in cause.starts]
     values, sigmas, impedances, misfit = min(fits, key=lambda fit: fit[3])
@@ -244,7 +244,7 @@ Fit = tuple[tuple[float, ...], tuple[float, ...], ComplexArray, float]
 """Parameters, their standard deviations, impedances (n; ohm) and chi-square."""
 
 
-def _fit(cause: Cause, residuals: Residuals, start: Sequence[float]) -> Fit:
+def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> Fit:
     values = np.array(start, dtype=float)
     impedances = cause.impedance(values.tolist()).terminal
     apart = residuals(impedances)
@@ -270,7 +270,7 @@ def _fit(cause: Cause, residuals: Residuals, start: Sequence[float]) -> Fit:
     return tuple(values.tolist()), tuple(sigmas.tolist()), impedances, misfit
 
 
-def _slopes(cause: Cause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
+def _slopes(cause: PossibleCause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
     """Return derivatives of the residuals (2 n, parameters). Steps go away from the limits."""
     columns = []
     for k, step in enumerate(steps.tolist()):

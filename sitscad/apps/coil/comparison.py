@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.causes import CLOSE, DECISIVE, Cause, Explanation, Residuals, causes_of, explain
+from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, causes_of, explain
 from sitscad.apps.coil.measurement import Measurement, MeasurementError, read_measurement
 from sitscad.apps.coil.spiral import Spiral
 from sitscad.apps.coil.variants import CoilVariants, Impedance
@@ -225,7 +225,8 @@ def compare(
                                "far below the coil's self-resonance: no coil of this kind was measured")
     variants = CoilVariants.of(layout, number, has_leads, frequencies)
     residuals = Residuals.of(impedances, meter_error, list(variants.tolerances().values()))
-    as_drawn = explain(Cause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn"), residuals)
+    nominal = PossibleCause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn")
+    as_drawn = explain(nominal, residuals)
     explanations = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
                          key=lambda each: (not each.is_sufficient, each.penalised)))
     return Comparison(
@@ -272,7 +273,7 @@ def _fitted(variants: CoilVariants, measured: ComplexArray, meter_error: float) 
     step = (1e-4,) * (powers + 2) + (1e-14,) * has_capacitance
     wide = (20.0,) * (powers + 2) + (1e-8,) * has_capacitance
     low = (-0.999,) + (-20.0,) * (powers + 1) + (-2.0 * nominal.capacitance - 1e-12,) * has_capacitance
-    cause = Cause("L, C and R", impedance, lambda values, sigmas: "", ((0.0,) * count,), low, wide, step)
+    cause = PossibleCause("L, C and R", impedance, lambda values, sigmas: "", ((0.0,) * count,), low, wide, step)
     fit = explain(cause, Residuals.of(measured, meter_error, ()))
     values, sigmas = np.array(fit.values), np.array(fit.sigmas)
     series = impedance(fit.values).series
