@@ -58,7 +58,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     pad = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     assert apply_rule(SHEAR, Design(pad)) == ([], [])
     wide = pad.replace({"target.size": 14e-3, "elastomer.size": 14e-3})
-    found = [one for one in sitscad.check(wide).findings if one.rule == "SIT218"]
+    found = [one for one in sitscad.check(wide, hints="full").findings if one.rule == "SIT218"]
     assert [one.key for one in found] == ["target.size"] * 2
     felt = analyse_sensing(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
     for finding, axis in zip(found, (2, 1), strict=True):
