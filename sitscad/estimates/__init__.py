@@ -92,4 +92,11 @@ def estimated(
     `is_solved` sets whether the target is solved, so that estimates can be compared. If None, the target's size
     decides.
     """
-    return read(with_target(wind(layout, temperature, method, tolerance), is_solved))
+    tuned = with_target(wind(layout.sensing, temperature, method, tolerance), is_solved)
+    alone = layout.reference_alone
+    if alone is None:
+        return read(tuned)
+    # all coils share one value of the capacitor, which the sensing coils determine
+    readout = replace(alone.spec.readout, capacitance=tuned.tank.capacitor)
+    alone = replace(alone, spec=replace(alone.spec, readout=readout))
+    return read(tuned, with_target(wind(alone, temperature, method, tolerance)))

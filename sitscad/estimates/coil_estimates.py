@@ -339,6 +339,9 @@ class Estimates:
     target was solved for the states. It is None if the target's effect is by correction ratios of an infinite plate.
     `metered` are meter readings of the bare board, empty unless requested (`Incoming.board`). `is_rough` marks
     screening estimates.
+
+    `coils` and matrices leave out the reference coil, and `metered` has it last. `reference` is this coil, without a
+    target and without the effect of its idle neighbours. None if there is no reference coil.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -359,12 +362,23 @@ class Estimates:
     target_band: tuple[float, float] | None = None
     metered: tuple[Metered, ...] = ()
     is_rough: bool = False
+    reference: CoilEstimate | None = None
 
     def __repr__(self) -> str:
         """Return a line with the number of coils and the inductance of the first coil."""
         first = f"{self.coils[0].name} {show(self.coils[0].winding_inductance, 'H')}" if self.coils else ""
         states = ", ".join(state.name for state in self.states)
         return f"<Estimates of {counted(len(self.coils), 'coil')}: {first}, states {states}>"
+
+    @property
+    def all_coils(self) -> tuple[CoilEstimate, ...]:
+        """Coils in the order of the converter's channels: the sensing coils, then the reference coil."""
+        return self.coils if self.reference is None else (*self.coils, self.reference)
+
+    @property
+    def sensing(self) -> Estimates:
+        """Estimates of the sensing coils only, with the readout settings of all coils."""
+        return self if self.reference is None else self.part(0, len(self.coils))
 
     @property
     def is_solved(self) -> bool:
@@ -389,7 +403,7 @@ class Estimates:
         matrix, errors = (tuple(row[selection] for row in each[selection]) for each in matrices)
         readout = replace(readout, drive_codes=readout.drive_codes[selection], conversion=conversion)
         return replace(self, coils=self.coils[selection], inductance_matrix=matrix, inductance_matrix_error=errors,
-                       readout=readout, metered=self.metered[selection])
+                       readout=readout, metered=self.metered[selection], reference=None)
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """Return the document of ``estimate --format json``, with SI units in its keys.
@@ -398,12 +412,14 @@ class Estimates:
         """
         from sitscad.basics.version import __version__
 
+        places = self.readout.device.places(len(self.all_coils))
         return {
             "sitscad": __version__,
             "spec": spec_path,
             "incomplete": self.incomplete,
             "coils": [_coil_document(coil, place, self.normal_force)
-                      for coil, place in zip(self.coils, self.readout.device.places(len(self.coils)), strict=True)],
+                      for coil, place in zip(self.coils, places, strict=False)],
+            "reference": None if self.reference is None else _coil_document(self.reference, places[-1], None),
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[finite(value) for value in row] for row in self.inductance_matrix],
             "inductance_matrix_error_H": [[finite(value) for value in row] for row in self.inductance_matrix_error],

@@ -98,6 +98,8 @@ class Design:
         """
         if self.bare is not self:
             return self.bare.response
+        if self.spec.array.reference is not None and self.spec.cells is None:
+            return self.cells.weakest.response
         if self.spec.cells is not None:
             count = len(self.cells)
             raise NoResponse(f"the sensor has {count} cells, each with a target of its own: ask for one, --cell 1")
@@ -161,12 +163,15 @@ class Cells:
 
     @cached_property
     def parts(self) -> tuple[Design, ...]:
-        """Designs of all cells."""
+        """Designs of all cells, without the reference coil."""
         whole = self.whole
         if whole.spec.cells is None:
-            return (whole,)
+            if whole.spec.array.reference is None:
+                return (whole,)
+            sensing = whole.layout.sensing
+            return (Design(sensing.spec, sensing, whole.estimates.sensing),)
         coils, cells = whole.spec.cells.coils, []
-        for k in range(len(whole.layout.coils) // coils):
+        for k in range(len(whole.spec.cell_placements)):
             layout, estimates = whole.layout.cell(k + 1), whole.estimates.part(k * coils, (k + 1) * coils)
             readout = replace(layout.spec.readout, capacitance=estimates.readout.capacitance)
             spec = replace(layout.spec, readout=readout, name=f"{whole.spec.name}-cell-{k + 1}")
@@ -192,7 +197,7 @@ class Cells:
             return self.whole.bare.cells.skin
         from sitscad.estimates.skin import Skin
 
-        return Skin(self.whole.layout, self.whole.estimates, self.parts)
+        return Skin(self.whole.layout.sensing, self.whole.estimates.sensing, self.parts)
 
     @property
     def weakest_number(self) -> int:
@@ -211,7 +216,7 @@ class Cells:
         Both may be the same cell.
         """
         if self.whole.spec.cells is None:
-            return {1: self.whole}
+            return {1: self.weakest}
         softest = (group.extremes[0] for group in self.skin.groups[:1])
         return {number: self.by_number(number) for number in (self.weakest_number, *softest)}
 

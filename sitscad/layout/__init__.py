@@ -82,9 +82,9 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     wound, so that they can be estimated. Trials count against `searches`. If it is None, they count against a new
     limit.
     """
-    level = _about_axis(spec)
+    level = _about_axis(_with_all_coils(spec))
     attempt = _attempt(level.artwork, searches or SearchLimit())
-    return _placed(_assemble(level, attempt), spec)
+    return replace(_placed(_assemble(level, attempt), _with_all_coils(spec)), spec=spec)
 
 
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
@@ -95,7 +95,7 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     holds the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
     positions.
     """
-    level = _about_axis(spec)
+    level = _about_axis(_with_all_coils(spec))
     artwork = level.artwork
     bus = bus_for(artwork, lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)
     layers = {p.rotation: wind_coil(artwork, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
@@ -107,12 +107,12 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     breadths = list(dict.fromkeys(breadth for _, breadth in boards(artwork, bus)))
     ground = breadths[: 1 + int(bool(round_it) and len(none) == 1) + wider][-1]
     unplaced = _assemble(level, _unrouted(artwork, bus, none, (), ground))
-    pairs, layout = _undrawn(artwork, bus, unplaced.coils, unplaced.body[2]), _placed(unplaced, spec)
+    pairs, layout = _undrawn(artwork, bus, unplaced.coils, unplaced.body[2]), _placed(unplaced, _with_all_coils(spec))
     coils = tuple(
         replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))
         for coil, pair in zip(layout.coils, pairs, strict=True)
     )
-    return replace(layout, coils=coils)
+    return replace(layout, spec=spec, coils=coils)
 
 
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
@@ -394,6 +394,11 @@ def _mapped(
         bottom_openings=tuple(map(region, layout.bottom_openings)),
         stiffener=replace(plate, outline=region(plate.outline)) if plate else None,
     )
+
+
+def _with_all_coils(spec: SensorSpec) -> SensorSpec:
+    """Return the spec with the reference coil as the last coil of its array. The spec itself without a reference."""
+    return spec if spec.array.reference is None else replace(spec, array=spec.artwork.array)
 
 
 def _about_axis(spec: SensorSpec) -> SensorSpec:

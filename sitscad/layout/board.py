@@ -34,7 +34,7 @@ from sitscad.kernels.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.clearance import ALONG
-from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
@@ -212,8 +212,9 @@ class Stiffener:
 class Layout:
     """The complete layout.
 
-    `shortfalls` lists the pieces without room, which are missing. `tail_length` (m) is the length of the tail as laid
-    out, from the body's end along its middle line. It is at least the length in the spec.
+    `coils` has the reference coil last, if there is one. `shortfalls` lists the pieces without room, which are missing.
+    `tail_length` (m) is the length of the tail as laid out, from the body's end along its middle line. It is at least
+    the length in the spec.
     """
 
     spec: SensorSpec
@@ -244,6 +245,29 @@ class Layout:
         count = self.spec.cells.coils
         coils = self.coils[(number - 1) * count : number * count]
         return replace(self, spec=cell_specs(self.spec)[number - 1], coils=coils)
+
+    @property
+    def reference(self) -> Coil | None:
+        """Reference coil, the last of all coils. None if there is no reference coil."""
+        return None if self.spec.array.reference is None else self.coils[-1]
+
+    @property
+    def sensing(self) -> Layout:
+        """Board with its sensing coils only. The layout itself without a reference coil."""
+        if self.spec.array.reference is None:
+            return self
+        return replace(self, spec=replace(self.spec, array=replace(self.spec.array, reference=None)),
+                       coils=self.coils[:-1])
+
+    @property
+    def reference_alone(self) -> Layout | None:
+        """Board with its reference coil only, which has no target. None if there is no reference coil."""
+        reference = self.reference
+        if reference is None:
+            return None
+        spec = replace(self.spec, array=ArraySpec("single", (reference.placement,)), cells=None, target=None,
+                       elastomer=None, loads=())
+        return replace(self, spec=spec, coils=(reference,))
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:
@@ -285,7 +309,7 @@ class Layout:
             return None
         x0, y0, x1, y1 = bounding_box([self.body_outline])
         is_drawn = largest.shape == "dxf"
-        return largest.edge.shifted(*(self.spec.array.middle if is_drawn else ((x0 + x1) / 2, (y0 + y1) / 2)))
+        return largest.edge.shifted(*(self.spec.artwork.array.middle if is_drawn else ((x0 + x1) / 2, (y0 + y1) / 2)))
 
     @property
     def lap_start(self) -> float:

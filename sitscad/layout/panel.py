@@ -294,7 +294,7 @@ def plan(layout: Layout) -> Panel | None:
 
 def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
     """Return the first coil alone on a piece of the same stack-up with solder pads, or None and the reason."""
-    if spec.fpc.tail is None and len(spec.array.placements) == 1:
+    if spec.fpc.tail is None and len(spec.all_placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
     coupon = arrange(coupon_spec(spec))
     if coupon.shortfalls or not all(coil.is_closed_circuit for coil in coupon.coils):

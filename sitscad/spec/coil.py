@@ -24,7 +24,7 @@ from sitscad.spec.format.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.format.section import ListOf, Readable, Section, key
+from sitscad.spec.format.section import ListOf, Part, Readable, Section, key
 
 Trace = UnitValue("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
@@ -173,8 +173,22 @@ class CoilPlacement:
 
 
 @record
+class Reference(Section):
+    """A further coil of the same windings that no target covers, with the channel after all other coils."""
+
+    offset: tuple[float, float] | None = key(
+        Pair(UnitValue("length", "-1000 mm", "1000 mm")),
+        "[x, y] of its centre from the mean of the other coils' centres; default: towards the tail, 0.5 mm from "
+        "the next coil and half a coil from target and elastomer", None,
+    )
+
+
+@record
 class ArraySpec(Readable):
-    """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
+    """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail.
+
+    `placements` leaves out the reference coil. `SensorSpec.all_placements` has it as the last placement.
+    """
 
     read_instead: ClassVar[dict[str, str]] = {
         "count": "len(spec.array.placements)",
@@ -185,6 +199,7 @@ class ArraySpec(Readable):
     pattern: str
     placements: tuple[CoilPlacement, ...]
     pitch: float | None = None
+    reference: Reference | None = None
 
     @cached_property
     def middle(self) -> tuple[float, float]:
@@ -236,3 +251,5 @@ class ArrayDocument(Section):
         ListOf(Angle),
         "explicit: rotation of each coil, counter-clockwise, in the same order, like [0 deg, 90 deg]; default 0", None,
     )
+    reference: Reference | None = key(
+        Part(Reference), "a coil that no target covers, read in the same scan, like reference: {}", None)

@@ -25,7 +25,8 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
     pattern, pitch = "single" if cells.coils == 1 else "explicit", None
     if is_line:
         pattern, pitch = "line", spec.array.pitch
-    parts = [replace(spec, cells=None, array=replace(spec.array, pattern=pattern, placements=placements, pitch=pitch))
+    array = replace(spec.array, pattern=pattern, pitch=pitch, reference=None)
+    parts = [replace(spec, cells=None, array=replace(array, placements=placements))
              for placements in spec.cell_placements]
     if pad is None or cells.web is None:
         return tuple(parts)

@@ -6,14 +6,16 @@ face. Defaults in the declarations are in the form of a spec: a bare number is m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from functools import cached_property
 from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
 from sitscad.basics.record import record, replace, with_frozen_mappings
 from sitscad.kernels.converters.converter import Converter
-from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import Path, bounding_box
+from sitscad.kernels.geometry.convex import Box, Footprint
+from sitscad.kernels.geometry.path import Path, Point, bounding_box
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.format.kinds import (
@@ -353,6 +355,9 @@ class ArtworkSpec:
         return None if outline is None else bounding_box([outline])
 
 
+BESIDE_COIL = 0.5e-3  # Gap (m) between the reference coil and the next coil, unless the spec gives its offset
+
+
 @record
 class SensorSpec(Readable):
     """The whole design. Parts that are None are not in the sensor, and are neither made nor checked."""
@@ -388,7 +393,8 @@ class SensorSpec(Readable):
     @property
     def artwork(self) -> ArtworkSpec:
         """The parts that determine the board's artwork."""
-        return ArtworkSpec(self.coil, self.array, self.fpc, self.jaw, self.readout.chip)
+        array = replace(self.array, placements=self.all_placements, reference=None)
+        return ArtworkSpec(self.coil, array, self.fpc, self.jaw, self.readout.chip)
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:
@@ -411,6 +417,40 @@ class SensorSpec(Readable):
         placements = self.array.placements
         count = len(placements) if self.cells is None else self.cells.coils
         return tuple(placements[k : k + count] for k in range(0, len(placements), count))
+
+    @cached_property
+    def reference_placement(self) -> CoilPlacement | None:
+        """Placement of the reference coil. None if there is no reference coil."""
+        if self.array.reference is None:
+            return None
+        (x, y), offset = self.array.middle, self.array.reference.offset
+        place = (self._beyond_plates, y) if offset is None else (x + offset[0], y + offset[1])
+        return CoilPlacement(f"C{len(self.array.placements) + 1}", place)
+
+    @property
+    def _beyond_plates(self) -> float:
+        """Place x (m) of a coil towards the tail, clear of coils, target and elastomer, rounded up to 10 um.
+
+        Its edge is 0.5 mm from the next coil, and half a coil from the plates.
+        """
+        boundary, ends = self.coil.outline.boundary(self.coil.size, 0.0), list[float]()
+        for place in self.array.placements:
+            ends.append(place.centre[0] + bounding_box([boundary.rotated(place.rotation)])[2] + BESIDE_COIL)
+        for cell in self.cell_placements:
+            middle = math.fsum(place.centre[0] for place in cell) / len(cell)
+            for plate in (self.target, self.elastomer):
+                if plate is None:
+                    continue
+                rotation, (x, y) = plate.rotation if isinstance(plate, Target) else 0.0, plate.offset
+                box = Footprint(plate.outline.is_disc, plate.size, Point(middle + x, y), rotation).box
+                ends.append(box[2] + 0.5 * min(self.coil.size))
+        return math.ceil((max(ends) - bounding_box([boundary])[0]) * 1e5 - 1e-6) * 1e-5
+
+    @property
+    def all_placements(self) -> tuple[CoilPlacement, ...]:
+        """Placements of all coils on the board: the array's, then the reference coil's."""
+        reference = self.reference_placement
+        return self.array.placements if reference is None else (*self.array.placements, reference)
 
     @property
     def web(self) -> float | None:

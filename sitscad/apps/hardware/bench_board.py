@@ -59,8 +59,8 @@ class Board:
 
     def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
-        self.devices = devices(design.spec.readout, design.estimates.coils, design.estimates.readout)
-        self.bands = bands(design.estimates.coils, usual("coil_inductance"))
+        self.devices = devices(design.spec.readout, design.estimates.all_coils, design.estimates.readout)
+        self.bands = bands(design.estimates.all_coils, usual("coil_inductance"))
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
@@ -217,7 +217,7 @@ class LineBoard(Board):
         super().__init__(design, ())
         self.port, self.rest, self.waiting = port, b"", deque[dict[int, tuple[int, int]]]()
         self.identity = identity(design.spec.name, self.devices)
-        self.serial = serial_settings(design.spec.array.placements, design.spec.cells,
+        self.serial = serial_settings(design.spec.all_placements, design.spec.cells,
                                       design.estimates.readout.scan_rate)
         self.sequence: int | None = None
         self.good = self.lost = self.corrupted = self.another = self.starts = 0

@@ -327,12 +327,12 @@ class SimulatedConverter(Registers):
         device = design.spec.readout.device
         if not device.has_driver:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
-        channels = device.shares(len(design.estimates.coils))
+        channels = device.shares(len(design.estimates.all_coils))
         if not 0 <= number < len(channels):
             raise ValueError(f"the design has no converter {number}")
         self._first = first = sum(channels[:number])
-        self.coils = design.estimates.coils[first : first + channels[number]]
-        self.faults = _faults(faults, [coil.name for coil in design.estimates.coils])
+        self.coils = design.estimates.all_coils[first : first + channels[number]]
+        self.faults = _faults(faults, [coil.name for coil in design.estimates.all_coils])
         names = self.coils[0].states
         if state not in (*names, REST):
             raise ValueError(f"state={state}: the design has the states {', '.join(names)}")

@@ -174,14 +174,15 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
             import smbus2
         except ImportError as error:
             raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
-        places, paths = devices(design.spec.readout, design.estimates.coils, design.estimates.readout), text.split(",")
+        places = devices(design.spec.readout, design.estimates.all_coils, design.estimates.readout)
+        paths = text.split(",")
         if len(paths) != places[-1].bus + 1:
             raise ValueError(f"{text}: the converters are on {places[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
         buses = [smbus2.SMBus(path) for path in paths]
         return Source([WiredConverter(buses[each.bus], each.address) for each in places]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
-        baud = serial_settings(design.spec.array.placements, design.spec.cells, estimates.readout.scan_rate).baud
+        baud = serial_settings(design.spec.all_placements, design.spec.cells, estimates.readout.scan_rate).baud
         return SerialLine(_port(text, baud)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
@@ -244,7 +245,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         none = np.zeros((2, loads.shape[1]))
         none[1, 0] = before - 1e-6
         loads = np.vstack([none, loads])
-    number = design.spec.readout.device.needed(len(design.estimates.coils))
+    number = design.spec.readout.device.needed(len(design.estimates.all_coils))
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in options and "cell" not in options and len(design.cells) > 1:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")

@@ -104,7 +104,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     before.designs[:] = [design]
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
-    numbers = _numbers(design.estimates.coils, design.fit)
+    numbers = _numbers(design.estimates.all_coils, design.fit)
     yield Event("estimate", {"numbers": numbers}, seconds=time.perf_counter() - began)
     made_of = design.bare.spec, contents.checked.is_orderable
     feeling = _kept(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))

@@ -146,7 +146,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
         sheet = shield(design.layout)
         assert sheet is not None
         (_, low, _, high), middle = bounding_box((sheet.outline(), )), (y0 + y1) / 2
-        coils = coils_breadth(design.spec.array.placements, design.spec.coil)
+        coils = coils_breadth(design.spec.all_placements, design.spec.coil)
         width, across = high - low, 2.0 * max(middle - coils.low, coils.high - middle)
         if across > width + ROUNDING:
             yield violated("shield-narrow", "shield.gap", width, across, "m", severity=Severity.WARNING,

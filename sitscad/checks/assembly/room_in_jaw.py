@@ -147,7 +147,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
     spec, wide = design.spec, width_under(design.layout)
-    coils = 2.0 * coils_breadth(spec.array.placements, spec.coil).half
+    coils = 2.0 * coils_breadth(spec.all_placements, spec.coil).half
     edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
     leads, excess = body - coils - edges - margin, 2.0 * (over.worst - over.limit)
     less = None if severity is None else _less_margin(spec, 1, excess)

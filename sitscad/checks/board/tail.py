@@ -267,7 +267,7 @@ def step(design: Design) -> Iterator[Verdict]:
         yield _near_step("hole-to-step", design.spec, gap, apart, rules.source_of(field),
                          Place(*near.centre, nets=(near.net,)), net=near.net, house=house(rules, field),
                          copper=layout.spec.fpc.tail_copper + 1)
-    reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
+    reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.all_placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
     if layout.spec.fpc.has_tail_coverlay and gap < minimum - ROUNDING:
@@ -467,9 +467,9 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT132", special_build),
     rule_of("SIT117", insertion_thickness, "tail"),
     rule_of("SIT124", contact_worst_case, "tail"),
-    rule_of("SIT126", lambda design: plug_width(design.layout.pads, design.spec.array.placements, design.spec.fpc),
+    rule_of("SIT126", lambda design: plug_width(design.layout.pads, design.spec.all_placements, design.spec.fpc),
             "tail"),
-    rule_of("SIT127", lambda design: connector_positions(design.spec.array.placements, design.spec.fpc), "tail"),
+    rule_of("SIT127", lambda design: connector_positions(design.spec.all_placements, design.spec.fpc), "tail"),
     rule_of("SIT129", lambda design: stiffener_stock(design.layout.stiffener, design.spec.fpc.tail), "tail"),
     rule_of("SIT128", contact_finish),
 )

@@ -568,7 +568,7 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
     The narrowest is first. Empty without a tail.
     """
-    tail, used, plugs = spec.fpc.tail, 2 * len(spec.array.placements), []
+    tail, used, plugs = spec.fpc.tail, 2 * len(spec.all_placements), []
     for name in names("connector") if tail is not None else ():
         plug = connector(name)
         count = min((count for count in plug.positions if count >= used), default=0)

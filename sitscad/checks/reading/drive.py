@@ -35,7 +35,7 @@ If the chosen code is too weak, the finding is at the turns, which determine R_P
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
     """Yield findings on the oscillation amplitude at the chosen drive code, in all states of the assembled sensor."""
-    device, readout, coils = design.spec.readout.device, design.estimates.readout, design.estimates.coils
+    device, readout, coils = design.spec.readout.device, design.estimates.readout, design.estimates.all_coils
     if readout.high_current:
         yield from _high_current_amplitude(device, coils)
         return
@@ -152,7 +152,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
 
     The same drive code is also checked at power-up at room temperature.
     """
-    converter, readout, coils = design.spec.readout.device, design.spec.readout, design.estimates.coils
+    converter, readout, coils = design.spec.readout.device, design.spec.readout, design.estimates.all_coils
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         numbers, is_set = design.estimates.readout, readout.drive_code is not None
@@ -171,7 +171,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     cold = at_room_temperature(design)
     if cold is design:
         return
-    resistances = readings_of(cold.estimates.coils, "parallel_resistance", True)
+    resistances = readings_of(cold.estimates.all_coils, "parallel_resistance", True)
     swings = [(converter.amplitude(r.value, _code(design.estimates.readout, coils, r)), r) for r in resistances]
     swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     if widest is not None and swing > high:

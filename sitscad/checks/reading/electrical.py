@@ -56,7 +56,7 @@ def _resistance_floor(high_current: bool, coil_count: int) -> str:
 def inductance_floor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest inductance over all coils and states."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
-    coils = design.estimates.coils
+    coils = design.estimates.all_coils
     yield from undecided(coils, "inductance")
     worst = worst_of(coils, "inductance", min)
     if worst is None:
@@ -87,7 +87,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     """Yield findings on the highest and lowest sensor frequency over all coils and states."""
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
-    coils = design.estimates.coils
+    coils = design.estimates.all_coils
     yield from undecided(coils, "frequency")
     worst, lowest = (worst_of(coils, "frequency", choose) for choose in (max, min))
     if worst is not None and worst.value > high:
@@ -112,7 +112,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 
     The limits are the smallest resistance that the driver sustains and the data sheet's specified range.
     """
-    spec, coils = design.spec, design.estimates.coils
+    spec, coils = design.spec, design.estimates.all_coils
     yield from undecided(coils, "parallel_resistance")
     yield from overdamped_tank(design)
     worst = worst_of(coils, "parallel_resistance", min)
@@ -146,7 +146,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 
 def quality_factor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest Q over all coils and states."""
-    coils = design.estimates.coils
+    coils = design.estimates.all_coils
     yield from undecided(coils, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)
     if worst is not None and worst.value < floor:
@@ -163,7 +163,7 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
     """Yield findings on the sensor frequency as a fraction of the coil's self-resonant frequency."""
-    coils = design.estimates.coils
+    coils = design.estimates.all_coils
     readings = readings_of(coils, "frequency")
     ratios = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
@@ -257,7 +257,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         return
     # angle (turns, positive in the winding's sense) of leads round their coil, and the fraction of inductance by it
     arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance, drawn_closing(spec.coil, coil),
-             coil, estimate) for coil, estimate in zip(layout.coils, design.estimates.coils, strict=True)]
+             coil, estimate) for coil, estimate in zip(layout.coils, design.estimates.all_coils, strict=True)]
     share, turns, coil, estimate = max(arcs, key=lambda arc: round(abs(arc[0]), 6))
     if abs(share) < NAMED or abs(turns) < TOGETHER:
         return
@@ -286,7 +286,7 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
     """
     spec = design.spec
     estimates = design.estimates
-    floor = spec.readout.device.limit(_resistance_floor(estimates.readout.high_current, len(estimates.coils)))
+    floor = spec.readout.device.limit(_resistance_floor(estimates.readout.high_current, len(estimates.all_coils)))
     sizes = {int(row["layers"]): parse_quantity(row["outer_diameter"], "length") for row in rows("smallest_coils")
              if row["profile"] == spec.fpc.rules.name and row["shape"] == spec.coil.shape
              and parse_quantity(row["parallel_resistance"], "resistance") == floor}

@@ -164,7 +164,8 @@ def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
 
 def overdamped_tank(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the state with the lowest quality factor if a tank does not oscillate."""
-    tanks = [(value, coil.name, state) for coil in design.estimates.coils for state, value in coil.overdamped.items()]
+    coils = design.estimates.all_coils
+    tanks = [(value, coil.name, state) for coil in coils for state, value in coil.overdamped.items()]
     if not tanks:
         return
     value, name, state = min(tanks)

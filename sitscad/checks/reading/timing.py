@@ -34,7 +34,7 @@ by about this much.
 def input_frequency(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the converter, as configured, cannot count the fastest tank correctly."""
     readout = design.estimates.readout
-    worst, conversion = worst_of(design.estimates.coils, "frequency", max), readout.conversion
+    worst, conversion = worst_of(design.estimates.all_coils, "frequency", max), readout.conversion
     if worst is None or conversion is None:
         yield Undecided("no sensor frequency was estimated")
     elif worst.value >= conversion.highest_frequency:
@@ -54,12 +54,12 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         return
     if readout.scan_rate < required * (1.0 - 1e-6):
         yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, required, "Hz",
-                       coils=len(design.spec.array.placements), time=1.0 / readout.scan_rate)
+                       coils=len(design.spec.all_placements), time=1.0 / readout.scan_rate)
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends."""
-    channels, required = len(design.spec.array.placements), design.spec.readout.scan_rate
+    channels, required = len(design.spec.all_placements), design.spec.readout.scan_rate
     converter = design.spec.readout.device
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if required > sure:
@@ -87,7 +87,7 @@ def channels(design: Design) -> Iterator[Verdict]:
 
     Each coil needs one channel, on as many converters as the buses can address.
     """
-    names = [placement.name for placement in design.spec.array.placements]
+    names = [placement.name for placement in design.spec.all_placements]
     key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
     device, buses = design.spec.readout.device, design.spec.readout.buses
     each, most = device.channels, device.most_coils * buses

@@ -25,8 +25,8 @@
 #endif
 
 #if defined(SITSCAD_COILS) && !defined(SENSOR_HAS_CELLS)
-#if SITSCAD_COILS != SENSOR_COILS
-#error "calibration.h is another sensor's: its number of coils is not SENSOR_COILS"
+#if SITSCAD_COILS != SENSOR_CELL_COILS
+#error "calibration.h is another sensor's: its number of coils is not SENSOR_CELL_COILS"
 #endif
 #endif
 

@@ -147,17 +147,23 @@ BAND = 0.9, 1.15
 TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 
 
-def read(tuned: Tuned) -> Estimates:
+def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
     """Return the estimates of every coil in every state, as the converter reads it.
 
-    They include standard deviations, the drive that keeps its margin, and notes about the values.
+    They include standard deviations, the drive that keeps its margin, and notes about the values. `reference` is the
+    reference coil, which the converter reads in the same scan.
     """
-    windings, states = tuned.wound, _states(tuned)
+    windings = tuned.wound
     spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
-    estimates = [_coil_estimate(coil, circuit, tuned, states[coil.name])
-             for coil, circuit in zip(windings.layout.coils, tuned.circuits, strict=True)]
-    readout = with_margin(tuned.readout, estimates)
+    boards, readout = [tuned], tuned.readout
+    if reference is not None:
+        circuits = [*tuned.circuits, *reference.circuits]
+        readout = settle(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
+        boards = [replace(board, readout=readout) for board in (tuned, reference)]
+    estimates = [coil for board in boards for coil in _coil_estimates(board)]
+    readout = with_margin(readout, estimates)
     coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in estimates], readout, spec.readout)
+    coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
     if spec.web is not None and assembly.compression is not None:
         from sitscad.estimates.states.cells import press_shares  # loads a solver
 
@@ -170,6 +176,7 @@ def read(tuned: Tuned) -> Estimates:
     checks = () if rough else cross_checks(coils[0].name, windings.winding.geometry, windings.winding.inductance)
     return Estimates(
         coils=coils,
+        reference=others[0] if others else None,
         inductance_matrix=tuple(map(tuple, windings.matrix.tolist())),
         readout=readout,
         inductance_matrix_error=tuple(map(tuple, windings.matrix_errors.tolist())),
@@ -180,7 +187,7 @@ def read(tuned: Tuned) -> Estimates:
         cross_checks=checks,
         no_cross_check=None if rough else no_cross_check(spec.coil, checks),
         incomplete=missing_leads(windings.layout.coils),
-        notes=() if rough else tuple(_notes(tuned, coils[0])),
+        notes=() if rough else (*_notes(tuned, coils[0]), *(REFERENCE.format(coil.name) for coil in others)),
         normal_force=spec.requirements.normal_force,
         temperature=windings.temperature,
         states=tuple(replace(around.state, temperature=windings.temperature) for around in assembly.states),
@@ -204,6 +211,9 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
     yield scatter_note(spec)
 
+
+REFERENCE = "{} is the reference coil: no target covers it, and the effect of idle coils beside it is left out"
+"""Note on a reference coil, by its name."""
 
 TOO_LARGE = (
     "the target is too large, too thin or too magnetic to be solved for the states within a second or two: shares of "
@@ -250,6 +260,13 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
 
 
 LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smaller changes are relative to it
+
+
+def _coil_estimates(tuned: Tuned) -> list[CoilEstimate]:
+    """Return the estimates of all coils of a board, before margins and steps of the converter's settings."""
+    states = _states(tuned)
+    return [_coil_estimate(coil, circuit, tuned, states[coil.name])
+            for coil, circuit in zip(tuned.wound.layout.coils, tuned.circuits, strict=True)]
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:

@@ -174,7 +174,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if connection := plugged(layout.pads, layout.spec.fpc.tail):
         yield connection
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench.coils, _before_reading(spec.mount), unseen)
+    yield assembled(bench.all_coils, _before_reading(spec.mount), unseen)
 
 
 def _before_reading(mount: Mount | None) -> str:
@@ -381,7 +381,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     relative, metered = direct_resistance_sigma(layout.spec), {read.coil: read for read in bench.metered}
     meter = f"LCR, {show(METER_FREQUENCY, 'Hz')}:"
     rows = [("coil", "contacts", "ohmmeter", f"{meter} L", "R", "converter")]
-    for coil in bench.coils:
+    for coil in bench.all_coils:
         nets = {each.net for each in layout.coils if each.name == coil.name}
         numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
         direct, read = coil.terminal_resistance_dc, metered.get(coil.name)
@@ -391,7 +391,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
             NONE if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
             _tank_frequency(coil, FREE),
         ))
-    code = bare_board_code(bench.coils, bench.readout.device)
+    code = bare_board_code(bench.all_coils, bench.readout.device)
     text = (
         "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
         "probes; zero the meter with them shorted. The table has the reading of each instrument between the contacts "

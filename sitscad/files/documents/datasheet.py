@@ -79,7 +79,7 @@ def render(
         [] if calibration is None else list(calibration.error_rows),
         "" if calibration is None else calibration.errors_are, _lines(error_table(performance)),
         _lines(drift_table(performance)),
-        contact_rows(layout), acceptance(bench.coils, bench.metered, bench.temperature),
+        contact_rows(layout), acceptance(bench.all_coils, bench.metered, bench.temperature),
         tuple(notes(performance, calibration)), plots, bool(forced),
     )
     assembly = drawing(layout, content.is_forced)
@@ -267,7 +267,7 @@ def sensor(points: Sequence[Performance], layout: Layout, estimates: Estimates, 
         ("sensor", ""),
         *_cells(cells),
         *sensor_rows([point.document() for point in points]),
-        ("converter", _converters(readout.device, len(estimates.coils))),
+        ("converter", _converters(readout.device, len(estimates.all_coils))),
         *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),

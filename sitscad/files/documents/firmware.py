@@ -32,7 +32,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     """
     converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
-        converters = devices(spec.readout, estimates.coils, estimates.readout)
+        converters = devices(spec.readout, estimates.all_coils, estimates.readout)
         text = None if conversion is None else conversion.firmware_text(spec.readout.clock)
         if conversion is None or text is None:
             raise ValueError(f"sitscad has no firmware for {converter.part}")
@@ -82,7 +82,7 @@ def table(
         **document(readout.conversion, (each for each in converter.law.SETTINGS if each.key in text.keys)),
         **document(readout, (each for each in RATES if each.key in SETTINGS)),
         "timing": document(readout, (each for each in (*SCAN_TIMES, *RATES) if each.key in TIMES)),
-        "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
+        "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.all_coils))],
         "converters": [
             {
                 "i2c_bus": device.bus,
@@ -102,7 +102,7 @@ def table(
 
 def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
     """Return the JSON entry of a coil: channel, place, and expected frequencies and inductances."""
-    coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
+    coil, channel = estimates.all_coils[index], spec.readout.device.places(len(estimates.all_coils))[index]
     offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
     force = spec.requirements.normal_force
     change, sigma = coil.converter_sensitivity(force) or (None, None)
@@ -114,6 +114,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
         "i2c_bus": channel.bus,
         "i2c_address": channel.address,
         **({"offset": offsets[index]} if offsets else {}),
+        **({"is_reference": True} if coil is estimates.reference else {}),
         "centre_m": list(coil.centre),
         "expected": {
             name: {
@@ -163,9 +164,9 @@ def header(
     ]
     for number, device in enumerate(converters):
         lines += _device(converter, number, device)
-    lines += _coils(converter, estimates.coils)
-    lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
-    lines += _further_states(converter, estimates.coils, estimates.states)
+    lines += _coils(converter, estimates.all_coils)
+    lines += _force_macros(converter, estimates.all_coils, spec.requirements.normal_force)
+    lines += _further_states(converter, estimates.all_coils, estimates.states)
     return "\n".join([*lines, "", "#endif", ""])
 
 
@@ -175,8 +176,8 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
     part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"
-    lines = [*_timing(estimates.coils, estimates.readout, device), "", expected]
-    for coil in estimates.coils:
+    lines = [*_timing(estimates.all_coils, estimates.readout, device), "", expected]
+    for coil in estimates.all_coils:
         for name, state in coil.states.items():
             lines.append(
                 f"  {comment_text(coil.name)} {comment_text(name)}: {_shown(state.frequency, 'Hz', 7)}, "
@@ -184,9 +185,9 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
                 f"{_step(estimates.readout, state)}"
             )
-    if any(name != FREE for coil in estimates.coils for name in coil.states):
+    if any(name != FREE for coil in estimates.all_coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
-    if loaded := _loads(estimates.coils, estimates.states):
+    if loaded := _loads(estimates.all_coils, estimates.states):
         loads = ", ".join(f"{state} is with {show(force, 'N')}" for state, force in loaded.items())
         lines.append(f"Free and rest are without force, {loads} on the middle of the target.")
     lines += [f"{comment_text(state)}: {comment_text(why)}" for state, why in estimates.failed_states.items()]

@@ -48,7 +48,7 @@ def driver_files(
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
         return {}
-    coil_bands = bands(estimates.coils, usual("coil_inductance"))
+    coil_bands = bands(estimates.all_coils, usual("coil_inductance"))
     folder = FOLDER / "firmware"
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
@@ -57,8 +57,9 @@ def driver_files(
     }
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, coil_bands, conversion, forced)
     if spec.cells is not None:
-        files["firmware/cells.h"] = _cells_header(len(coil_bands) // spec.cells.coils)
-    tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, forced)
+        files["firmware/cells.h"] = _cells_header(len(spec.cell_placements))
+    reference = None if estimates.reference is None else len(estimates.coils)
+    tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, reference, forced)
     files["firmware/micropython/sensor_config.py"] = tables
     return files
 
@@ -86,7 +87,7 @@ def _config(
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
     places = spec.readout.device.places(len(coil_bands))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
-    serial = serial_settings(spec.array.placements, spec.cells, readout.scan_rate or 0.0)
+    serial = serial_settings(spec.all_placements, spec.cells, readout.scan_rate or 0.0)
     waited = _self_test_time(len(coil_bands), readout.scan_rate)
     register = REGISTER_BITS / conversion.device.limit("serial_clock_max")
     full_scale = conversion.hertz_per_count * 2.0**conversion.count_bits
@@ -108,7 +109,8 @@ def _config(
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(coil_bands)}",
-        *_cell_macros(spec.cells, len(coil_bands)),
+        *_cell_macros(spec.cells, len(estimates.coils)),
+        *_reference_macro(estimates),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -133,7 +135,7 @@ def _config(
         f"#define SENSOR_CHANNELS {spec.readout.device.channels}u",
         f"#define SENSOR_CLOCK_HZ {spec.readout.clock:.9e}",
         f"#define SENSOR_NOISE_STEPS {spec.readout.device.limit('noise_steps')!r}",
-        *_macro("SENSOR_TANKS", [_tank(at, coil) for at, coil in zip(places, estimates.coils, strict=True)]),
+        *_macro("SENSOR_TANKS", [_tank(at, coil) for at, coil in zip(places, estimates.all_coils, strict=True)]),
         "",
         "#endif",
         "",
@@ -149,6 +151,13 @@ def _cell_macros(cells: CellsSpec | None, coils: int) -> list[str]:
         f"#define SENSOR_CELLS {coils // each}",
         f"#define SENSOR_CELL_COILS {each} /* of a cell */",
     ]
+
+
+def _reference_macro(estimates: Estimates) -> list[str]:
+    """Return the macro for the index of the reference coil. Empty if there is no reference coil."""
+    if estimates.reference is None:
+        return []
+    return [f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
 
 
 def _cells_header(cells: int) -> str:
@@ -230,9 +239,9 @@ def _tank(place: Channel, coil: CoilEstimate) -> str:
 
 def _python_config(
     name: str, converter: Converter, devices: Sequence[Device], coil_bands: Sequence[CoilBands], conversion: Conversion,
-    forced: bool,
+    reference: int | None, forced: bool,
 ) -> str:
-    """Return ``sensor_config.py``: the tables for MicroPython."""
+    """Return ``sensor_config.py``: the tables for MicroPython. `reference` is the index of the reference coil."""
     lines = [f'"""The sensor {_plain(name)}: what sensor.py knows of it."""', ""]
     lines += [f"# {FORCED}."] if forced else []
     lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
@@ -252,7 +261,8 @@ def _python_config(
     for place, band in zip(converter.places(len(coil_bands)), coil_bands, strict=True):
         _, low, high = _counts(band.working, conversion)
         lines.append(f'    ("{_plain(band.coil)}", {place.converter}, {place.number}, {low}, {high}),')
-    lines += [")", f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
+    lines += [")", *([f"REFERENCE = {reference}  # the coil without a target"] if reference is not None else [])]
+    lines += [f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
     return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
 
 
@@ -320,14 +330,14 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
-        coil_bands = bands(estimates.coils, usual("coil_inductance"))
+        coil_bands = bands(estimates.all_coils, usual("coil_inductance"))
     except ValueError:
         return {}
     calibration = "; a calibration.h beside it takes precedence over ../calibration/'s"
     if spec.cells is not None:
         calibration = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
-    steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
-    code = bare_board_code(bench.coils, bench.readout.device)
+    steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
+    code = bare_board_code(bench.all_coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
     for number, step in enumerate(first_steps, 1):
         text, *commands = step.split("\n")
@@ -337,7 +347,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
-                                   estimates.coils, estimates.readout.capacitance),
+                                   estimates.all_coils, estimates.readout.capacitance),
         "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, coil_bands, estimates.temperature,
                                                    bench.metered),
         "", "THE FIRST TEN STEPS", "", *steps,

@@ -150,7 +150,7 @@ def in_place(layout: Layout) -> Iterator[str]:
         return
     if mount.holes is None:
         return
-    is_near = is_near_metal(layout.spec.coil, layout.spec.array.placements, plate_holes(layout))
+    is_near = is_near_metal(layout.spec.coil, layout.spec.all_placements, plate_holes(layout))
     heads = _heads(heads_above(layout), is_near)
     room_below = _room_below(layout.body[2], bends(layout))
     if adapter_needed(layout):

@@ -364,7 +364,7 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     holes = plate_holes(layout)
     apart = screw_spacing(holes)
     spacing = "" if apart is None else f"{in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
-    material = "polyamide" if is_near_metal(layout.spec.coil, layout.spec.array.placements, holes) else ""
+    material = "polyamide" if is_near_metal(layout.spec.coil, layout.spec.all_placements, holes) else ""
     screw = _screw(thread, -plate_floor(layout)[1], hole)
     yield Item("screw", count, screw, material, spacing, f"of the plate ({pattern.name})")
 

@@ -185,10 +185,10 @@ def live_page(
     for calibration in (calibration.get("map", calibration) for calibration in calibrations):
         coil_numbers, prefix = map_columns(spec, calibration["coils"])  # indices of its coils, prefix of its axes
         maps.append({**calibration, "least": LEAST, "beyond": BEYOND, "columns": coil_numbers, "prefix": prefix})
-    document = _document(spec.name, spec.readout, estimates.coils, estimates.readout, maps)
+    document = _document(spec.name, spec.readout, estimates.all_coils, estimates.readout, maps)
     document["source"] = "events" if served else "serial"
     names = [coil["name"] for coil in document["coils"]]
-    baud = serial_settings(spec.array.placements, spec.cells, estimates.readout.scan_rate).baud
+    baud = serial_settings(spec.all_placements, spec.cells, estimates.readout.scan_rate).baud
     bar = "" if served else BAR.format(baud)
     if not served and maps:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'

@@ -59,7 +59,7 @@ def as_text(
     first, *following = estimate_tables(estimates)
     by_cell = Table(*head_and_rows(cells["in_words"]), CELLS_TITLE) if cells else Table((), ())
     tables = [first, by_result(at, AT_FREQUENCY, AT_TITLE), *following, by_cell]
-    last = [readout_table(estimates.coils, estimates.readout), *stack_tables(estimates),
+    last = [readout_table(estimates.all_coils, estimates.readout), *stack_tables(estimates),
             cross_check_table(estimates.cross_checks, estimates.no_cross_check)]
     blocks = [
         styled(printable(path), "bold", colour),
@@ -109,14 +109,15 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
     """Return all tables of coils and states, for texts and pages, in their order."""
     from sitscad.estimates.signal import signals  # already loaded by the estimates
 
-    coils, temperature = estimates.coils, estimates.temperature
+    coils, temperature = estimates.all_coils, estimates.temperature
     return [
-        signal_table(signals(estimates), coils, estimates.readout.drive_code), state_table(coils, temperature),
+        signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code),
+        state_table(coils, temperature),
         coil_table(coils, temperature),
         part_table(coils),
         _by_state(coils, temperature, "What the converter resolves", STEPS, "quantum"),
         other_table(coils, temperature, estimates.normal_force), spread_table(coils, temperature),
-        matrix_table(coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
+        matrix_table(estimates.coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
     ]
 
 

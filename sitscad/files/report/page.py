@@ -83,7 +83,7 @@ def render(
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
         _head(checked, spec, estimates, FORCED if is_built else REFUSED),
-        _tiles(checked, estimates.coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
+        _tiles(checked, estimates.all_coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
         part("Findings", findings_part(checked), "findings"),
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
         part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
@@ -92,7 +92,7 @@ def render(
         part("Incoming test", _incoming(estimates.readout, bench)),
         part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _performance_section(sheet or {})),
-        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.coils, estimates.readout)])),
+        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.all_coils, estimates.readout)])),
         part("Stack", _stack(spec.fpc.stackup, stack_section(section_layers(spec)), numbers.stack_tables(estimates))),
         part("Fit", _fit(checked)),
         part("Cross-checks", numbers.page_tables([cross_checks])),
@@ -305,7 +305,7 @@ def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
 
     if bench is None:
         return ""
-    code = bare_board_code(bench.coils, bench.readout.device)
+    code = bare_board_code(bench.all_coils, bench.readout.device)
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))
     drive = (
         f"<p>With {escape(readout.device.part)} use drive code {code} for the bare board; the assembled sensor has "
@@ -313,7 +313,7 @@ def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
         if code is not None and readout.drive_code is not None and not readout.high_current
         else ""
     )
-    return numbers.page_tables(numbers.incoming_tables(bench.coils, bench.metered)) + drive
+    return numbers.page_tables(numbers.incoming_tables(bench.all_coils, bench.metered)) + drive
 
 
 def _performance_section(sheet: Document) -> str:

@@ -240,7 +240,8 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
         message, limit = f"{len(centres)} coils are out of range: 1 to {MOST_COILS}", MOST_COILS if centres else 1
         remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
         return ArraySpec(pattern, coil_placements(((0.0, 0.0),)), pitch)
-    array = ArraySpec(pattern, coil_placements(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
+    placements = coil_placements(centres, _rotations(document, pattern, len(centres), remarks))
+    array = ArraySpec(pattern, placements, pitch, document.reference)
     check_gaps(array, coil, remarks)
     return array
 
@@ -305,6 +306,22 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
         more = math.ceil(array.pitch * (scale - 1.0) / _GRAIN - 1e-5) * _GRAIN
         hint = f"a pitch larger by {more * 1e3:.3f} mm leaves that gap; {MORE_ROOM}"
     remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")
+
+
+def check_reference(placements: tuple[CoilPlacement, ...], coil: CoilSpec, remarks: Remarks) -> None:
+    """Add a flaw if the gap between the last of the placements, the reference coil's, and another coil is too small."""
+    reference = placements[-1]
+    smallest, name = min((gap(coil.shape, coil.size, each, reference), each.name) for each in placements[:-1])
+    if smallest < coil.trace_spacing * _NEARLY:
+        missing = coil.trace_spacing - smallest
+        message = f"the reference coil stands {show(smallest, 'm')} from {name}"
+        message += f": at least the trace spacing, {show(coil.trace_spacing, 'm')}, is wanted"
+        remarks.flaw("SIT014", REFERENCE_OFFSET, message, f"move it {show(missing, 'm')} farther; {MORE_ROOM}",
+                     measured=smallest, limit=coil.trace_spacing, unit="m")
+
+
+REFERENCE_OFFSET = "array.reference.offset"
+"""Key of the reference coil's position."""
 
 
 def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tuple[float, str, str]:

@@ -22,7 +22,15 @@ from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 from sitscad.spec.resolver.circuit import resolve_fpc
-from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
+from sitscad.spec.resolver.coils import (
+    REFERENCE_OFFSET,
+    check_amount,
+    check_cells,
+    check_reference,
+    check_webs,
+    resolve_array,
+    resolve_coil,
+)
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
@@ -45,10 +53,11 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     place = Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
-    check_amount(coil, len(array.placements), remarks)
+    number = len(array.placements) + (array.reference is not None)
+    check_amount(coil, number, remarks)
     mount = resolve_mount(document.mount, document.shield, remarks, place)
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
-    _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
+    _check_contacts(fpc.tail, 2 * number, remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(min(coil.size), array.pitch or 0.0)
     target, pad, cells = document.target, document.elastomer, document.cells
@@ -71,6 +80,11 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         issue=Issue(document.revision, document.part_number, document.date), assembly=assembly,
         cutting=document.cutting, loads=_loads(document, mount, remarks), cells=cells,
     )
+    if (reference := spec.reference_placement) is not None:
+        check_reference(spec.all_placements, coil, remarks)
+        if array.reference is not None and array.reference.offset is None:
+            x = show(reference.centre[0] - array.middle[0], "m")
+            remarks.default(REFERENCE_OFFSET, f"[{x}, 0 m]", "beside coils, target and elastomer")
     _check_tolerances(spec, remarks)
     _note_plain_defaults(SpecDocument, document, "", source.keys, remarks)
     return spec, remarks

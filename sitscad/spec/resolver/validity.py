@@ -30,7 +30,14 @@ from sitscad.spec.format.kinds import (
 )
 from sitscad.spec.format.section import Key, Section
 from sitscad.spec.reading import Flaw, Remarks, SpecError, finding_from_flaw
-from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
+from sitscad.spec.resolver.coils import (
+    MOST_COILS,
+    check_amount,
+    check_cells,
+    check_coil,
+    check_gaps,
+    check_reference,
+)
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
 
@@ -178,10 +185,12 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
         message = f"the coil uses copper layer {max(spec.coil.layers)}, stack-up {spec.fpc.stackup.name} has {copper}"
         yield Flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper")
     check_coil(spec.coil, remarks)
-    check_amount(spec.coil, len(spec.array.placements), remarks)
+    check_amount(spec.coil, len(spec.all_placements), remarks)
     if spec.cells is not None:
         has_plates = spec.target is not None and spec.elastomer is not None
         check_cells(spec.cells.coils, spec.array.placements, has_plates, remarks)
     if not remarks.flaws:
         check_gaps(spec.array, spec.coil, remarks)
+        if spec.array.reference is not None:
+            check_reference(spec.all_placements, spec.coil, remarks)
     yield from remarks.flaws

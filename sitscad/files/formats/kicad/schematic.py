@@ -89,7 +89,7 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     Empty if the sensor needs more converters than its buses can address, if it has no contacts, or if the converter has
     other pins than the circuit.
     """
-    readout, count = layout.spec.readout, len(estimates.coils)
+    readout, count = layout.spec.readout, len(estimates.all_coils)
     if count > readout.device.most_coils * readout.buses or not layout.pads or not readout.device.has_circuit:
         return {}
     circuit = parts(layout, estimates)

@@ -1,0 +1,74 @@
+"""The reference coil: its place, its estimate, and what leaves it out."""
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.spec.reading import SpecError
+
+TEMPLATE = "templates/grasper_4layer.yaml"
+
+
+@pytest.fixture(scope="module")
+def without(root):
+    return sitscad.Design(sitscad.load(root / TEMPLATE))
+
+
+@pytest.fixture(scope="module")
+def design(without):
+    return sitscad.Design(without.spec.replace("array.reference", {}))
+
+
+def test_reference_coil_is_routed_clear_of_coils_and_plates(design):
+    layout, spec = design.layout, design.spec
+    *sensing, reference = layout.coils
+    radius, edge = spec.coil.size[0] / 2, max(spec.target.size[0], spec.elastomer.size[0]) / 2
+    assert layout.shortfalls == () and layout.reference is reference and reference.is_closed_circuit
+    assert [coil.name for coil in layout.sensing.coils] == ["C1", "C2"] and reference.name == "C3"
+    assert reference.centre.x - radius >= max(coil.centre.x for coil in sensing) + radius + 0.5e-3 - 1e-9
+    assert reference.centre.x - radius >= edge + radius - 1e-9
+    assert {"C3.A", "C3.B"} <= {pad.pin for pad in layout.pads}
+
+
+def test_reference_coil_has_no_target_in_its_estimate(design):
+    estimates = design.estimates
+    assert [coil.name for coil in estimates.all_coils] == ["C1", "C2", "C3"] and len(estimates.coils) == 2
+    assert list(estimates.reference.states) == ["free", "rest"]
+    rest, other = estimates.reference.states["rest"], estimates.coils[1].states["rest"]
+    assert rest.target_change is None and other.target_change < 0.0
+    # the same winding behind the same metal: the difference is the target's change, apart from leads and neighbours
+    assert rest.inductance - other.inductance == approx(-other.target_change, rel=0.1)
+
+
+def test_reference_coil_takes_its_part_of_the_scan(design, without):
+    shorter, longer = design.estimates.readout, without.estimates.readout
+    assert shorter.scan_rate == approx(longer.scan_rate, rel=1e-3)
+    assert shorter.dwell_time == approx(longer.dwell_time * 2 / 3, rel=1e-3)
+    assert shorter.read_back_time == approx(1.5 * longer.read_back_time, rel=1e-9)
+
+
+def test_response_and_performance_leave_the_reference_coil_out(design, without):
+    press = [[0.0] * 6, [0.0, 0.0, -0.05e-3, 0.0, 0.0, 0.0]]
+    with_it, alone = (sitscad.respond(each, press) for each in (design, without))
+    assert with_it.coils == ("C1", "C2")
+    assert np.diff(with_it.inductance, axis=0) == approx(np.diff(alone.inductance, axis=0), rel=1e-3)
+
+
+def test_offset_places_the_reference_coil(without):
+    spec = without.spec.replace("array.reference", {"offset": [-6.6e-3, 0.0]})
+    layout = sitscad.lay_out(spec)
+    assert layout.shortfalls == () and layout.coils[-1].centre.x == approx(-6.6e-3, rel=1e-9)
+
+
+def test_offset_onto_another_coil_is_refused(without):
+    with pytest.raises(SpecError) as refused:
+        without.spec.replace("array.reference", {"offset": [5.0e-3, 0.0]})
+    (finding,) = refused.value.findings
+    assert finding.rule == "SIT014" and finding.key == "array.reference.offset"
+    assert finding.measured == approx(5.0e-3 - 2.1e-3 - 3.95e-3, rel=1e-9)
+
+
+def test_default_place_follows_the_coils(without):
+    spec = without.spec.replace({"array.reference": {}, "array.pitch": "5 mm"})
+    assert spec.reference_placement.centre[0] == approx(2.5e-3 + 3.95e-3 + 0.5e-3, rel=2e-3)
