@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from enum import StrEnum
 
 from sitscad.basics.record import record
@@ -197,6 +198,8 @@ class Finding:
         whether ``measured`` keeps the limit, by little
     detail : str
         text that the message leaves out: standard deviations, figures of every coil, the source of the limit
+    cases : tuple of str
+        templates of message, details and hint in ``data/messages.csv``, the message's first; not in JSON
     """
 
     rule: str
@@ -217,6 +220,7 @@ class Finding:
     fixes: tuple[Remedy, ...] = ()
     keeps_limit: bool = False
     detail: str = ""
+    cases: tuple[str, ...] = field(default=(), compare=False)
 
     def __repr__(self) -> str:
         """Return a line with rule, severity and message."""
@@ -235,13 +239,14 @@ class Finding:
 
 @record
 class NotChecked:
-    """A rule that could not be applied, with the reason.
+    """A rule that could not be applied, with the reason and its template in ``data/messages.csv``.
 
     A rule without a finding has passed only if it is not listed here.
     """
 
     rule: str
     reason: str
+    case: str = field(default="", compare=False)
 
 
 @record

@@ -9,9 +9,9 @@ import numpy as np
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.performance import MOMENTS, axis_text
-from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
 from sitscad.estimates.design import Design
-from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
+from sitscad.estimates.loads.pressing import rests_on_pad
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 
@@ -53,7 +53,7 @@ def moment_range(design: Design) -> Iterator[Verdict]:
     if not any(design.spec.requirements.moments):
         return
     if not rests_on_pad(design.spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     most = moment_at(soft_pad(design.spec), full_normal(design.spec), HELD_TILT)
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):

@@ -18,7 +18,7 @@ from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
-from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, rule_of, violated
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, not_checked, rule_of, violated
 from sitscad.estimates.design import Cells, Design
 from sitscad.kernels.converters.figures import source_in_all
 
@@ -28,19 +28,6 @@ if TYPE_CHECKING:
 
     AnalysisRule = Callable[[SensingAnalysis, Design], Iterator[Verdict]]
 
-
-NOT_SOLVED = Undecided(
-    "the target is too large to be solved within a second or two: `sitscad response --performance` says what the "
-    "sensor feels, or why it cannot"
-)
-
-NOTHING_FELT = Undecided(
-    "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
-)
-
-GIVES_WAY = (
-    "the pad gives way sideways {where} (SIT304 and SIT312 judge that): nothing can be said of what is felt there"
-)
 
 FELT_SOURCE = (
     f"noise by {source_in_all('noise_law')}, slopes by the response, pad by its law, as `response --performance`"
@@ -163,7 +150,7 @@ def _unfelt(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
     `is_solved` and `is_rough` are properties of the estimates. `is_rough` estimates are for screening only.
     """
     is_too_large = not (is_solved or is_rough)
-    return NOT_SOLVED if is_too_large and has_target else NOTHING_FELT
+    return not_checked("performance-unsolved" if is_too_large and has_target else "performance-unknown")
 
 
 def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
@@ -183,7 +170,7 @@ def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
             yield from rule(sensing, design)
             lost = [at for at, is_held in zip(POINTS, sensing.held, strict=True) if not is_held]
             if lost:
-                yield Undecided(GIVES_WAY.format(where=lost[0]))
+                yield not_checked("performance-lost", where=lost[0])
 
     return apply
 
@@ -199,7 +186,7 @@ def where_held(rule: AnalysisRule) -> AnalysisRule:
         if sensing.is_range_held:
             yield from rule(sensing, design)
         elif all(sensing.held):
-            yield Undecided(GIVES_WAY.format(where="under full shear"))
+            yield not_checked("performance-lost", where="under full shear")
 
     return apply
 
@@ -272,9 +259,6 @@ def _resolution(
                                      rate=design.spec.readout.scan_rate)
 
 
-ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
-
-
 @where_felt
 @where_held
 def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
@@ -285,7 +269,7 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.performance.inversion import crosstalk as crossed
 
     if len(sensing.bench.range.axes) == 1:
-        yield ONE_AXIS
+        yield not_checked("one-axis")
         return
     tables = [crossed(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
 
@@ -318,7 +302,7 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     if not isinstance(design.spec.requirements.tilt_error, float):
         untold = [name for name in limits if name not in measured_axes]
     if untold:
-        yield Undecided(f"tilt_error: the array does not tell {' and '.join(map(axis_text, untold))}")
+        yield not_checked("tilt-axes", axes=list(map(axis_text, untold)))
 
 
 @where_felt
@@ -488,7 +472,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
             numbers, target = design.estimates, design.spec.target
             yield _unfelt(numbers.is_solved, numbers.is_rough, target is not None)
         elif not sensing.held[-1]:
-            yield Undecided(GIVES_WAY.format(where=POINTS[-1]))
+            yield not_checked("performance-lost", where=POINTS[-1])
         return
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
         largest = max((each for each in readings if each.axis in kind), key=lambda each: each.error, default=None)

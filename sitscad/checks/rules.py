@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field as field_of
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from string import Formatter
 
 from sitscad.basics.check_results import RequirementResult
@@ -60,14 +60,19 @@ class Violation:
 
         The hint is the template of ``hint_case``, if set. The detail has the details of the cases in ``details`` added.
         """
-        cases: tuple[str, ...] = (self.case, *self.details) if part == "detail" else (self.case,)
-        if part == "hint" and self.hint_case:
-            chosen = self.hint_case if isinstance(self.hint_case, str) else self.hint_case()
-            cases = (chosen or self.case,)
+        cases = (self.case, *self.details) if part == "detail" else (self._hint_case if part == "hint" else self.case,)
         named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
         for name, value in (("measured_text", self.measured), ("limit_text", self.limit)):
             named[name] = "" if value is None else show(value, self.unit or "", 3)
         return joined(*(text_of(case, part, named) for case in cases))
+
+    @cached_property
+    def _hint_case(self) -> str:
+        return (self.hint_case if isinstance(self.hint_case, str) else self.hint_case()) or self.case
+
+    def cases(self, with_hint: bool) -> tuple[str, ...]:
+        """Return the cases of message, details and, `with_hint`, hint. Empty for texts without a case."""
+        return tuple(dict.fromkeys((self.case, *self.details, *(self._hint_case,) * with_hint))) if self.case else ()
 
 
 def violated(
@@ -90,9 +95,18 @@ def violated(
 
 @record
 class Undecided:
-    """The reason why a rule could not decide a case although its needs were met."""
+    """The reason why a rule could not decide a case although its needs were met.
+
+    ``case`` is the template of the reason. Rules of plugins have none.
+    """
 
     reason: str
+    case: str = ""
+
+
+def not_checked(case: str, **values: object) -> Undecided:
+    """Return the reason "not checked" of a case in ``data/messages.csv``."""
+    return Undecided(text_of(case, "message", values), case)
 
 
 def joined(*texts: str) -> str:
@@ -157,15 +171,10 @@ _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("s
 """Needs of rules about sensing performance (SIT4xx), each with its keys in the section ``requirements``."""
 
 
-_REQUIRED = _ASKED | _FEELING
+_REQUIRED = _ASKED | _FEELING | {"force": ("normal_force", "shear_force")}
 
-NO_REQUIREMENT = "no requirements."
-"""Start of the reason "not checked" for a requirement that the spec does not have. The key follows."""
-
-
-def _unstated(keys: Sequence[str]) -> str:
-    return f"{NO_REQUIREMENT}{' and requirements.'.join(keys)} in the spec"
-
+NO_REQUIREMENT = "no-requirement"
+"""Case of the reason "not checked" for requirements that the spec does not have."""
 
 def _states(requirements: Requirements, keys: tuple[str, ...]) -> bool:
     return all(getattr(requirements, key) is not None for key in keys)
@@ -180,26 +189,24 @@ def _step_files(mount: Mount | None) -> tuple[StepPart | None, StepPart | None]:
 
 
 NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
-    "target": (lambda s: s.target is not None, "no target in the spec"),
-    "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
-    "plate": (lambda s: s.target is not None or s.elastomer is not None, "no target and no elastomer in the spec"),
-    "mount": (lambda s: s.mount is not None, "no mount in the spec"),
-    "jaw": (lambda s: s.jaw is not None, "no jaw: the mount is not for a grasper"),
-    "STEP file": (lambda s: any(_step_files(s.mount)), "no STEP file in the spec"),
+    "target": (lambda s: s.target is not None, "no-target"),
+    "elastomer": (lambda s: s.elastomer is not None, "no-elastomer"),
+    "plate": (lambda s: s.target is not None or s.elastomer is not None, "no-plate"),
+    "mount": (lambda s: s.mount is not None, "no-mount"),
+    "jaw": (lambda s: s.jaw is not None, "no-jaw"),
+    "STEP file": (lambda s: any(_step_files(s.mount)), "no-step-file"),
     "jaw file": (lambda s: s.mount is not None and s.mount.kind != "custom" and any(_step_files(s.mount)),
-                 "no STEP file of a jaw in the spec"),
-    "shield": (lambda s: s.shield is not None, "no shield in the spec"),
-    "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
-    **{need: (_need_of(keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
-    "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force),
-              _unstated(("normal_force", "shear_force"))),
+                 "no-jaw-file"),
+    "shield": (lambda s: s.shield is not None, "no-shield"),
+    "tail": (lambda s: s.fpc.tail is not None, "no-tail"),
+    **{need: (_need_of(keys), NO_REQUIREMENT) for need, keys in _REQUIRED.items()},
+    "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force), NO_REQUIREMENT),
     "errors": (lambda s: any(getattr(s.requirements, f"{kind}_{what}") is not None
                              for kind in ("normal", "shear", "moment") for what in ("error", "resolution")),
-               "no requirements.normal_error or normal_resolution in the spec, nor those of shear and moments"),
-    "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()),
-                "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
+               "no-error-limit"),
+    "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()), "no-performance-limit"),
 }
-"""Parts of the spec that a rule may need, by name. Each has a test of the spec, and the reason if the test fails."""
+"""Parts of the spec that a rule may need, by name: a test of the spec, and the case of the reason if the test fails."""
 
 
 @record
@@ -251,14 +258,15 @@ def outcomes(
         mount = design.spec.mount
         is_by_file = missing == "jaw" and mount is not None and mount.is_jaw_unmeasured
         # requirements that the spec does not state
-        absent = [key for key in _REQUIRED.get(missing, ()) if getattr(design.spec.requirements, key) is None]
-        why = _unstated(absent) if absent else NEEDS[missing][1]
-        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else why)]
+        absent = [f"requirements.{key}" for key in _REQUIRED.get(missing, ())
+                  if getattr(design.spec.requirements, key) is None]
+        why = not_checked("jaw-by-file" if is_by_file else NEEDS[missing][1], keys=absent)
+        return [], [NotChecked(rule.id, why.reason, why.case)]
     results: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
-            undecided.append(NotChecked(rule.id, verdict.reason))
+            undecided.append(NotChecked(rule.id, verdict.reason, verdict.case))
         elif isinstance(verdict, Violation):
             results.append(Outcome(finding_of(rule, verdict, design.spec.readout.device, least), verdict.fixes))
     return results, undecided
@@ -277,7 +285,7 @@ def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[li
         each, key=lambda entry: max((_weight(outcome.finding) for outcome in entry[1]), default=()))
     command = "sitscad response --"
     return [Outcome(replace(
-        outcome.finding, message=f"cell {number}: {outcome.finding.message}",
+        outcome.finding, message=text_of("of-cell", "message", {"cell": number, "message": outcome.finding.message}),
         hint=outcome.finding.hint.replace(command, f"{command}cell {number} --"))) for outcome in cell_outcomes], unsaid
 
 
@@ -285,12 +293,6 @@ def _weight(finding: Finding) -> tuple[float, ...]:
     """Return a sort key for how bad a finding is: its severity, then for SIT4xx the ratio of value to limit."""
     beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
-
-
-JAW_BY_FILE_ALONE = (
-    "the jaw is a STEP file, whose dimensions are not in the spec: write mount.jaw.width, length and height; the build "
-    "measures the file's solid"
-)
 
 
 def finding_of(
@@ -301,16 +303,16 @@ def finding_of(
     Converter-dependent parts of the rule's source are for this converter.
     """
     severity, hint = complaint.severity or rule.severity, complaint.hint
-    message, detail = complaint.message, complaint.detail
+    message, detail, is_hinted = complaint.message, complaint.detail, least is not None and severity.weighs(least)
     if complaint.case:
         message, hint, detail = complaint.text("message"), partial(complaint.text, "hint"), complaint.text("detail")
     if not isinstance(hint, str):
-        hint = hint() if least is not None and severity.weighs(least) else ""
+        hint = hint() if is_hinted else ""
     return Finding(
         rule=rule.id, name=rule.name, severity=severity, message=message,
         hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
         unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
-        sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=detail,
+        sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=detail, cases=complaint.cases(is_hinted),
     )
 
 
@@ -326,8 +328,8 @@ def located(finding: Finding, source: SpecSource) -> Finding:
     missing = source.absent(finding.key)
     if missing is None:
         return replace(finding, line=line, column=column)
-    added = f"(the spec leaves {missing} out: add {missing} to change it)"
-    return replace(finding, hint=f"{finding.hint} {added}".strip(), line=line, column=column)
+    hint = text_of("key-left-out", "hint", {"advice": finding.hint, "key": missing}).strip()
+    return replace(finding, hint=hint, line=line, column=column)
 
 
 @record

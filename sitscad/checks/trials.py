@@ -12,7 +12,8 @@ from dataclasses import replace
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened
 from sitscad.checks.fixes.moves import roomy
-from sitscad.checks.fixes.search import NOT_FURTHER, Budget, Fix, Left, Search, hint_text, search
+from sitscad.checks.fixes.search import Budget, Fix, Left, Search, hint_text, not_further, search
+from sitscad.checks.messages import text_of
 from sitscad.checks.rules import Outcome, Rule, located, outcomes
 from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit
@@ -269,9 +270,6 @@ def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator
         yield replace(remedy, edits=edits)
 
 
-OTHERWISE = {"SIT014": "or smaller coils", "SIT016": "or a finer trace and spacing, more layers, or a larger coil"}
-"""Further advice in hints of rules about missing room, by rule."""
-
 ROOM = ("SIT112", "SIT113")
 """Rules that check the room for vias and leads."""
 
@@ -289,10 +287,12 @@ def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
         return error.findings
     trials = Trials(Design(spec), [rule for rule in rules if rule.id in ROOM], (), (), Budget.of(hints))
     result = trials.mending(first, Outcome(first, families))
-    further = f" ({NOT_FURTHER})" if result.is_cut_short else ""
+    further = not_further if result.is_cut_short else str
     if not result.mending:
-        return tuple(replace(finding, hint=finding.hint + further) for finding in error.findings)
+        return tuple(replace(finding, hint=further(finding.hint)) for finding in error.findings)
     fix, _ = result.mending[0]
     fixes = as_written([Remedy(fix.edits)], spec.source)
-    hint = f"{fix.words} gives room, to leads and vias as well (tried); "
-    return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further, fixes=fixes) for f in error.findings)
+    cases = {"SIT014": "room-for-coils", "SIT016": "room-for-turns"}
+    hints = (text_of(cases[finding.rule], "hint", {"change": fix.words}) for finding in error.findings)
+    return tuple(replace(finding, fixes=fixes, hint=further(hint))
+                 for finding, hint in zip(error.findings, hints, strict=True))

@@ -67,7 +67,8 @@ def test_what_lies_in_the_bend(advised, bench):
     outline = Region(rectangle(end - 0.5 * MM, -1e-3, end + 4e-3, 1e-3))
     plate = replace(bench, stiffener=replace(bench.stiffener, outline=outline))
     (stiff,) = [f for f in advised("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
-    assert "stiffener" in stiff.message and stiff.measured == approx(0.5 * MM, rel=1e-6)
+    assert "stiff-in-bend" in stiff.cases and "stiffener" in stiff.message
+    assert stiff.measured == approx(0.5 * MM, rel=1e-6)
 
 
 def test_a_bend_without_room_is_an_error(advised, bench):
@@ -148,7 +149,7 @@ def test_no_room_to_bend_is_reported_even_where_no_radius_is_stated(advised):
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
     (found,) = advised("SIT123", silent, lay_out(silent))
     assert found.severity is Severity.ERROR and found.measured == found.limit == 0.0 and found.fixes
-    assert "needs" not in found.message
+    assert "bend-room-unknown" in found.cases
 
 
 GRID = "array: {pattern: grid, count: [2, 2], pitch: 8}"

@@ -7,7 +7,7 @@ import pytest
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks.fixes.search import LEVELS, NOT_FURTHER, Budget, Costly, Growing, search
+from sitscad.checks.fixes.search import LEVELS, MORE_TRIALS, Budget, Costly, Growing, search
 from sitscad.checks.judging import HINTS, RULES, check, mended
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
@@ -43,7 +43,7 @@ def test_without_hints_nothing_is_tried_and_every_hint_says_so(monkeypatch):
     layout = lay_out(spec)
     monkeypatch.setattr("sitscad.estimates.design.arrange", lambda *_: pytest.fail("another board was laid out"))
     errors = [f for f in check(spec, layout, hints="none").findings if f.severity is Severity.ERROR]
-    assert errors and all(NOT_FURTHER in finding.hint and "tried" not in finding.hint for finding in errors)
+    assert errors and all(MORE_TRIALS in finding.hint and not finding.fixes for finding in errors)
 
 
 def test_decisive_hints_estimate_no_more_than_their_budget(monkeypatch):
@@ -73,7 +73,7 @@ def test_exhausted_budget_suggests_no_fix():
     subject = Design(spec)
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
     found = {f.rule: f for f in Trials(subject, RULES, said, (), Budget(0, 0, 0)).advised()}
-    assert all(NOT_FURTHER in found[rule].hint and not found[rule].fixes for rule in ("SIT101", "SIT202"))
+    assert all(MORE_TRIALS in found[rule].hint and not found[rule].fixes for rule in ("SIT101", "SIT202"))
 
 
 @pytest.mark.parametrize("family", [
@@ -97,7 +97,7 @@ def test_coils_are_wound_for_hints_only_if_something_can_be_tried(monkeypatch):
     budget.layouts = 0
     monkeypatch.setattr("sitscad.checks.fixes.moves.wind_all", lambda *_: tried.append(1) or pytest.fail("wound"))
     found = {f.rule: f for f in trials.advised()}
-    assert NOT_FURTHER in found["SIT112"].hint and not tried
+    assert MORE_TRIALS in found["SIT112"].hint and not tried
 
 
 def test_a_change_is_tried_once_for_all_findings(monkeypatch):
@@ -114,7 +114,7 @@ def test_refused_specs_are_searched_within_the_budget_too():
     with pytest.raises(sitscad.SpecError) as raised:
         spec_of(turns=40, size=6.0)
     error = raised.value
-    assert all(NOT_FURTHER in finding.hint for finding in mended(error, "none"))
+    assert all(MORE_TRIALS in finding.hint for finding in mended(error, "none"))
     assert all(finding.fixes for finding in mended(error, "full"))
 
 
@@ -136,6 +136,6 @@ def test_the_command_takes_the_choice(tmp_path, capsys):
     path.write_text("sitscad: 1\nname: few\ncoil: {shape: circle, outer_diameter: 3, turns: 3, layers: 2, "
                     "trace_width: 100 um, trace_spacing: 100 um}\n", encoding="utf-8")
     assert run(["check", "--hints", "none", str(path)]) == 1
-    assert NOT_FURTHER in capsys.readouterr().out
+    assert MORE_TRIALS in capsys.readouterr().out
     assert run(["check", "--hints", "more", str(path)]) == 2
     assert "'more' is not one of none, decisive, full" in capsys.readouterr().err

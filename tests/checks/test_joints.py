@@ -92,7 +92,7 @@ def test_a_groove_leaves_metal_below_its_corners():
     half = 1.2e-3 + room * (1 / math.tan(math.radians(60.0)) + 1 / math.sin(math.radians(60.0)))
     at_corner = jaw.height - (2.5e-3 - math.sqrt(2.5e-3**2 - half**2))
     assert deep.measured == approx(at_corner - 0.7e-3 - room, rel=1e-6)
-    assert deep.severity is Severity.ERROR and "unverified" in deep.detail
+    assert deep.severity is Severity.ERROR and "jaw-unverified" in deep.cases
 
 
 @pytest.mark.slow

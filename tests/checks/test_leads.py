@@ -56,7 +56,7 @@ def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
     spec = loops(8.65)
     (found,) = found_in(spec)
     assert (found.severity, found.key) == (Severity.WARNING, "coil.turns") and found.measured > found.limit == WARNED
-    assert "0.3 turns" in found.message
+    assert "lead-back" in found.cases and "0.3 turns" in found.message
     turns = float(found.fixes[0].edits[0].new)
     assert turns == 8.5 and found_in(replace(spec, coil=replace(spec.coil, turns=turns))) == []
 

@@ -19,8 +19,9 @@ from check_times import design as random_design  # noqa: E402
 from sitscad.basics.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
 from sitscad.basics.record import record  # noqa: E402
 from sitscad.checks.fixes.mending import mended_text, worsened  # noqa: E402
-from sitscad.checks.fixes.search import warn  # noqa: E402
+from sitscad.checks.fixes.search import warnings_text  # noqa: E402
 from sitscad.checks.judging import check, mended  # noqa: E402
+from sitscad.checks.messages import text_of  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.reading import SpecError  # noqa: E402
@@ -307,12 +308,13 @@ def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
     assert "[4, 3]" in done.text and not done.rolled_back
 
 
-def test_rules_that_warn_already_are_said_to_warn_of_more():
+def test_rules_with_warnings_before_the_change_are_named_apart():
     """"SIT103, SIT130 then warn" was said of rules that warned as the design stood."""
-    assert warn(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == (
-        "SIT205 then warns and SIT103, SIT130 then warn of more")
-    assert warn(("SIT103",), {"SIT103"}) == "SIT103 then warns of more"
-    assert warn(("SIT103", "SIT130"), ()) == "SIT103, SIT130 then warn" and warn((), ()) == ""
+    new, more = (text_of(case, "hint", {"rules": rules}) for case, rules in (
+        ("tried-warns", ["SIT205"]), ("tried-warns-more", ["SIT103", "SIT130"])))
+    assert warnings_text(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == f"{new}, {more}"
+    assert warnings_text(("SIT103", "SIT130"), {"SIT103", "SIT130"}) == more
+    assert warnings_text(("SIT205",), ()) == new and warnings_text((), ()) == ""
 
 
 def test_errors_are_mended_before_warnings_of_lower_rules():

@@ -61,7 +61,7 @@ def helpers():
 @cache
 def makers():
     """Functions that take a case and pass it to `violated`, with the values that they add and their own parameters."""
-    found = {"violated": (frozenset(), frozenset(FIELDS))}
+    found = {"violated": (frozenset(), frozenset(FIELDS)), "not_checked": (frozenset(), frozenset())}
     for _ in range(3):  # makers that call makers
         for tree in modules().values():
             for function in ast.walk(tree):
@@ -69,7 +69,7 @@ def makers():
                     inner = [node for node in ast.walk(function) if called(node) in found]
                     added = {name for node in inner for name in {*keywords(node), *found[called(node)][0]}}
                     own = {each.arg for each in (*function.args.args, *function.args.kwonlyargs)}
-                    if inner and function.name != "violated":
+                    if inner and function.name not in ("violated", "not_checked"):
                         found[function.name] = frozenset(added), frozenset(own)
     return found
 

@@ -130,21 +130,21 @@ def test_sharp_corners_of_a_pad_as_large_as_the_body_hang_over_its_rounded_ones(
     plain["elastomer"] = {"shape": "rectangle", "size": [float(f"{side / MM:.6f}") for side in body], "thickness": 1}
     (found,) = judge("SIT307", loaded(plain))
     radius = 0.5 * MM
-    assert found.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "corners" in found.detail
+    assert found.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "overhang-corners" in found.cases
 
 
 def test_the_film_round_a_pad_counts_with_it(judge):
     parts = {"target": {"size": 10}, "elastomer": {"size": 10.3, "shape": "square"}}
     assert judge("SIT307", loaded(document(**parts))) == []
     (found,) = judge("SIT307", loaded(document(**parts, encapsulation={"thickness": 0.1})))
-    assert "encapsulation" in found.message and found.measured == approx(50e-6, rel=1e-3)
+    assert "overhang-film" in found.cases and found.measured == approx(50e-6, rel=1e-3)
 
 
 def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
     jaw = {"jaw": {"width": 5, "length": 5, "height": 2}}
     pad = {"shape": "rectangle", "size": [5, 4], "thickness": 1}
     (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, elastomer=pad, mount=jaw)))
-    assert "jaw, 5 mm long" in found.detail
+    assert "overhang-jaw-length" in found.cases and "5 mm" in found.detail
 
 
 @pytest.mark.slow
@@ -177,7 +177,7 @@ def test_what_cannot_stay_where_it_is_put_is_an_error(judge, target, pad, severi
 
 def test_neither_target_nor_pad_is_not_checked(verdicts):
     found, skipped = verdicts("SIT307", loaded(document()))
-    assert not found and skipped[0].reason == "no target and no elastomer in the spec"
+    assert not found and skipped[0].case == "no-plate"
 
 
 def test_what_a_spec_does_not_take_is_not_advised(judge, advised):

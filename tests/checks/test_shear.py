@@ -16,6 +16,7 @@ from sitscad.checks.reading.response import FEWEST_STEPS, _moved_changes
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.circuits.moved_target import target_effects
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pressing import BESIDE_PAD
 from sitscad.estimates.performance.points import analyse_sensing
 from sitscad.spec.places import shared_middles
 from sitscad.spec.yaml.rewriting import rewritten
@@ -73,20 +74,20 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
 def test_only_the_axes_along_which_coils_stand_apart_are_judged():
     line = FOUR.replace("grid, count: [2, 2]", "line, count: 2").replace("TARGET", "24")
     found, _ = judged(line)
-    assert len(found) == 1 and "along x" in found[0].message
+    assert len(found) == 1 and "shear-weak" in found[0].cases and "along x" in found[0].message
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "reason"),
+    ("old", "new", "case"),
     [
-        ("array: {pattern: grid, count: [2, 2], pitch: 7}\n", "", "one coil alone"),
-        ("size: TARGET", "size: 6, offset: [16, 0]", "wholly beside the elastomer"),
-        (", shear_force: 3 N", "", "no requirements.shear_force"),
+        ("array: {pattern: grid, count: [2, 2], pitch: 7}\n", "", "shear-one-coil"),
+        ("size: TARGET", "size: 6, offset: [16, 0]", "beside-pad"),
+        (", shear_force: 3 N", "", "no-requirement"),
     ],
 )
-def test_what_cannot_tell_shear_is_not_judged(old, new, reason):
+def test_what_cannot_tell_shear_is_not_judged(old, new, case):
     found, (skipped,) = judged(FOUR.replace(old, new).replace("TARGET", "7"))
-    assert not found and reason in skipped.reason
+    assert not found and skipped.case == case
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
@@ -113,10 +114,10 @@ def test_a_target_beside_its_pad_presses_nothing():
     spec = sitscad.load_text(FOUR.replace("size: TARGET", "size: 6, offset: [16, 0]"), "beside.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
     assert all(set(coil.states) == {"free", "rest"} for coil in estimates.coils) and estimates.compression is None
-    assert any("no state pressed: the target stands wholly beside" in note for note in estimates.notes)
+    assert any(note == f"no state pressed: {BESIDE_PAD}" for note in estimates.notes)
     result = sitscad.check(spec, estimates=estimates)
-    reasons = {skipped.rule: skipped.reason for skipped in result.not_checked}
-    assert all("wholly beside" in reasons[rule] for rule in ("SIT304", "SIT310", "SIT312", "SIT218"))
+    cases = {skipped.rule: skipped.case for skipped in result.not_checked}
+    assert all(cases[rule] == "beside-pad" for rule in ("SIT304", "SIT310", "SIT312", "SIT218"))
     assert result.signals == () and "SIT307" in {f.rule for f in result.findings if f.severity is Severity.ERROR}
 
 

@@ -89,7 +89,7 @@ def test_an_overdamped_tank_is_said_to_be_one(tmp_path):
     """It was estimated to run at 1e-10 mHz, and rules for low frequencies gave advice on that."""
     result = checked(DAMPED, tmp_path)
     (finding,) = [finding for finding in result.findings if finding.rule == "SIT203"]
-    assert "overdamped" in finding.message and finding.severity.value == "error"
+    assert "overdamped" in finding.cases and finding.severity.value == "error"
     assert not {"SIT202", "SIT305"} & {finding.rule for finding in result.findings}
     (coil,) = sitscad.estimate(sitscad.lay_out(sitscad.load(tmp_path / "seen.yaml"))).coils
     assert not coil.states and "overdamped: Q 0." in coil.failed_states["free"]

@@ -78,7 +78,7 @@ def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
     weak = design_with(xdc2214, capacitance=3e-9)
     assert weak.estimates.readout.drive_code == 15
     found = next(one for one in sitscad.check(weak.spec).findings if one.rule == "SIT204")
-    assert "too low even for the strongest drive" in found.hint
+    assert "weak-drive" in found.cases
     loud = replace(readings_of(weak.estimates.coils, "amplitude", True)[0], value=2.0)
     weakest = replace(weak.estimates, readout=replace(weak.estimates.readout, drive_code=0))
     (said,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)

@@ -79,7 +79,7 @@ def test_a_code_that_the_spec_sets_is_taken_and_judged():
     assert rest.amplitude == approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance, rel=1e-6)
     told = [f for f in sitscad.check(spec, estimates=found).findings if f.rule == "SIT204"]
     (error,) = [f for f in told if f.severity.value == "error"]
-    assert error.limit == 1.8 and "leave readout.drive_code out" in error.hint
+    assert error.limit == 1.8 and "code-apart" in error.cases
     assert error.key == "readout.drive_code" and error.line
 
 

@@ -232,7 +232,7 @@ def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
     (note,) = [finding for finding in sitscad.check(spec).findings if finding.rule == "SIT132"]
     assert note.severity.value == "note" and core in note.detail
     assert "/".join(each.removesuffix(" um") for each in finished) in note.message
-    assert "fpc.tail.layers" in note.hint and "bends to" in note.detail
+    assert {"tail-layers", "tail-layers-bends"} <= set(note.cases)
 
 
 def test_plain_build_of_two_cores_is_one_lamination_without_a_finding():

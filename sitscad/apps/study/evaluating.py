@@ -32,7 +32,7 @@ from sitscad.checks.judging import judged as checked
 from sitscad.checks.opening import policy_for, processes, processors
 from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
-from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
+from sitscad.checks.rules import NEEDS, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
@@ -46,11 +46,11 @@ from sitscad.spec.places import footprint
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 
-NO_NEED = frozenset(reason for _, reason in NEEDS.values())
-"""Reasons in `NotChecked` for rules about a part that the spec does not have. These rules do not count as undecided."""
+NO_NEED = frozenset(("on-solids", *(case for _, case in NEEDS.values())))
+"""Cases of `NotChecked` for rules about a part that the spec does not have, and for rules that only a build can check.
 
-BY_BUILD = "by sitscad build"
-"""Part of the reason of rules that only a build can check."""
+These rules do not count as undecided.
+"""
 
 
 def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
@@ -99,8 +99,7 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
 
 def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
     """Return the rules without a verdict, except rules about a part that the spec does not have."""
-    return tuple(sorted({each.rule for each in not_checked if each.reason not in NO_NEED and BY_BUILD not in each.reason
-                         and not each.reason.startswith(NO_REQUIREMENT)}))
+    return tuple(sorted({each.rule for each in not_checked if each.case not in NO_NEED}))
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",

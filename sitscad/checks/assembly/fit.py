@@ -24,12 +24,12 @@ from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import (
     ROUNDING,
     Rule,
-    Undecided,
     Verdict,
     Violation,
     finding_of,
     joined,
     located,
+    not_checked,
     rule_of,
     violated,
 )
@@ -65,7 +65,7 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if tail.bend == "dynamic":
         yield from _moving(spec, tail)
     if figure is None:
-        yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
+        yield not_checked("no-bend-radius", profile=spec.fpc.rules.name, bend=tail.bend)
     else:
         yield from _bend_radius(spec, tail, *figure)
 
@@ -78,13 +78,13 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
-    radius = [Undecided("")] if figure is None else _bend_radius(dynamic.spec, moving, *figure)
-    wrong = [*_moving(dynamic.spec, moving), *radius]
+    results = [*_moving(dynamic.spec, moving), *(_bend_radius(dynamic.spec, moving, *figure) if figure else ())]
+    is_wrong = bool(results) or figure is None
     return violated(
-        "bend-static", "fpc.tail.bend", hint="bend-static-wrong" if wrong else "",
-        details=() if figure else ("no-moving-radius",), severity=Severity.WARNING if wrong else Severity.NOTE,
-        fixes=() if wrong else (lambda: [dynamic],), rules=spec.fpc.rules.name,
-        broken=joined(*(each.text("message") for each in wrong if isinstance(each, Violation))),
+        "bend-static", "fpc.tail.bend", hint="bend-static-wrong" if is_wrong else "",
+        details=() if figure else ("no-moving-radius",), severity=Severity.WARNING if is_wrong else Severity.NOTE,
+        fixes=() if is_wrong else (lambda: [dynamic],), rules=spec.fpc.rules.name,
+        broken=joined(*(each.text("message") for each in results if isinstance(each, Violation))),
     )
 
 
@@ -120,7 +120,7 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
     room = None if jaw is None else jaw.port_diameter / 2.0
     radius, spec_radius = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
-        yield Undecided("no jaw: the room for the tail's bend is not known")
+        yield not_checked("no-bend-room")
     elif spec_radius > max(radius, room + ROUNDING):
         tightest = round(1e3 * max(radius, min(spec_radius, room)), 6)
         yield violated("bend-radius-port", "fpc.tail.bend.radius", spec_radius, room, "m", severity=Severity.WARNING,
@@ -188,7 +188,7 @@ def unverified(jaw: Jaw) -> tuple[str, ...]:
 
 def on_solids(design: Design) -> Iterator[Verdict]:
     """Yield the reason for "not checked": only `build` makes the solids that this rule measures."""
-    yield Undecided("measured on the solids by sitscad build (mount/fit.json), not by check")
+    yield not_checked("on-solids")
 
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
@@ -202,13 +202,13 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:
-        yield Undecided("the shield does not fit into the standoff")
+        yield not_checked("shield-unfit")
         return
     if jaw.hinge is None or closed is None or pair is None:
-        yield Undecided("no hinge: mount.jaw.hinge is not known" if jaw.hinge is None else "no tail behind the jaws")
+        yield not_checked("no-hinge" if jaw.hinge is None else "no-tail-behind")
         return
     if closed.radius is None:
-        yield Undecided(f"the tail is taken as straight: {closed.reason}")
+        yield not_checked("straight-tail", reason=closed.reason)
         return
     for gap in pin_gaps(layout):
         if not gap.is_free:

@@ -35,7 +35,7 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
@@ -146,7 +146,7 @@ def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
                            source=limit.source, process=mount.process)
             return
     if mount.step is not None and mount.kind == "custom":
-        yield Undecided("a mount out of a STEP file: its walls and holes are not looked at")
+        yield not_checked("step-mount")
 
 
 def printed_wall(design: Design) -> Iterator[Verdict]:
@@ -191,15 +191,15 @@ def carried(design: Design) -> Iterator[Verdict]:
     mount = design.spec.mount
     assert mount is not None
     if mount.kind == "custom" and mount.step is None:
-        yield Undecided("the mount is not part of the spec: nothing says what the board lies on")
+        yield not_checked("custom-mount")
         return
     try:
         areas = support(design.layout)
     except PartsError:
-        yield Undecided("the shield does not fit into the standoff")
+        yield not_checked("shield-unfit")
         return
     if areas is None:
-        yield Undecided("a mount or a jaw that is a STEP file: SIT326 measures it on the solids")
+        yield not_checked("step-support")
         return
     is_all = areas.carried >= HALF_OF_IT * areas.pressed and areas.body_carried < HALF_OF_IT * areas.body
     area, of = (areas.body_carried, areas.body) if is_all else (areas.carried, areas.pressed)

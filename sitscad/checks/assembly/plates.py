@@ -26,7 +26,7 @@ from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.fixes.moves import Plate, carrying, each_read, larger_target, over_the_middle, resized
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Undecided, Verdict, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Verdict, not_checked, own_limits, rule_of, violated
 from sitscad.data import rows
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box, Footprint, beyond
@@ -283,11 +283,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         if nearest >= half:
             yield violated("target-between", "target.size", nearest, half, "m")
     if pitch is None and len(array.placements) > 1:
-        yield Undecided(
-            "the target's length is judged over two coils in a line only; of this array it was checked only that "
-            "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
-            "coil feels where a normal force is required)"
-        )
+        yield not_checked("target-length-line")
 
 
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
@@ -297,14 +293,14 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     assert pitch is not None and target is not None
     if requirements.normal_resolution is not None and requirements.shear_resolution is not None:
         return  # SIT401 and SIT402 judge this case
-    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad  # already loaded by the estimates
+    from sitscad.estimates.loads.pressing import rests_on_pad  # already loaded by the estimates
 
     if spec.elastomer is None or not rests_on_pad(spec):
-        yield Undecided(BESIDE_PAD if spec.elastomer else NO_PAD)
+        yield not_checked("beside-pad" if spec.elastomer else "target-length-pad")
         return
     gain = gain_at_length(design, pitch, requirements.shear_force or 0.0)
     if gain is None:
-        yield Undecided("the pad gives way sideways under the load: signals of two target lengths cannot be compared")
+        yield not_checked("target-length-lost")
         return
     is_shear_felt = requirements.shear_force or requirements.shear_resolution
     worth = gain.normal * gain.shear if is_shear_felt else gain.normal

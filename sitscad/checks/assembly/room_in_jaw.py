@@ -23,7 +23,7 @@ from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
 from sitscad.checks.fixes.moves import each_read, narrower, other_ends
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.lanes import coils_breadth
@@ -196,7 +196,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     try:
         backing_of(design.spec).shield_that_fits()
     except PartsError as error:
-        yield Undecided(str(error))
+        yield not_checked("stack-unfit", reason=str(error))
         return
     pair, jaw = _measure_of(design.fit, CLOSED_PAIR), jaw_of(design.spec.jaw)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:

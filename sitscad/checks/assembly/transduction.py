@@ -16,9 +16,9 @@ from sitscad.checks.assembly.plates import lies
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.fixes.pads import other_thicknesses
 from sitscad.checks.fixes.search import Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, not_checked, own_limits, rule_of, violated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
-from sitscad.estimates.loads.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
+from sitscad.estimates.loads.pressing import loaded_face, pressed, rests_on_pad, surround
 from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.mechanics import elastomer
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR
@@ -53,7 +53,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
@@ -118,7 +118,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     On a slender pad the target tilts easily, and the pad may yield sideways under the force.
     """
     if not rests_on_pad(design.spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     import numpy as np
 
@@ -182,12 +182,12 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     pitch = spec.array.pitch
     assert force is not None
     if not rests_on_pad(spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     strain = _sheared(spec, force)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
-        yield Undecided("no pitch: the coils have no common distance")
+        yield not_checked("no-pitch")
         return
 
     travel, over_coils = strain * pad.thickness, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness)
@@ -339,7 +339,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.normal_force
     assert target is not None
     if not rests_on_pad(spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     limits, contact = own_limits(), spec.requirements.contact
     is_finger = contact is None
@@ -351,7 +351,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     if not force or (is_all and not is_finger):
         return
     if target.material.young_modulus is None:
-        yield Undecided(f"no Young's modulus of {target.material.name} is known")
+        yield not_checked("no-young-modulus", metal=target.material.name)
         return
     import numpy as np
 
@@ -364,9 +364,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     stiffness = rigidities * face.area * way / force
     if is_all:
         if stiffness[0] ** 0.25 < limits["evenly_pressed"].value * max(target.size):
-            plate = f"{show(target.thickness, 'm')} of {target.material.name}"
-            yield Undecided(f"a soft finger over all of {plate} presses evenly, and the pad's rim gives way first: how "
-                            "far that bends it is not computed")
+            yield not_checked("even-press", thickness=target.thickness, metal=target.material.name)
         return
     bent, limit = bending(target.size, target.outline.is_disc, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:

@@ -18,7 +18,7 @@ from sitscad.basics.record import record
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
 from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.fixes.moves import other_ends
-from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, Segment
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
@@ -308,7 +308,7 @@ def unconnected(design: Design) -> Iterator[Verdict]:
     """
     layout = design.layout
     if layout.shortfalls:
-        yield Undecided("the layout is not complete: see what found no room")
+        yield not_checked("incomplete-layout")
         return
     for point, layer, net in loose_ends(_graph(design)):
         yield violated("loose-end", "coil", place=Place(*point, layer, (net,)), net=net, layer=layer)

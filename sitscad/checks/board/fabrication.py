@@ -16,7 +16,7 @@ from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read, finer_fabricators, plated_in_holes_alone, read_anew, wider
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
 from sitscad.layout.board import Via
@@ -215,7 +215,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     pairs = (("trace_width", coil.trace_width, rules.coil_trace_width),
              ("trace_spacing", coil.trace_spacing, rules.coil_trace_spacing))
     if all(smallest is None for *_, smallest in pairs):
-        yield Undecided(f"{rules.name} states no minimum of its own for coils")
+        yield not_checked("no-coil-minimum", profile=rules.name)
     too_fine = {field: value for field, value, smallest in pairs if value < (smallest or 0.0) - ROUNDING}
     for field, value, smallest in pairs:
         if field in too_fine:
@@ -296,7 +296,7 @@ def offered(design: Design) -> Iterator[Verdict]:
     rules, fpc = spec.fpc.rules, spec.fpc
     lists = (rules.layer_counts, rules.foils, rules.cores, rules.covers, rules.stiffeners, rules.finishes)
     if all(each is None for each in lists) and rules.order_multiple == 1:
-        yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
+        yield not_checked("no-offers", profile=rules.name)
         return
     other = partial(each_read, spec)
     refused = list(_refused(fpc.stackup, rules))

@@ -21,7 +21,7 @@ from sitscad.checks.board.clearances import crossings
 from sitscad.checks.board.fabrication import house
 from sitscad.checks.fixes.moves import each_read, larger_body, thinner_tails
 from sitscad.checks.fixes.search import Family, Fix, Growing, setting
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Path, Segment, bounding_box
@@ -76,10 +76,10 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     zone, tail = design.layout.bend_zone, design.spec.fpc.tail
     assert tail is not None
     if tail.bend == "none":
-        yield Undecided("the tail does not bend (fpc.tail.bend: none)")
+        yield not_checked("no-bend")
         return
     if is_rigid(design.spec.fpc.stackup):
-        yield Undecided("a rigid board has no zone that bends: SIT308 refuses the bend")
+        yield not_checked("no-bend-zone")
         return
     layout, spec = design.layout, design.spec
     if zone is not None:
@@ -303,15 +303,13 @@ CLOSER_CUT = 2.0
 A router cuts within +-0.1 mm, a steel die within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
 
-PADS = Undecided("the tail ends in solder pads: no connector takes it")
-
 
 def insertion_thickness(design: Design) -> Iterator[Verdict]:
     """Yield findings on the thickness at the contacts, with remaining coverlay and stiffener, against the connector."""
     connector = _connector(design.spec.fpc)
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if required <= 0.0:
-        yield PADS
+        yield not_checked("solder-pads")
         return
     have, plate = finished_thickness(design.layout, Where.CONTACT).nominal, design.layout.stiffener
     wrong = abs(have - required)
@@ -341,7 +339,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     connector, pads = _connector(design.spec.fpc), design.layout.pads
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if required <= 0.0:
-        yield PADS
+        yield not_checked("solder-pads")
         return
     band, low, high = finished_thickness(design.layout, Where.CONTACT), required - allowed, required + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
@@ -382,7 +380,7 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
     """
     connector, rules = _connector(fpc), fpc.rules
     if connector.width_tolerance <= 0.0:
-        yield Undecided("the tail ends in solder pads: nothing guides its sides")
+        yield not_checked("solder-pads")
         return
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(placements, fpc.tail, connector).count)

@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.basics.record import record, replace
-from sitscad.checks.fixes.search import warn
+from sitscad.checks.fixes.search import warnings_text
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
@@ -125,7 +125,7 @@ def _next(
             continue
         if remedy.brings:
             if all(each.finding != finding for each in rolled_back):
-                rolled_back.append(RolledBack(finding, remedy, warn(remedy.brings, already)))
+                rolled_back.append(RolledBack(finding, remedy, warnings_text(remedy.brings, already)))
             continue
         try:
             changed = rewritten(text, remedy.edits)

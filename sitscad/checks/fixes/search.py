@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from sitscad.basics.finding import Edit
 from sitscad.basics.record import record
+from sitscad.checks.messages import text_of
 from sitscad.spec.sensor import SensorSpec
 
 DECISIVE = "decisive"
@@ -39,8 +40,8 @@ A board counts as its number of coils.
 OTHER_BOARD = 2
 """Number of estimates that a changed board counts as. Its windings must be solved again, which takes longer."""
 
-NOT_FURTHER = "not searched further: sitscad check --hints full"
-"""Text that is added to a hint if the budget was used up before all changes were tried."""
+MORE_TRIALS = "sitscad check --hints full"
+"""Command that a hint names if the budget was used up before all changes were tried."""
 
 HELPS = 1.1
 """Least factor by which a change must bring the value nearer to its limit, so that the hint names it as a help.
@@ -281,30 +282,37 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
     return Search(tuple(mending), tuple(vain), is_cut_short)
 
 
-def hint_text(otherwise: str, result: Search, already: Collection[str]) -> str:
-    """Return a hint: the changes that were tried, then the advice `otherwise`.
+def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
+    """Return a hint: the changes that were tried, then the advice.
 
     `already` are the rules that have findings in the unchanged design.
     """
-    brings = (warn(sorted({*remaining.brings, *remaining.worse}), already) for _, remaining in result.mending)
-    changes = [f"{fix.words} (clears this; {some})" if some else fix.words
-             for (fix, _), some in zip(result.mending, brings, strict=True)]
+    changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
+               for fix, remaining in result.mending
+               for warnings in [warnings_text(sorted({*remaining.brings, *remaining.worse}), already)]]
     nearest = max((pair for pair in result.vain if pair[1].gain >= HELPS), key=lambda pair: pair[1].gain, default=None)
+    trial_text = ""
     if changes:
-        trial_text = f"{'; or '.join(changes)} (tried)"
+        trial_text = _filled("tried", changes="; or ".join(changes))
     elif nearest is not None:
-        fix, remaining = nearest
-        trial_text = f"{fix.words} helps {remaining.gain:.2g} times and is not enough (tried)"
-    else:
-        trial_text = ""
-    named = _place_of(result.mending[0][0], otherwise) if len(changes) == 1 else None
+        trial_text = _filled("tried-helps", change=nearest[0].words, gain=nearest[1].gain)
+    named = _place_of(result.mending[0][0], advice) if len(changes) == 1 else None
     if named is not None:  # the advice contains the change: insert the result at its place
-        hint = f"{otherwise[: named.start()]}{trial_text}{otherwise[named.end() :]}"
+        hint = f"{advice[: named.start()]}{trial_text}{advice[named.end() :]}"
     else:
-        hint = "; ".join(filter(None, (trial_text, otherwise)))
-    if not result.mending and (vain := _in_vain(result.vain)):
-        hint += f" (tried in vain: {vain})"
-    return f"{hint} ({NOT_FURTHER})" if result.is_cut_short else hint
+        hint = "; ".join(filter(None, (trial_text, advice)))
+    if not result.mending and result.vain:
+        hint = _filled("tried-in-vain", advice=hint, trials=_vain_trials(result.vain))
+    return not_further(hint) if result.is_cut_short else hint
+
+
+def not_further(advice: str) -> str:
+    """Return a hint with the command that searches further, for a search that used up its budget."""
+    return _filled("not-further", advice=advice, command=MORE_TRIALS)
+
+
+def _filled(case: str, **values: object) -> str:
+    return text_of(case, "hint", values)
 
 
 def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
@@ -312,25 +320,19 @@ def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
     return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
-def _in_vain(trials: Iterable[tuple[Fix, Left]]) -> str:
+def _vain_trials(trials: Iterable[tuple[Fix, Left]]) -> str:
     # the last changes go farthest; changes with the same failing rules are named together
     by_failure: dict[tuple[str, ...], list[str]] = {}
     for fix, remaining in list(trials)[-NAMED:]:
         by_failure.setdefault(remaining.broken, []).append(fix.words)
-    return "; ".join(f"{', '.join(changes)} (then {fail(broken)})" for broken, changes in by_failure.items())
+    return "; ".join(_filled("tried-fails", changes=changes, rules=broken) for broken, changes in by_failure.items())
 
 
-def fail(rules: tuple[str, ...]) -> str:
-    """Return the text "SIT112 fails" or "SIT112, SIT113 fail" for some rules."""
-    return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
-
-
-def warn(rules: Iterable[str], already: Collection[str]) -> str:
+def warnings_text(rules: Collection[str], already: Collection[str]) -> str:
     """Return a text that names the rules with warnings after a change. Empty if there are none.
 
-    For rules in `already`, which have findings before the change, the text is "warn of more".
+    Rules in `already`, which have findings before the change, are named apart.
     """
-    rule_ids = list(rules)
-    new, more = [rule for rule in rule_ids if rule not in already], [rule for rule in rule_ids if rule in already]
-    groups = ((new, ""), (more, " of more"))
-    return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in groups if some)
+    new, more = ([rule for rule in rules if (rule in already) is is_known] for is_known in (False, True))
+    groups = (("tried-warns", new), ("tried-warns-more", more))
+    return ", ".join(_filled(case, rules=group) for case, group in groups if group)

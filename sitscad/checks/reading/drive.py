@@ -19,7 +19,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, Violation, joined, not_checked, rule_of, violated
 from sitscad.estimates.design import Design, at_room_temperature
 from sitscad.kernels.converters.converter import Converter
 
@@ -242,7 +242,7 @@ def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate])
     low_current, high_current = converter.high_current_range
     values = [reading.value for reading in readings_of(coils, "parallel_resistance", True)]
     if not values:
-        yield Undecided("no parallel resistance was estimated")
+        yield not_checked("no-estimate", quantity="parallel resistance")
         return
     least = converter.amplitude_at(min(values), low_current)
     most = converter.amplitude_at(max(values), high_current)

@@ -31,7 +31,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Undecided, Verdict, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
 from sitscad.data import rows
 from sitscad.estimates.circuits.tank import neighbour_values, preferred_values
 from sitscad.estimates.design import Design
@@ -173,7 +173,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
     ]
     yield from failed_states(coils, "share of the self-resonance")
     if not ratios:
-        yield Undecided("no self-resonance was estimated")
+        yield not_checked("no-estimate", quantity="self-resonance")
         return
     share, worst, resonance = max(ratios, key=lambda entry: entry[0])
     limits = design.spec.readout.device.limits
@@ -192,7 +192,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
     value = design.estimates.readout.capacitance
     low, high = design.spec.readout.device.limit("capacitor_min"), design.spec.readout.device.limit("capacitor_max")
     if not math.isfinite(value):
-        yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
+        yield not_checked("no-capacitor")
         return
     if not low <= value <= high:
         yield violated("tank-capacitor", "readout.capacitance", value, low if value < low else high, "F", low=low,
@@ -253,7 +253,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
     """
     spec, layout = design.spec, design.layout
     if not all(coil.is_closed_circuit for coil in layout.coils):
-        yield Undecided("leads are missing in the layout")
+        yield not_checked("no-leads")
         return
     # angle (turns, positive in the winding's sense) of leads round their coil, and the fraction of inductance by it
     arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance, drawn_closing(spec.coil, coil),

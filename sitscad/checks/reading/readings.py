@@ -13,7 +13,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns, with_each
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import Undecided, Verdict, Violation, violated
+from sitscad.checks.rules import Undecided, Verdict, Violation, not_checked, violated
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
 from sitscad.spec.materials import Conductor, Shield, Target
@@ -144,13 +144,13 @@ def undecided(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
-                yield Undecided(f"no {name_text} was estimated for coil {coil.name} {in_words(name)}")
+                yield not_checked("no-coil-estimate", quantity=name_text, coil=coil.name, state=in_words(name))
 
 
 def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
     """Yield a reason for every state that is absent because the model fails there."""
     for state, reason in {state: why for coil in coils for state, why in coil.failed_states.items()}.items():
-        yield Undecided(f"the {value_name} {in_words(state)} is unknown: {reason}")
+        yield not_checked("state-failed", quantity=value_name, state=in_words(state), reason=reason)
 
 
 def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:

@@ -22,12 +22,11 @@ from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_target
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
-    NEEDS,
     ROUNDING,
     Rule,
-    Undecided,
     Verdict,
     Violation,
+    not_checked,
     own_limits,
     rule_of,
     violated,
@@ -125,7 +124,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     coils = design.estimates.coils
     changes = responses(coils, design.estimates.readout.conversion, state)
     if len(changes) < len(coils):
-        yield Undecided(f"no change from rest to {state} was estimated")
+        yield not_checked("no-change", state=state)
         if not changes:
             return
     best = max(changes, key=lambda response: abs(response.change))
@@ -186,7 +185,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.loads.pressing import rests_on_pad
     from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal
 
-    yield Undecided(NEEDS["normal force"][1])
+    yield not_checked("no-requirement", keys=["requirements.normal_force"])
     if not rests_on_pad(design.spec):
         return
     full = full_normal(design.spec)
@@ -273,7 +272,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     coil_signals = signals(design.estimates)
     yield from failed_states(design.estimates.coils, "signal over the required force")
     if not coil_signals:
-        yield Undecided("no signal from rest to pressed was estimated")
+        yield not_checked("no-change", state=PRESSED)
         return
     cells, strongest = design.spec.cell_placements, dict[int, Signal]()  # by cell
     numbers = {place.name: k for k, cell in enumerate(cells, 1) for place in cell}
@@ -332,7 +331,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     import numpy as np
 
     from sitscad.estimates.loads.pad import pushed
-    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
+    from sitscad.estimates.loads.pressing import rests_on_pad
 
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.shear_force
     assert force is not None and target is not None
@@ -340,17 +339,17 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     centres = [placement.centre for placement in spec.array.placements]
     axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > ROUNDING]
     if not axes:
-        yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
+        yield not_checked("shear-one-coil")
         return
     if any(spec.requirements.moments):
         from sitscad.estimates.loads.working_range import axes_felt
 
         axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec.cell_placements[0], spec.requirements)]
         if not axes:
-            yield Undecided("moments are told in place of shear, so the force is taken as one to be borne")
+            yield not_checked("shear-moments")
             return
     if not rests_on_pad(spec):
-        yield Undecided(BESIDE_PAD)
+        yield not_checked("beside-pad")
         return
     # held level and not pressed: the smallest move by the force
     normal = spec.requirements.normal_force or 0.0
@@ -359,7 +358,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     rest = [coil.states[REST] for coil in design.estimates.coils if REST in coil.states]
     steps = [state.quantum for state in rest if state.quantum]
     if not steps:
-        yield Undecided("nothing was estimated at rest")
+        yield not_checked("no-rest")
         return
     moves = [(travels[0], 0.0), (0.0, travels[1])]
     by_moves = _moved_changes(design, moves, rest[0].frequency)

@@ -14,7 +14,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.reading.readings import readings_of, where
-from sitscad.checks.rules import Rule, Undecided, Verdict, own_limits, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
@@ -44,15 +44,12 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
     frequencies = [reading.value for reading in readings_of(design.estimates.coils, "frequency")
                    if reading.value > 0.0]
     if not frequencies:
-        yield Undecided("no sensor frequency was estimated")
+        yield not_checked("no-estimate", quantity="sensor frequency")
         return
     metal, frequency = target.material, min(frequencies)
     depth = skin_depth(frequency, metal.conductivity, metal.relative_permeability)
     if metal.relative_permeability >= MAGNETIC and depth > MAGNETIC * target.thickness:
-        yield Undecided(
-            f"skin depths say nothing about {metal.name}: it hardly conducts, and senses by drawing the field in; its "
-            "permeability and thickness are in the estimate"
-        )
+        yield not_checked("magnetic-target", metal=metal.name)
     elif THICK * depth > min(target.size):
         yield from _poor_conductor(design, depth, frequency)
     elif target.thickness < THICK * depth:
@@ -70,7 +67,7 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
         return
     cost = _cost(design, thicker_target(design.spec, thick).spec)
     if cost is None:
-        yield Undecided("what so thin a target costs is unknown: no state with it was estimated, or none with a thick")
+        yield not_checked("thin-cost-unknown")
         return
     too_much, measured = cost.resistance > limit.value, cost.resistance
     if not too_much and cost.resistance < cost.change:
@@ -161,7 +158,7 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
         max((abs(v) for v in _effects(design, each).values()), default=math.nan) for each in (design, other)
     )
     if not theirs > 0.0 or not math.isfinite(mine):
-        yield Undecided("what the target changes is unknown: no state with it was estimated")
+        yield not_checked("target-effect-unknown")
         return
     share, least = mine / theirs, own_limits()["least_target_effect"]
     yield violated(

@@ -12,7 +12,7 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read, scans
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, own_limits, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
 
@@ -36,7 +36,7 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
     readout = design.estimates.readout
     worst, conversion = worst_of(design.estimates.all_coils, "frequency", max), readout.conversion
     if worst is None or conversion is None:
-        yield Undecided("no sensor frequency was estimated")
+        yield not_checked("no-estimate", quantity="sensor frequency")
     elif worst.value >= conversion.highest_frequency:
         slowest = conversion.slowest_clock(worst.value)
         yield violated(
@@ -50,7 +50,7 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the timing does not reach the required scan rate."""
     readout, required = design.estimates.readout, design.spec.readout.scan_rate
     if not math.isfinite(readout.scan_rate):
-        yield Undecided("no scan rate was estimated")
+        yield not_checked("no-estimate", quantity="scan rate")
         return
     if readout.scan_rate < required * (1.0 - 1e-6):
         yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, required, "Hz",
@@ -113,7 +113,7 @@ def channels(design: Design) -> Iterator[Verdict]:
             if places[i].converter != places[j].converter
         )
         if not math.isfinite(coupling):
-            yield Undecided("the mutual inductance of the coils was not estimated")
+            yield not_checked("no-mutual")
             return
         by_converter: dict[str, list[str]] = {}
         for at, name in zip(places, names, strict=True):
@@ -141,7 +141,7 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
         if places[i].converter == places[j].converter
     ]
     if any(not math.isfinite(share) for share, *_ in pairs):
-        yield Undecided("the mutual inductance of the coils was not estimated")
+        yield not_checked("no-mutual")
         return
     share, *coupled = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
@@ -164,10 +164,10 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return
     change, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
     if change is None:
-        yield Undecided("no cell has a signal of its own to hold its neighbours' against")
+        yield not_checked("no-cell-signal")
         return
     if design.spec.encapsulation is not None:
-        yield Undecided("what the film over all cells carries from one to the next is not computed")
+        yield not_checked("film-crosstalk")
     groups = [f"{group.words} by {show(100.0 * group.stiffer, '%', 2)}, pressed by {show(100.0 * group.strain, '%', 3)}"
               for group in design.cells.skin.groups]
     yield violated(

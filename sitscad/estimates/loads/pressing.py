@@ -31,7 +31,7 @@ stiffness.
 WHOLE = 0.99  # Fraction of a pad from which on all of it counts as loaded
 LEAST = 0.05  # Least factor of a pad's modulus and thickness, however large one sigma is
 
-BESIDE_PAD = "the target stands wholly beside the elastomer, so no force on it presses that"
+BESIDE_PAD = "the target lies wholly beside the elastomer, so a force on the target does not press the elastomer"
 """Reason for a missing pressed state."""
 
 SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its two cases
