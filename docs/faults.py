@@ -17,7 +17,7 @@ from pathlib import Path
 import sitscad
 from sitscad.apps.hardware.bench_board import AMPLITUDE, GOOD
 from sitscad.apps.hardware.converter import FAULTS, SimulatedConverter
-from sitscad.apps.hardware.diagnosis import NOT_MET, diagnosis, scans
+from sitscad.apps.hardware.diagnosis import NOT_MET, diagnose_board, scans
 from sitscad.apps.hardware.source import Simulation
 from sitscad.estimates.circuits.bands import STATUS
 from sitscad.files.documents import firmware
@@ -141,7 +141,7 @@ def diagnosed(design: sitscad.Design, fault: str) -> list[str]:
     try:
         wrong = board.set_up()
         rows = list(scans(board, source, seconds(design)))
-        found = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+        found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     except OSError as error:
         return [f"answer: {error}"]
     return [f"{one.name}: {one.said}" for one in found if one.verdict == NOT_MET]

@@ -14,7 +14,7 @@ from typing import NoReturn
 import click
 
 import sitscad
-from sitscad.cli.terminal import say
+from sitscad.cli.terminal import print_message
 
 ISSUES = "the project's issue tracker"
 
@@ -107,7 +107,7 @@ def run(arguments: Sequence[str] | None) -> int:
         error.show()
         return 2
     except (KeyboardInterrupt, click.Abort):
-        say("interrupted; what was finished is kept")
+        print_message("interrupted; what was finished is kept")
         return 130
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the rest of the stream cannot be written either
@@ -115,14 +115,14 @@ def run(arguments: Sequence[str] | None) -> int:
     except OSError as error:
         if os.environ.get("SITSCAD_TRACEBACK"):
             raise
-        say(f"cannot read or write: {error}")
+        print_message(f"cannot read or write: {error}")
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the rest of the stream cannot be written either
         return 2
     except Exception as error:
-        return crash(error)
+        return report_error(error)
 
 
-def crash(error: Exception) -> int:
+def report_error(error: Exception) -> int:
     """Print a sentence for an expected error, or a request to report an unexpected error. Return the exit code."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
@@ -130,20 +130,23 @@ def crash(error: Exception) -> int:
     from sitscad.data import DataError
 
     if isinstance(error, (DataError, sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
-        say(str(error))
+        print_message(str(error))
     elif isinstance(error, UnicodeEncodeError):
         what = ascii(error.object[error.start : error.end])
-        say(f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set PYTHONUTF8=1")
+        print_message(f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set "
+                      f"PYTHONUTF8=1")
     elif type(error).__name__ == "BrokenProcessPool":  # from concurrent.futures, which few commands load
-        say("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")
+        print_message("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 "
+                      "shows more")
     elif isinstance(error, sitscad.PartsError):
-        say(f"a part cannot be made: {error}")
+        print_message(f"a part cannot be made: {error}")
         return 1
     else:
-        say(
-            f"internal error: {type(error).__name__}: {error}\n"
-            f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in {ISSUES}, with "
-            "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
+        print_message(
+                      f"internal error: {type(error).__name__}: {error}\n"
+                      f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in "
+            f"{ISSUES}, with "
+                      "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
         )
     return 2
 

@@ -19,8 +19,8 @@ from sitscad.cli.terminal import (
     Names,
     baseline_of,
     coloured,
+    print_message,
     print_result,
-    say,
     show_findings,
     show_unreadable,
     specs_of,
@@ -105,7 +105,7 @@ LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration",
 def _print_stage(name: str, stage: str, outcome: str, _: float) -> None:
     """Print the start of a long stage, one line per stage, for pipes and for several packages."""
     if outcome == "start" and stage in LONG_STAGES:
-        say(f"{name}: {stage} ...")
+        print_message(f"{name}: {stage} ...")
 
 
 def _progress(stage: str, outcome: str, seconds: float) -> None:
@@ -130,20 +130,20 @@ def _print_build(result: BuildResult, only: tuple[str, ...], again: str, named: 
         is_there = not all(text.endswith(" is missing") for text in result.stale)
         for text in result.stale if is_there else [f"there is no package, {len(result.stale)} files are missing"]:
             print_result(f"{result.directory}: {text}")
-        say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
+        print_message(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
     is_stopped = not result.written and not result.stages  # a comparison is not a stopped build
     if result.checked.fails(fails) and (is_stopped or fails is Severity.WARNING):
         otherwise = "warnings above; it is without --strict" if result.checked.ok else (
             "errors above; --force builds in spite of them")
-        say(f"{result.checked.path}: not built, because of the {otherwise}")
+        print_message(f"{result.checked.path}: not built, because of the {otherwise}")
         return max(1, result.checked.exit_code)
     if result.kept_aside:
-        say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
+        print_message(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
     if result.forced:
-        say(f"{result.directory} was built in spite of errors and is marked as forced")
+        print_message(f"{result.directory} was built in spite of errors and is marked as forced")
     for stage, why in result.missing(only).items():
-        say(f"{result.directory} has no {stage}: {why}")
+        print_message(f"{result.directory} has no {stage}: {why}")
     files = sum(stage.files for stage in result.stages) + 1
     done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
     text = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)

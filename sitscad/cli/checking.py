@@ -19,11 +19,11 @@ from sitscad.cli.terminal import (
     Names,
     baseline_of,
     layout_of,
+    print_message,
     print_result,
     report_work,
     row_of,
     rules_for,
-    say,
     show_findings,
     specs_of,
     warn_of_unknown_specs,
@@ -121,7 +121,7 @@ def check(
         inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
-        _tell(each, writes=not diff, unmended=unsafe_fixes)
+        _write_mended(each, writes=not diff, unmended=unsafe_fixes)
     if diff or (fix and "-" in specs):
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)
@@ -165,11 +165,11 @@ def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
 def _draw(path: str, inspected: Inspection) -> None:
     """Write the drawing of a spec, or print that there is none."""
     if not inspected.drawing:
-        say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
+        print_message(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     write_output(path, inspected.drawing.encode("utf-8"))
-    say(f"{inspected.checked.path}: drawn in {path}")
+    print_message(f"{inspected.checked.path}: drawn in {path}")
 
 
 def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
@@ -182,7 +182,7 @@ def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> 
     milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
     counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
     text = " and ".join(counted(count, name) for name, count in counts if count)
-    say(f"{option}: {text} and no error; {weight.value}s fail (--ignore leaves rules out)")
+    print_message(f"{option}: {text} and no error; {weight.value}s fail (--ignore leaves rules out)")
     return 1
 
 
@@ -197,7 +197,7 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
         raise click.UsageError("--fix takes standard input (-) alone.")
 
 
-def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
+def _write_mended(mended: MendedSpec, writes: bool, unmended: bool) -> None:
     """Write a mended spec if it was changed and `writes` is True. Print the applied and the undone fixes.
 
     With `unmended`, also print the rules of findings without a fix.
@@ -209,7 +209,7 @@ def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
         lines = mended.words.splitlines() + lines
     for line in (*lines, mended.words_of_unmended if unmended else ""):
         if line:
-            say(f"{mended.path}: {line}")
+            print_message(f"{mended.path}: {line}")
 
 
 SUMMARY_LIMIT = 1_000_000

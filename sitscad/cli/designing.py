@@ -18,10 +18,10 @@ import sitscad
 from sitscad.basics.units import counted
 from sitscad.cli.terminal import (
     Example,
+    print_message,
     print_result,
     progress_of,
     row_of,
-    say,
     show_findings,
     show_unreadable,
     spec_of,
@@ -75,7 +75,7 @@ def sweep(
     for two keys. Exit code: 0, or 2 if the spec or a range cannot be read.
     """  # noqa: D301 - click needs the control character itself
     from sitscad.apps.study.space import RangeError
-    from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
+    from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, parse_range, sweep_as_written
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
         write = row_of(SWEEP_FILES, os.path.splitext(output)[1].lower(), "-o")
@@ -83,7 +83,7 @@ def sweep(
     if loaded is None:
         return 2
     try:
-        values = dict(map(range_of, ranges))
+        values = dict(map(parse_range, ranges))
         if len(values) < len(ranges):
             raise click.UsageError("a key is swept once")
         progress = progress_of("designs")
@@ -98,7 +98,7 @@ def sweep(
         raise click.UsageError(str(error)) from error
     if output:
         write_output(output, content)
-        say(f"wrote {output}: {counted(len(table), 'design')}")
+        print_message(f"wrote {output}: {counted(len(table), 'design')}")
     else:
         print_result(show(table))
     return 0
@@ -153,10 +153,10 @@ def design(
     executor = None
     reported: list[StudyAnswer] = []
     if scheduler is not None:
-        from sitscad.apps.study.evaluating import cluster
+        from sitscad.apps.study.evaluating import dask_cluster
 
         try:
-            executor, jobs = cluster(scheduler)
+            executor, jobs = dask_cluster(scheduler)
         except ValueError as error:
             raise click.BadParameter(str(error), param_hint="--scheduler") from error
 
@@ -165,8 +165,9 @@ def design(
         reported.append(answer)
         if format_name == "text":
             print_result(search_text(answer))
-        say(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each (--no-yield "
-            "leaves it out)")
+        print_message(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each "
+                      f"(--no-yield "
+                      "leaves it out)")
 
     try:
         answer = loaded.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
@@ -177,14 +178,15 @@ def design(
                    "--format": format_name if format_name != "text" else None}
         arguments = [str(word) for option, value in options.items() if value is not None for word in (option, value)]
         command = shlex.join(["sitscad", "design", study, *arguments, *(["--no-yield"] if no_yield else [])])
-        say(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
+        print_message(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
         return 130
     _write(answer, folder)
     if answer.found.damaged:
-        say(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; these designs were judged again")
+        print_message(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; these designs were "
+                      f"judged again")
     if answer.found.reused:
-        say(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
-    say(f"wrote {folder}")
+        print_message(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
+    print_message(f"wrote {folder}")
     if format_name == "json":
         print_result(answer_json(answer))
     else:
@@ -211,7 +213,7 @@ def _write_so_far(loaded: sitscad.Study, unfinished: StudyResults, folder: str) 
     from sitscad.apps.study.page import page_so_far
     path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
     write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
-    say(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
+    print_message(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
 
 
 SO_FAR = "so-far.html"
@@ -249,6 +251,6 @@ def _study_progress() -> StudyProgress:
         if on_terminal:
             click.echo(f"\r\033[K  {text}", err=True, nl=False)
         else:
-            say(text)
+            print_message(text)
 
     return show

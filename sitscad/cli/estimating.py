@@ -24,10 +24,10 @@ from sitscad.cli.terminal import (
     InRange,
     coloured,
     exit_code_of,
+    print_message,
     print_result,
     progress_of,
     row_of,
-    say,
     spec_of,
     write_output,
 )
@@ -41,7 +41,7 @@ def take_points(
     A point is read `creep` seconds after the load is applied. Raises click.UsageError if `source` is not a board of
     this sensor.
     """
-    from sitscad.apps.hardware.leading import Leading, NotTaken
+    from sitscad.apps.hardware.leading import GuidedCalibration, PointRefused
     from sitscad.apps.hardware.source import source_of
     path = Path(table)
     try:
@@ -50,13 +50,13 @@ def take_points(
         board = origin.board(design)
         wrong = board.set_up()
         if wrong:
-            raise NotTaken(f"{', '.join(wrong)} did not read back: the bus, or another part")
+            raise PointRefused(f"{', '.join(wrong)} did not read back: the bus, or another part")
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         path.parent.mkdir(parents=True, exist_ok=True)
-        for text in Leading(board, origin, calibration, _prompt, say).table(before):
+        for text in GuidedCalibration(board, origin, calibration, _prompt, print_message).table(before):
             write_output(path, text.encode("utf-8"))
-    except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
-        say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
+    except (PointRefused, OSError, KeyboardInterrupt, click.Abort) as error:
+        print_message(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
         return False
     except ValueError as error:
         raise click.UsageError(f"{source}, {path}: {error}") from error
@@ -157,12 +157,12 @@ def estimate(
     design = sitscad.Design(loaded, layout, estimates)
     report = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.sensing.no_performance):
-        say(f"no performance: {reason}")
+        print_message(f"no performance: {reason}")
     cells = design.cells.skin.table.document() if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), report, cells, coils))
     missed = () if tolerance is None else missed_tolerance(estimates.coils, tolerance, method)
     for note in missed:
-        say(note)
+        print_message(note)
     return exit_code_of(checked, spec) or bool(missed)
 
 
@@ -256,7 +256,7 @@ def response(
     except MotionError as error:
         raise click.UsageError(str(error)) from error
     for message in motions.passed_over:
-        say(message)
+        print_message(message)
     loaded = spec_of(spec)
     if loaded is None:
         return 2
@@ -269,10 +269,10 @@ def response(
         raise click.UsageError(f"{spec}: {error}") from error
     report = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.sensing.no_performance):
-        say(f"no performance: {reason}")
+        print_message(f"no performance: {reason}")
     if output:
         write_output(output, response_file(spec, readings, ending, report))
-        say(f"wrote {output}: {counted(len(readings), 'point')}")
+        print_message(f"wrote {output}: {counted(len(readings), 'point')}")
     else:
         print_result(show(spec, readings, coloured(sys.stdout), report))
     result = sitscad.check(loaded, whole.layout, whole.estimates, hints="none")
@@ -373,11 +373,11 @@ def calibrate(
                 return 2
         calibration = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
     except sitscad.BenchError as error:
-        say(str(error))
+        print_message(str(error))
         return 2
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     for path in sitscad.write_calibration(calibration, folder):
-        say(f"wrote {path}")
+        print_message(f"wrote {path}")
     print_result(calibration_text(calibration))
     return exit_code_of(as_configured(loaded, sitscad.check(loaded, whole.layout, whole.estimates, "none")), spec)

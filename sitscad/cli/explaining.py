@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import sitscad
-from sitscad.cli.terminal import PLUGIN, Example, print_result, row_of, rules_for, say
+from sitscad.cli.terminal import PLUGIN, Example, print_message, print_result, row_of, rules_for
 
 
 @click.command(cls=Example, example="sitscad new grasper_4layer -o sensor.yaml")
@@ -28,11 +28,11 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
 
     named = {} if template is None else {"name": template}
     if study and not list_them:
-        from sitscad.apps.study.document import started
+        from sitscad.apps.study.document import first_study_text
 
-        path = write_study(started, path=output, force=force, **named)
+        path = write_study(first_study_text, path=output, force=force, **named)
         print_result(str(path))
-        say(f"wrote {path}; next: sitscad design {path}")
+        print_message(f"wrote {path}; next: sitscad design {path}")
         return 0
     if list_them:
         described = list_templates()
@@ -42,10 +42,10 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     path = write_template(path=output, force=force, **named)
     print_result(str(path))
     if (schema := write_schema(path.parent)) is not None:
-        say(f"wrote {schema}, from which editors complete and validate specs")
+        print_message(f"wrote {schema}, from which editors complete and validate specs")
     for line in profile_lines(path):
-        say(line)
-    say(f"wrote {path}; next: sitscad check {path}")
+        print_message(line)
+    print_message(f"wrote {path}; next: sitscad check {path}")
     return 0
 
 

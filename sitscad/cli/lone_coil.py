@@ -8,7 +8,7 @@ import sys
 import click
 
 from sitscad.cli.measured import measured_options, print_comparison
-from sitscad.cli.terminal import Example, coloured, print_result, row_of, say, write_output
+from sitscad.cli.terminal import Example, coloured, print_message, print_result, row_of, write_output
 
 
 class Size(click.ParamType):
@@ -135,7 +135,7 @@ def coil(
         files = {path: draw() for path, draw in renderers if path is not None}
     except SpecError as error:
         for finding in error.findings:
-            say(_with_options(finding.advised_message))
+            print_message(_with_options(finding.advised_message))
         return 2
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
@@ -170,7 +170,7 @@ def _print_drawn(
         result = drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
                            temperature=temperature)
     except DrawnCoilError as error:
-        say(f"{file}: {error}" if not str(error).startswith(file) else str(error))
+        print_message(f"{file}: {error}" if not str(error).startswith(file) else str(error))
         return 2
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
@@ -182,7 +182,7 @@ def _print_drawn(
 def _write(files: dict[str, str]) -> None:
     for path, text in files.items():
         write_output(path, text.encode("utf-8"))
-        say(f"wrote {path}")
+        print_message(f"wrote {path}")
 
 
 def _with_options(message: str) -> str:

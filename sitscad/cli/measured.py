@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from sitscad.cli.terminal import InRange, coloured, print_result, row_of, say, write_output
+from sitscad.cli.terminal import InRange, coloured, print_message, print_result, row_of, write_output
 
 if TYPE_CHECKING:
     from sitscad.apps.coil.spiral import Spiral
@@ -44,12 +44,12 @@ def print_comparison(
         comparison = compare(coil, data, name, 0.01 * meter_error)
         picture = comparison_picture(comparison) if overlay else ""
     except (MeasurementError, MissingExtra) as error:
-        say(str(error))
+        print_message(str(error))
         return 2
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--coil") from error
     print_result(show(comparison, coloured(sys.stdout)))
     if overlay:
         write_output(overlay, picture.encode("utf-8"))
-        say(f"wrote {overlay}")
+        print_message(f"wrote {overlay}")
     return 0

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.terminal import DAY, Example, InRange, print_result, say, write_output
+from sitscad.cli.terminal import DAY, Example, InRange, print_message, print_result, write_output
 
 if TYPE_CHECKING:
     from sitscad.apps.hardware.bench_board import Board
@@ -75,7 +75,7 @@ def read(
 
     Exit code: 0 good, 1 --diagnose found a requirement that is not met, 2 there is no such source, or no answer.
     """  # noqa: D301 - click needs the control character itself
-    from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
+    from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnose_board, scan_lines, scans, verdict_lines
     from sitscad.apps.hardware.source import SERIAL, design_of, source_of
 
     keeps_scans = diagnose or log is not None or not serve
@@ -96,8 +96,8 @@ def read(
                     if show is not None:
                         show(scan)
             except KeyboardInterrupt:
-                say("stopped")
-        verdicts = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+                print_message("stopped")
+        verdicts = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     except OSError as error:
@@ -105,13 +105,14 @@ def read(
         print_result(f"NOT MET        answer  {error}{hint}\n")
         return 2
     if board.said:
-        say(board.said)
+        print_message(board.said)
     if tare and calibration and forces.mean is None:
-        say(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} came")
+        print_message(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} "
+                      f"came")
     if log:
         _write_log(Path(log), board, rows, source)
     if diagnose or not serve:
-        print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
+        print_result("\n".join(verdict_lines(verdicts) if diagnose else scan_lines(board, rows, forces)) + "\n")
     return int(diagnose and any(each.verdict == NOT_MET for each in verdicts))
 
 
@@ -130,11 +131,11 @@ def _maps(place: Path | None) -> list[Path]:
 
 def _write_log(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings to readings.csv, and the data that explain them to readings.json."""
-    from sitscad.apps.hardware.diagnosis import document, table
+    from sitscad.apps.hardware.diagnosis import scan_document, scan_table
     folder.mkdir(parents=True, exist_ok=True)
-    write_output(folder / "readings.csv", table(board, rows))
-    write_output(folder / "readings.json", document(board, source))
-    say(f"wrote {folder / 'readings.csv'}")
+    write_output(folder / "readings.csv", scan_table(board, rows))
+    write_output(folder / "readings.json", scan_document(board, source))
+    print_message(f"wrote {folder / 'readings.csv'}")
 
 
 USUAL = 2.0
@@ -196,7 +197,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated and reported.
     """
     from sitscad.apps.watch.server import PageState
-    from sitscad.apps.watch.watching import OVERTAKEN, Watch, words
+    from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
     from sitscad.apps.watch.work import Event
 
     showing, page_server = PageState(), None
@@ -208,7 +209,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
         if format_name == "json":
             print_result(json.dumps({"stage": event.stage, "revision": revision, **event.data}))
         else:
-            for line in words(revision, event, before, shutil.get_terminal_size().columns, verbose):
+            for line in event_lines(revision, event, before, shutil.get_terminal_size().columns, verbose):
                 print_result(line)
         sys.stdout.flush()
         if event.stage == OVERTAKEN:
@@ -237,7 +238,7 @@ def start_server(showing: PageState, host: str, port: int) -> tuple[PageServer, 
         reason = getattr(error, "strerror", None) or str(error)
         raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error
     if host.strip("[]").lower() not in LOOPBACK:
-        say("whoever reaches this machine can read the page")
+        print_message("whoever reaches this machine can read the page")
     print_result(page_server.url)
     sys.stdout.flush()
     threading.Thread(target=page_server.serve_forever, daemon=True).start()

@@ -95,7 +95,7 @@ def specs_of(paths: Iterable[str]) -> list[str]:
     from sitscad.checks.opening import specs_in
 
     def skip(path: str) -> None:
-        say(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
+        print_message(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
 
     try:
         return specs_in(list(paths), skip)
@@ -115,7 +115,7 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
     for spec in checked:
         if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
             which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
-            say(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
+            print_message(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
 
 
 def rules_for(pattern: str) -> list[Any]:
@@ -147,7 +147,7 @@ def _suggestion(name: str, names: Iterable[str]) -> str:
     return f" Did you mean {near[0]}?" if near else ""
 
 
-def say(message: str) -> None:
+def print_message(message: str) -> None:
     """Print a message to stderr, after the name of the program. Control characters in it are escaped."""
     click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
 
@@ -178,7 +178,7 @@ def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
             if on_terminal:
                 click.echo(f"\r\033[K  {printable(line)[: max(_columns() - 3, 20)]}", err=True, nl=False)
             else:
-                say(line)
+                print_message(line)
 
     def step(line: str) -> None:
         steps[0] = line
@@ -261,5 +261,5 @@ def spec_of(path: str) -> SensorSpec | None:
 def exit_code_of(checked: CheckedSpec, path: str) -> int:
     """Return the exit code of a check. Print a message if the check found errors."""
     if not checked.ok:
-        say(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
+        print_message(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
     return checked.exit_code

@@ -26,7 +26,7 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sitscad
-from sitscad.apps.study.evaluating import Chunk, screened
+from sitscad.apps.study.evaluating import Chunk, screen_designs
 from sitscad.apps.study.evaluation import Evaluation
 from sitscad.apps.study.page import answer_files
 
@@ -80,7 +80,7 @@ def run(folder: Path, designs: int, method: str) -> None:
     study = sitscad.Study.load(path)
     points = [tuple(k * (n - 1) // RECORDED for n in study.asked.space.shape) for k in range(RECORDED)]
     specs = [study.asked.base.design(study.asked.space.changes(point)) for point in points]
-    rows = screened(specs, study.asked.measures)
+    rows = screen_designs(specs, study.asked.measures)
     print(f"begun with {_memory():.0f} MB")
     began, clock = time.process_time(), time.perf_counter()
     answer = study.run(Told(rows), folder=folder, jobs=1, draws=0)

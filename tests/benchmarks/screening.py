@@ -18,7 +18,7 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from sitscad.apps.study.evaluating import Chunk, evaluate_chunk, figures, judged
+from sitscad.apps.study.evaluating import Chunk, evaluate_chunk, evaluate_design, measure_values
 from sitscad.apps.study.evaluation import SCREEN
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.space import Base
@@ -71,8 +71,8 @@ def main() -> None:
         layouts, of_sketch = timed(sketch, specs)
         estimates, of_estimates = timed(lambda one: estimated(one, tolerance=SCREENING), layouts)
         designs = [Design(one.spec, one, other) for one, other in zip(layouts, estimates, strict=True)]
-        _, of_figures = timed(lambda one: figures(one, NAMES), designs)
-        _, in_full = timed(lambda spec: judged(spec, NAMES), specs[:1])
+        _, of_figures = timed(lambda one: measure_values(one, NAMES), designs)
+        _, in_full = timed(lambda spec: evaluate_design(spec, NAMES), specs[:1])
         rest = whole - of_spec - of_sketch - of_estimates - of_figures
         print(f"| {name} | {of_spec:.1f} | {of_sketch:.1f} | {of_estimates:.1f} | {of_figures:.1f} | {rest:.1f} "
               f"| {whole:.1f} ms | {2 * 60e3 / whole:.0f} | {in_full:.0f} |")

@@ -14,7 +14,7 @@ import sitscad
 from sitscad.apps.hardware.source import source_of
 from sitscad.checks.reading.drive import _too_strong
 from sitscad.checks.reading.readings import readings_of
-from sitscad.cli import crash
+from sitscad.cli import report_error
 from sitscad.data import DataError
 from sitscad.files.documents import firmware
 from sitscad.files.documents.firmware_driver import addr_pin, render_readme
@@ -124,7 +124,7 @@ def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, sai
     forget()
     with pytest.raises(DataError, match=re.escape(f"data/converters/xdc221x.csv, {said}")) as refused:
         presets.converter("xdc2214")
-    assert crash(refused.value) == 2
+    assert report_error(refused.value) == 2
     assert "fault of sitscad" not in (told := capsys.readouterr().err) and said in told
 
 

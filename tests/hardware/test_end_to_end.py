@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.apps.hardware.leading import Leading
+from sitscad.apps.hardware.leading import GuidedCalibration
 from sitscad.apps.hardware.source import Simulation, source_of
 from sitscad.calibration.unknowns import usual
 from sitscad.files.formats.calibration_header import header
@@ -36,7 +36,7 @@ def _calibrated(name: str, folder: Path) -> tuple[sitscad.Calibration, sitscad.C
     source = ByHand(design, source.chips, None, source.errors)
     board = source.board(design)
     assert board.set_up() == []
-    *_, table = Leading(board, source, planned, str, str).table()
+    *_, table = GuidedCalibration(board, source, planned, str, str).table()
     (folder / "measured.csv").write_text(table)
     return planned, sitscad.calibrate(design, folder / "measured.csv"), source
 

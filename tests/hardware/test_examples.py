@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 from tolerance import approx
 
-from sitscad.apps.hardware.converter import NoAnswer
+from sitscad.apps.hardware.converter import NotAcknowledged
 from sitscad.files.documents import firmware_driver
 from sitscad.files.order_facts.incoming import incoming
 from tests.hardware.conftest import HERE, SANE, STRICT
@@ -254,7 +254,7 @@ def test_the_micropython_module_tells_faults(pad, micropython):
     states = [status for _, status in one.poll()]
     assert states == [micropython.GOOD, micropython.WATCHDOG, micropython.AMPLITUDE, micropython.OUT_OF_BAND]
     bus = FakeI2C(SimulatedConverter(pad.design, faults="nack"))
-    with pytest.raises(NoAnswer):
+    with pytest.raises(NotAcknowledged):
         micropython.Sensor(bus)
     chip = SimulatedConverter(pad.design)
     chip.device_id_read = chip.words[0x7F]

@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.hardware.bench_board import Board
-from sitscad.apps.hardware.leading import Leading, NotTaken, head, taken
+from sitscad.apps.hardware.leading import GuidedCalibration, PointRefused, head_lines, stable_counts
 from sitscad.apps.hardware.source import Source, source_of
 from sitscad.calibration.points import Plan
 from tests.hardware.conftest import TEMPLATES
@@ -46,10 +46,10 @@ def _unasked(words: str) -> str:
 def test_points_are_taken_and_gone_on_with(design, planned):
     board, source = _begun(design)
     said: list[str] = []
-    leading = Leading(board, source, planned, _unasked, said.append)
+    leading = GuidedCalibration(board, source, planned, _unasked, said.append)
     part = [text for text, _ in zip(leading.table(), range(3), strict=False)][-1]
     *_, whole = leading.table(part)
-    assert whole.startswith(part) and whole.startswith(head(board, planned)) and said[-1] == "6 of 6 taken"
+    assert whole.startswith(part) and whole.startswith(head_lines(board, planned)) and said[-1] == "6 of 6 taken"
     rows = np.array([[float(cell) for cell in line.split(",")] for line in whole.splitlines()[3:]])
     assert rows[:, 0].tolist() == [0, 4, 0, 2, 1, 0] and rows[:, 1].tolist() == [0, 0.5, 0, 0, -0.5, 0]
     loads = np.insert(rows[:, :2], 2, 0.0, axis=1)
@@ -62,16 +62,16 @@ def test_points_are_taken_and_gone_on_with(design, planned):
 @pytest.mark.slow
 def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
     board, source = _begun(design)
-    other = head(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
+    other = head_lines(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
     with pytest.raises(ValueError, match="of another plan"):
-        next(Leading(board, source, planned, _unasked, print).table(other))
+        next(GuidedCalibration(board, source, planned, _unasked, print).table(other))
     given, _ = source_of(f"sim:{TEMPLATES / 'jaw_5x20.yaml'}", None)
     with pytest.raises(ValueError, match="the simulated board is jaw"):
-        next(Leading(Board(design, given.chips), given, planned, _unasked, print).table(""))
+        next(GuidedCalibration(Board(design, given.chips), given, planned, _unasked, print).table(""))
     board = Board(design, given.chips)  # as a bus has it: only its readings say so
     board.set_up()
-    with pytest.raises(NotTaken, match="C1: watchdog"):
-        taken(board, _by_hand(given), print, range(2))
+    with pytest.raises(PointRefused, match="C1: watchdog"):
+        stable_counts(board, _by_hand(given), print, range(2))
 
 
 def _by_hand(simulated: Source) -> Source:
@@ -88,14 +88,14 @@ def _by_hand(simulated: Source) -> Source:
 )
 def test_readings_that_are_not_good_are_not_taken(design, source, words):
     board, given = _begun(design, source)
-    with pytest.raises(NotTaken, match=words):
-        taken(board, given, print, range(2))
+    with pytest.raises(PointRefused, match=words):
+        stable_counts(board, given, print, range(2))
 
 
 def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design):
     board, source = _begun(design, "load=normal:3:0&seconds=3&fault=glitch:C1@4.5")
     said: list[str] = []
-    found = taken(board, source, said.append, range(2))
+    found = stable_counts(board, source, said.append, range(2))
     rest = board.conversion.counts(sitscad.respond(design, loads=[[0, 0, 0]], rotation="held").frequency)[0]
     assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
 
@@ -114,7 +114,7 @@ def _answered(design, planned, *answers: str, fault: str = ""):
         source.put_on(np.array(load), True)
         return typed
 
-    return Leading(board, _by_hand(source), planned, ask, said.append).table(), said
+    return GuidedCalibration(board, _by_hand(source), planned, ask, said.append).table(), said
 
 
 NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]

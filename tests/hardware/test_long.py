@@ -9,7 +9,7 @@ import pytest
 
 import sitscad
 from sitscad.apps.hardware.bench_board import Board, CoilReading
-from sitscad.apps.hardware.diagnosis import MET, diagnosis
+from sitscad.apps.hardware.diagnosis import MET, diagnose_board
 from sitscad.files.formats.calibration_header import header
 from tests.hardware.conftest import TEMPLATES, Bench, compiled, sound_boards
 
@@ -51,7 +51,7 @@ def test_no_sound_board_is_diagnosed(fast, state):
             [CoilReading(0.01 * k, one, board.status(coil, one, 0)) for k, one in enumerate(read[:, coil].tolist())]
             for coil in (0, 1)
         ]
-        said = [one for one in diagnosis(board, [], rows) if of_coil.match(one.name)]
+        said = [one for one in diagnose_board(board, [], rows) if of_coil.match(one.name)]
         assert len(said) == 6 and {one.verdict for one in said} == {MET}, said
 
 

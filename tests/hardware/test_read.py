@@ -19,8 +19,8 @@ from tolerance import approx
 import sitscad
 from sitscad.apps.hardware.bench_board import GOOD, Board, CoilReading
 from sitscad.apps.hardware.converter import SimulatedConverter
-from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnosis, scans
-from sitscad.apps.hardware.source import Simulation, WiredConverter, _ramps, source_of
+from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnose_board, scans
+from sitscad.apps.hardware.source import Simulation, WiredConverter, _load_ramps, source_of
 from sitscad.cli import cli
 from sitscad.cli.reading import live
 from tests.hardware.conftest import TEMPLATES, sound_boards
@@ -39,7 +39,7 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     board = Board(design, source.chips)
     wrong = board.set_up()
     rows = list(scans(board, source, seconds))
-    found = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+    found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     return {one.name: (one.verdict, one.said) for one in found}
 
 
@@ -143,10 +143,10 @@ def test_a_load_that_is_none_is_refused_with_its_form(load):
 
 
 def test_loads_on_several_axes_stand_in_one_or_in_several():
-    one, two = _ramps(["normal:0:4,shear_x:1"]), _ramps(["shear_x:1", "normal:0:4"])
+    one, two = _load_ramps(["normal:0:4,shear_x:1"]), _load_ramps(["shear_x:1", "normal:0:4"])
     assert one.tolist() == two.tolist()
     assert (one[0].tolist(), one[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
-    assert _ramps(["moment_y:2"])[-1].tolist() == [0.0, 0.0, 0.0, 0.0, 2e-3]
+    assert _load_ramps(["moment_y:2"])[-1].tolist() == [0.0, 0.0, 0.0, 0.0, 2e-3]
     source_of(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
     with pytest.raises(ValueError, match="load says twice what normal is"):
         source_of(f"sim:{SPEC}?load=normal:4,normal:5", None)

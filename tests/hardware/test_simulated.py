@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.converter import FAULTS, Fault, NoAnswer, Registers, Tank
+from sitscad.apps.hardware.converter import FAULTS, Fault, NotAcknowledged, Registers, Tank
 from sitscad.data import FOLDER
 from sitscad.estimates.circuits.settings import devices
 from sitscad.kernels.converters import ldc_registers as at
@@ -50,7 +50,7 @@ def test_the_twin_in_python_keeps_to_the_vectors():
         elif word in ("read", "write"):
             where, value = (int(text, 16) for text in rest)
             if refused:
-                with pytest.raises(NoAnswer):
+                with pytest.raises(NotAcknowledged):
                     chip.read(where)
                 chip.time += 97_500 - 122_500 if word == "write" else 0
                 refused = False
@@ -149,7 +149,7 @@ def test_faults_of_the_converter_come_when_they_are_due():
     assert swapped == {0: sound[1], 1: sound[0]}
     chip = _simulated(faults="nack@0.1")
     chip.advance(200_000_000)
-    with pytest.raises(NoAnswer):
+    with pytest.raises(NotAcknowledged):
         chip.read(at.STATUS)
     chip = _simulated(faults="reset@0.1")
     assert chip.read(at.CONFIG) == 0x1601

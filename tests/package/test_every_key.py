@@ -11,7 +11,7 @@ import pytest
 from spec_reference import SpecDocument, places_of
 
 import sitscad
-from sitscad.apps.watch.work import Before, worked_out
+from sitscad.apps.watch.work import Before, stage_events
 from sitscad.cli import run
 from sitscad.package.building import cached_solutions
 from sitscad.package.manifest import made_from
@@ -128,7 +128,7 @@ def test_a_watched_step_file_that_is_saved_shows_its_new_solid(folder_with_parts
     before, sizes = Before(), []
     for side in (3, 4):
         bd.export_step(bd.Solid.make_box(3, 10 * side, 30).moved(bd.Location((-2, -13, -12))), path.parent / "own.step")
-        events = {event.stage: event for event in worked_out(str(path), before, serves=True)}
+        events = {event.stage: event for event in stage_events(str(path), before, serves=True)}
         assert str(path.parent / "own.step") in events["findings"].data["read"]
         sizes.append(before.files["solids"][1])
     assert sizes[0] != sizes[1]

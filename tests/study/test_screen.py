@@ -6,7 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.study.evaluating import IN_FULL, WIDER, judged, screened
+from sitscad.apps.study.evaluating import IN_FULL, WIDER, evaluate_design, screen_designs
 from sitscad.apps.study.evaluation import FAILS, FULL, SCREEN, UNKNOWN, Evaluation
 from sitscad.apps.study.measures import MEASURES
 from sitscad.layout import sketch
@@ -42,7 +42,7 @@ def design(template: str, changes: dict[str, object] | None = None) -> sitscad.S
 @pytest.mark.parametrize("template", CHANGED)
 def test_figures_and_rules_are_those_of_the_full_level(template):
     spec = design(template)
-    full, quick = judged(spec, NAMES), screened([spec], NAMES)[0]
+    full, quick = evaluate_design(spec, NAMES), screen_designs([spec], NAMES)[0]
     assert quick.level == SCREEN and quick.values.keys() == full.values.keys()
     for name, (value, error) in quick.values.items():
         assert abs(value - full.values[name][0]) <= error + 1e-9 * abs(value), name
@@ -55,8 +55,8 @@ def test_figures_and_rules_are_those_of_the_full_level(template):
 
 def test_no_design_depends_on_its_batch():
     one, other = design("grasper_4layer"), design("grasper_4layer", {"coil.turns": 6.5, "target.thickness": "0.2 mm"})
-    assert screened([one, other], NAMES) == [*screened([one], NAMES), *screened([other], NAMES)]
-    assert screened([other, one], NAMES) == screened([one, other], NAMES)[::-1]
+    assert screen_designs([one, other], NAMES) == [*screen_designs([one], NAMES), *screen_designs([other], NAMES)]
+    assert screen_designs([other, one], NAMES) == screen_designs([one, other], NAMES)[::-1]
 
 
 @pytest.mark.slow
@@ -68,13 +68,13 @@ def test_no_hints_are_looked_for(monkeypatch):
 
     monkeypatch.setattr("sitscad.checks.trials.search", looked)
     monkeypatch.setattr("sitscad.checks.board.fabrication.finer_fabricators", looked)
-    found = screened([wide], ("rp",))[0]
+    found = screen_designs([wide], ("rp",))[0]
     assert "SIT101" in found.refused and {"SIT307"} & {*found.refused, *found.warned}
-    assert judged(wide, ("rp",)).refused["SIT101"] == found.refused["SIT101"]
+    assert evaluate_design(wide, ("rp",)).refused["SIT101"] == found.refused["SIT101"]
 
 
 def test_what_needs_a_drawing_is_not_known():
-    found = screened([design("grasper_4layer")], ("rp", "crosstalk"))[0]
+    found = screen_designs([design("grasper_4layer")], ("rp", "crosstalk"))[0]
     assert {"SIT107", "SIT111", "SIT113"} <= set(found.unknown) and "SIT201" not in found.unknown
     assert found.verdict == UNKNOWN and found.absent == {"crosstalk": IN_FULL}
 
@@ -82,9 +82,9 @@ def test_what_needs_a_drawing_is_not_known():
 @pytest.mark.parametrize(("part", "known"), [(0.5, True), (1.03, False), (0.97, False), (2.0, True)])
 def test_a_limit_within_the_error_is_not_decided(part, known):
     spec = design("grasper_4layer")
-    value = screened([spec], ("resolution.normal",))[0].values["resolution.normal"][0]
+    value = screen_designs([spec], ("resolution.normal",))[0].values["resolution.normal"][0]
     asked = spec.replace("requirements.normal_resolution", f"{part * value:.6g} N")
-    found = screened([asked], ("resolution.normal",))[0]
+    found = screen_designs([asked], ("resolution.normal",))[0]
     assert ("SIT401" not in found.unknown) == known
     assert ("SIT401" in found.refused) == (part == 0.5) and (found.verdict == FAILS) == (part == 0.5)
 
@@ -94,7 +94,7 @@ def test_a_limit_of_the_tank_within_the_error_is_not_decided():
     ceiling, (least, most) = spec.readout.device.limit("sensor_frequency_max"), (20.0, 200.0)
 
     def at(capacitor: float) -> Evaluation:
-        return screened([spec.replace("readout.capacitance", f"{capacitor:.4f} pF")], ("frequency",))[0]
+        return screen_designs([spec.replace("readout.capacitance", f"{capacitor:.4f} pF")], ("frequency",))[0]
 
     for _ in range(12):
         middle = 0.5 * (least + most)
@@ -108,15 +108,15 @@ def test_a_limit_of_the_tank_within_the_error_is_not_decided():
 def test_a_shape_without_a_model_is_judged_in_full():
     spec = sitscad.load_text(templates.read("square_bench"))
     names = ("inductance", "rp", "board.area")
-    found = screened([spec], names)[0]
-    assert found == judged(spec, names)
+    found = screen_designs([spec], names)[0]
+    assert found == evaluate_design(spec, names)
 
 
 @pytest.mark.slow
 def test_leads_in_a_given_body_are_known_less_well():
     """They are longer than the screen takes them to be: R_P was 14.5 % off where 8 % were stated."""
     spec = sitscad.load_text(templates.read("round_button_12mm")).replace("coil.turns", 4.25)
-    (rp, error), full = screened([spec], ["rp"])[0].values["rp"], judged(spec, ["rp"]).values["rp"][0]
+    (rp, error), full = screen_designs([spec], ["rp"])[0].values["rp"], evaluate_design(spec, ["rp"]).values["rp"][0]
     assert 0.08 * rp < abs(full - rp) < error
 
 
@@ -124,7 +124,7 @@ def test_leads_in_a_given_body_are_known_less_well():
 def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     """Of titanium 0.15 mm thick the screen said 37 mN where 68 are right, known to 10 %."""
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace("target.material", metal)
-    assert screened([spec], ["rp"])[0].level == level
+    assert screen_designs([spec], ["rp"])[0].level == level
 
 
 @pytest.mark.few(2)
@@ -138,15 +138,15 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
 ])
 def test_shapes_without_a_model_are_judged_in_full(template, changes):
     spec = sitscad.load_text(templates.read(template))
-    assert screened([spec], [])[0].level == SCREEN
-    assert screened([spec.replace(changes)], [])[0].level == FULL
+    assert screen_designs([spec], [])[0].level == SCREEN
+    assert screen_designs([spec.replace(changes)], [])[0].level == FULL
 
 
 def test_sizes_of_six_coils_in_line_take_the_full_level():
     """Leads made the board wider than its sketch, of which an error of 0 was stated."""
     spec = sitscad.load_text(templates.read("skin_strip_6"))
     narrow = spec.replace({"coil.layers": 2, "fpc.stackup": "flex-2l-18um"})
-    found = screened([narrow], ["fit.width", "board.area", "rp"])[0]
+    found = screen_designs([narrow], ["fit.width", "board.area", "rp"])[0]
     assert found.level == SCREEN and found.absent.keys() == {"fit.width", "board.area"} and "SIT307" in found.unknown
 
 
@@ -154,7 +154,7 @@ def test_target_beyond_the_sketch_alone_is_left_to_the_full_level():
     """Leads make this board 46 um wider than its sketch: the screen refused it by SIT307, and `check` found nothing."""
     spec = sitscad.load_text(BESIDE, "beside.yaml")
     assert "SIT307" not in {finding.rule for finding in sitscad.check(spec, hints="none").findings}
-    (found,) = screened([spec], [])
+    (found,) = screen_designs([spec], [])
     assert "SIT307" in found.unknown and "SIT307" not in {*found.refused, *found.warned}
 
 
@@ -165,7 +165,7 @@ def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
     """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""
     spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", 1e-3 * thickness)
     names = ["resolution.normal", "resolution.shear_x"]
-    found, whole = screened([spec], names)[0], judged(spec, names)
+    found, whole = screen_designs([spec], names)[0], evaluate_design(spec, names)
     assert found.level == SCREEN
     for name in names:
         assert found.values[name][0] == approx(whole.values[name][0], abs=found.values[name][1])

@@ -23,12 +23,19 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.study.answer import agreement, bindings, changed_keys, count_unjudged, hypervolume, relaxation
+from sitscad.apps.study.answer import (
+    binding_limits,
+    changed_keys,
+    count_unjudged,
+    hypervolume,
+    level_agreement,
+    smallest_relaxation,
+)
 from sitscad.apps.study.answer_text import (
     answer_json,
     answer_text,
     base_value,
-    breach_words,
+    breach_text,
     design_table,
     sweep_range,
     yield_table,
@@ -40,20 +47,29 @@ from sitscad.apps.study.evaluating import (
     NOT_COMPUTED,
     Chunk,
     evaluate_chunk,
-    figures,
+    free_results,
+    measure_values,
+    screen_designs,
     screen_errors,
-    screened,
-    tidily,
 )
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
-from sitscad.apps.study.evaluation import UnitJudged as Unit
+from sitscad.apps.study.evaluation import UnitEvaluation as Unit
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.page import answer_files, page_so_far, study_page
-from sitscad.apps.study.running import Costs, StudyResults, StudyState, costs, ranked, search, sobol_set, violations
-from sitscad.apps.study.space import Space, Variable, at_key, code_version
-from sitscad.apps.study.spreads import SPREADS, draws, unit, wilson, yield_of
+from sitscad.apps.study.running import (
+    Costs,
+    StudyResults,
+    StudyState,
+    costs,
+    front_numbers,
+    search,
+    sobol_set,
+    violations,
+)
+from sitscad.apps.study.space import Space, Variable, code_version, value_at_key
+from sitscad.apps.study.spreads import SPREADS, latin_hypercube, unit_spec, wilson_interval, yield_of
 from sitscad.apps.study.study import StudyAnswer, study_schema
-from sitscad.apps.study.sweeping import range_of
+from sitscad.apps.study.sweeping import parse_range
 from sitscad.cli import designing, run
 from sitscad.spec import templates
 
@@ -190,7 +206,7 @@ def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
     asked = sitscad.Study.load(folder / "study.yaml").asked
     assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(asked, (3, 1, 0, 0)))
     assert base_value(asked.base.values(()), "target.size.1") == "9 mm"
-    assert at_key({"size": [6, 3]}, "size.2") is at_key({"size": [6, 3]}, "size.x") is None
+    assert value_at_key({"size": [6, 3]}, "size.2") is value_at_key({"size": [6, 3]}, "size.x") is None
 
 
 def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
@@ -219,11 +235,11 @@ def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
 
 def test_sweep_command_of_an_answer_varies_a_key_that_no_other_key_follows(answered):
     space = answered[0].asked.space
-    key, values = range_of(sweep_range(space))
+    key, values = parse_range(sweep_range(space))
     assert key == "coil.turns" and values == space.variables[0].values
     assert sweep_range(replace(space, variables=space.variables[1:])) == ""
     wide = replace(space.variables[1], values=tuple(f"{100 + k} um" for k in range(31)))
-    key, values = range_of(sweep_range(replace(space, variables=(wide,), same={})))
+    key, values = parse_range(sweep_range(replace(space, variables=(wide,), same={})))
     assert key == "coil.trace_width" and (values[0], values[-1], len(values)) == ("100 um", "130 um", 7)
 
 
@@ -346,8 +362,8 @@ def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so
     from sitscad.apps.study import evaluating
 
     calls = []
-    full = evaluating.judged
-    monkeypatch.setattr(evaluating, "judged", lambda *given: calls.append(given[0]) or full(*given))
+    full = evaluating.evaluate_design
+    monkeypatch.setattr(evaluating, "evaluate_design", lambda *given: calls.append(given[0]) or full(*given))
     (folder / "coil.yaml").write_text(templates.read("square_bench"))
     asked = {"base": "coil.yaml", "vary": {"coil.turns": [9, 10]}, "goals": [{"maximize": "rp"}], "accept": "all"}
     answer = sitscad.Study.from_mapping(asked, folder).run(draws=0)
@@ -643,7 +659,7 @@ def test_an_undrawable_design_is_no_relaxation(folder):
     unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
     found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak})
-    assert relaxation(asked, found).names == ("inductance",)
+    assert smallest_relaxation(asked, found).names == ("inductance",)
 
 
 def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
@@ -653,11 +669,11 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
                     for rules in (["SIT016"], ["SIT014", "SIT016"]))
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
     found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
-    told = {one.name: (one.share, one.alone) for one in bindings(asked, found)}
+    told = {one.name: (one.share, one.alone) for one in binding_limits(asked, found)}
     assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
     assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
-    said = answer_text(StudyAnswer("x", asked, weak, found, tuple(bindings(asked, found)), None,
-                                   agreement(asked.goals, found), (), (), (), ()))
+    said = answer_text(StudyAnswer("x", asked, weak, found, tuple(binding_limits(asked, found)), None,
+                                   level_agreement(asked.goals, found), (), (), (), ()))
     assert "cannot be drawn" in said
 
 
@@ -666,7 +682,7 @@ def test_the_best_that_was_reached_is_reported_where_nothing_refuses_alone(folde
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
     one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
                   for size, rp in ((1e-6, 500.0), (2e-6, 400.0)))
-    found = bindings(asked, StudyResults(asked, "grid", {(0, 0): one, (1, 0): other}))
+    found = binding_limits(asked, StudyResults(asked, "grid", {(0, 0): one, (1, 0): other}))
     assert {(each.name, each.alone, each.nearest.measured, each.nearest_at) for each in found} == {
         ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
 
@@ -679,11 +695,11 @@ def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
     found = StudyResults(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
-    assert relaxation(asked, found).names == ("SIT112",) and count_unjudged(asked, found) == 1
+    assert smallest_relaxation(asked, found).names == ("SIT112",) and count_unjudged(asked, found) == 1
     both = replace(found, full={(0, 0): fallen, (1, 0): weak})
-    assert relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
-    assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
-    assert agreement(asked.goals, found).designs == 0  # its leads are not drawn
+    assert smallest_relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
+    assert smallest_relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
+    assert level_agreement(asked.goals, found).designs == 0  # its leads are not drawn
     assert "smallest relaxation" not in page_so_far(study, found, 20)  # by the screen some keep everything
 
 
@@ -816,7 +832,7 @@ def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
 def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
     spec = sitscad.load_text(templates.read(name))
     quick = [row for row in MEASURES.values() if not row.name.startswith(("range.", "error.tilt."))]
-    values, absent = figures(sitscad.Design(spec), [row.name for row in quick])
+    values, absent = measure_values(sitscad.Design(spec), [row.name for row in quick])
     lacking = {row.name for row in quick if not all(need.is_had(spec) for need in row.needs)}
     assert lacking <= absent.keys() and values
 
@@ -922,7 +938,7 @@ def test_values_of_a_spec_are_compared_whatever_their_unit():
     assert [lengths.nearest(one) for one in ("0.1 mm", 0.12, "4 mil", "90 um")] == [1, 2, 1, 1]
     assert [Variable("fpc.rules", ("one", "two")).nearest(one) for one in ("two", "three", None)] == [1, 0, 0]
     assert Breach(1.20044, 1.2, "V", 0.1).size > Breach(1.204, 1.2, "V", 0.9).size > Breach(1.2045, 1.2, "V", 1.0).size
-    assert breach_words("SIT204", Breach(1.20044, 1.2, "V", 0.1)).endswith("keeps 1.2 V by 0.1 sigma of manufacture "
+    assert breach_text("SIT204", Breach(1.20044, 1.2, "V", 0.1)).endswith("keeps 1.2 V by 0.1 sigma of manufacture "
                                                                           "where one is asked")
 
 
@@ -955,7 +971,7 @@ def test_a_front_of_nsga2_is_that_of_all_designs():
         return [Costs((float((x - 6) ** 2 + z), float((x - 2) ** 2 + (y - 4) ** 2)), 0.0) for x, y, z in points]
 
     every = list(space.points())
-    best = {cost.goals for cost, rank in zip(evaluate(every), ranked(evaluate(every)), strict=True) if rank == 0}
+    best = {cost.goals for cost, rank in zip(evaluate(every), front_numbers(evaluate(every)), strict=True) if rank == 0}
     calls = []
 
     def noted(points):
@@ -964,7 +980,7 @@ def test_a_front_of_nsga2_is_that_of_all_designs():
 
     search("nsga2", space, 400, 1, 2, noted)
     found = evaluate(calls)
-    assert {cost.goals for cost, rank in zip(found, ranked(found), strict=True) if rank == 0} == best
+    assert {cost.goals for cost, rank in zip(found, front_numbers(found), strict=True) if rank == 0} == best
 
 
 WIDE = {"coil.outer_diameter": {"from": 9, "to": 12, "step": 0.2}}
@@ -1007,8 +1023,8 @@ def test_the_search_finds_the_front_of_the_whole_grid(folder, vary, goals):
 
 def test_what_keeps_all_is_in_front_of_what_does_not():
     costs = [Costs((1.0,), 3.0), Costs((5.0,), 0.0), Costs((4.0,), 0.0), Costs((None,), 1.0)]
-    assert ranked(costs).tolist() == [3, 1, 0, 2]
-    assert ranked([]).tolist() == []
+    assert front_numbers(costs).tolist() == [3, 1, 0, 2]
+    assert front_numbers([]).tolist() == []
 
 
 def test_a_sobol_set_fills_every_value_of_a_choice():
@@ -1080,16 +1096,16 @@ def test_a_board_that_leads_may_widen_states_by_how_much_at_the_screen(turns):
         "coil.outer_diameter": "7.93 mm", "coil.turns": turns, "coil.trace_width": "170 um",
         "coil.trace_spacing": "165 um"})
     names = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area", "board.layers")
-    values, full = screened([spec], names)[0].values, sitscad.Design(spec)
+    values, full = screen_designs([spec], names)[0].values, sitscad.Design(spec)
     for name, (value, error) in values.items():
         assert abs(MEASURES[name].read(full)[0] - value) <= error + 1e-9 * value, name
     assert 0.0 < values["fit.width"][1] < 0.1 * values["fit.width"][0] and values["board.layers"][1] == 0.0
 
 
 def test_wilson_is_the_published_interval():
-    low, high = wilson(81, 263)  # Newcombe 1998, Statistics in Medicine 17, table I: 0.2553 to 0.3662
+    low, high = wilson_interval(81, 263)  # Newcombe 1998, Statistics in Medicine 17, table I: 0.2553 to 0.3662
     assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
-    assert wilson(10, 10)[1] == approx(1.0, rel=1e-12) and wilson(0, 10)[0] == 0.0
+    assert wilson_interval(10, 10)[1] == approx(1.0, rel=1e-12) and wilson_interval(0, 10)[0] == 0.0
 
 
 def test_what_a_calibration_takes_away_is_distinguished(answered):
@@ -1103,7 +1119,7 @@ def test_what_a_calibration_takes_away_is_distinguished(answered):
 
 
 def test_which_spread_costs_the_yield_is_the_one_that_decides_it():
-    rows = draws(256)
+    rows = latin_hypercube(256)
     k = list(SPREADS).index("elastomer.modulus")
     judged = [Unit(u < 0.75, () if u < 0.75 else ("SIT401",), True, {"rp": u}) for u in map(float, rows[:, k])]
     found = yield_of(judged, lambda values: ())
@@ -1121,16 +1137,16 @@ def test_units_that_could_not_be_computed_are_not_good_and_counted_apart():
 def test_every_spread_moves_a_unit_by_its_sigma():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     middle = np.full(len(SPREADS), 0.5)
-    assert unit(spec, middle, {}) == spec
+    assert unit_spec(spec, middle, {}) == spec
     still = []
     for k, (name, spread) in enumerate(SPREADS.items()):
         row = middle.copy()
         row[k] = 0.5 + 0.5 / math.sqrt(3.0)  # one sigma of an even band
-        moved = unit(spec, row, {})
+        moved = unit_spec(spec, row, {})
         assert (moved != spec) is (spread.sigma(spec) > 0.0), name
         still += [name] * (moved == spec)
     assert still == ["fpc.plating"], "its tracks are not plated"
-    assert unit(spec, row, {"target.rotation": 0.0}) == spec
+    assert unit_spec(spec, row, {"target.rotation": 0.0}) == spec
 
 
 def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
@@ -1143,7 +1159,7 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
     for side in (-1.0, 1.0):
         row = np.full(len(SPREADS), 0.5)
         row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
-        made = unit(spec, row, {})
+        made = unit_spec(spec, row, {})
         found.append(Design(made).estimates.coils[0].resistance_dc)
     from sitscad.estimates.circuits.uncertainty import sigmas
     from sitscad.estimates.tolerances.scatter import WIDTH
@@ -1158,7 +1174,7 @@ def test_memory_of_a_design_is_given_back_before_the_next():
         def __init__(self):
             self.me = self
 
-    left = [weakref.ref(one) for one in tidily(Ring() for _ in range(3))]
+    left = [weakref.ref(one) for one in free_results(Ring() for _ in range(3))]
     assert [ref() is None for ref in left[:2]] == [True, True]
 
 

@@ -16,9 +16,9 @@ import sitscad
 from sitscad.apps.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
 from sitscad.apps.study.evaluation import Evaluation
 from sitscad.apps.study.measures import MEASURES
-from sitscad.apps.study.space import Base, RangeError, Space, Variable, counted, stepped
+from sitscad.apps.study.space import Base, RangeError, Space, Variable, values_by_count, values_by_step
 from sitscad.apps.study.sweeping import (
-    range_of,
+    parse_range,
     sweep_as_written,
     sweep_csv,
     sweep_json,
@@ -161,20 +161,21 @@ def test_unknown_measures_name_the_nearest(bench):
 
 
 def test_ranges_are_written_as_in_a_spec():
-    assert range_of("coil.turns=6:8:5") == ("coil.turns", (6, 6.5, 7, 7.5, 8))
-    assert range_of("coil.trace_width=70um:80um:3") == ("coil.trace_width", ("70 um", "75 um", "80 um"))
-    assert range_of("coil.layers=2,4") == ("coil.layers", (2, 4))
-    assert counted(1, 0.1, 4) == (1, 0.7, 0.4, 0.1)
+    assert parse_range("coil.turns=6:8:5") == ("coil.turns", (6, 6.5, 7, 7.5, 8))
+    assert parse_range("coil.trace_width=70um:80um:3") == ("coil.trace_width", ("70 um", "75 um", "80 um"))
+    assert parse_range("coil.layers=2,4") == ("coil.layers", (2, 4))
+    assert values_by_count(1, 0.1, 4) == (1, 0.7, 0.4, 0.1)
     for wrong in ("coil.turns", "coil.turns=", "coil.turns=6:8", "coil.turns=a:b:3", "coil.turns=6um:8mm:3",
                   "coil.turns=6:8:0"):
         with pytest.raises(RangeError):
-            range_of(wrong)
+            parse_range(wrong)
 
 
 def test_a_range_without_a_step_has_round_values_and_its_ends():
-    values = stepped(3.5, 4.6)
+    values = values_by_step(3.5, 4.6)
     assert values[:3] == (3.5, 3.52, 3.54) and values[-1] == 4.6 and len(values) > 50
-    assert stepped("75 um", "125 um", "5 um")[-2:] == ("120 um", "125 um") and len(stepped(0, 1, 0.3)) == 4
+    assert values_by_step("75 um", "125 um", "5 um")[-2:] == ("120 um",
+                                                              "125 um") and len(values_by_step(0, 1, 0.3)) == 4
 
 
 def test_same_and_what_a_choice_brings_along():
@@ -189,12 +190,12 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
     def fails(specs, measures):
         if any(spec.coil.turns == 11 for spec in specs):
             raise ZeroDivisionError("of this test")
-        return screened(specs, measures)
+        return screen_designs(specs, measures)
 
     from sitscad.apps.study import evaluating
-    from sitscad.apps.study.evaluating import screened
+    from sitscad.apps.study.evaluating import screen_designs
 
-    monkeypatch.setattr(evaluating, "screened", fails)
+    monkeypatch.setattr(evaluating, "screen_designs", fails)
     chunk = Chunk(((("coil.turns", 10),), (("coil.turns", 11),)), ("board.area",), "screen")
     (one, other), _ = evaluate_chunk(Base(bench.source.text, "x.yaml"), chunk)
     assert NOT_COMPUTED not in one.refused and other.refused_by == (NOT_COMPUTED,)

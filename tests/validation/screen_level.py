@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from sitscad.apps.study.evaluating import can_screen, judged, screened
-from sitscad.apps.study.evaluation import SCREEN, UNDRAWN, Evaluation, of_json
+from sitscad.apps.study.evaluating import can_screen, evaluate_design, screen_designs
+from sitscad.apps.study.evaluation import SCREEN, UNDRAWN, Evaluation, evaluation_from_json
 from sitscad.apps.study.measures import MEASURES
 from sitscad.spec.load import load, load_text, rewritten_spec
 from sitscad.spec.reading import SpecError
@@ -78,11 +78,12 @@ def cached(cache: Path, count: int) -> list[tuple[str, str, Evaluation]]:
                     continue
                 spec = drawn(template, number)
                 row = {"template": template, "text": spec.source.text if spec else "",
-                       "full": judged(spec, NAMES).as_json() if spec else None}
+                       "full": evaluate_design(spec, NAMES).as_json() if spec else None}
                 file.write(json.dumps(row) + "\n")
                 file.flush()
                 rows.append(row)
-    return [(row["template"], row["text"], of_json(row["full"])) for row in rows if row["full"] is not None]
+    return [(row["template"], row["text"], evaluation_from_json(row["full"])) for row in rows
+            if row["full"] is not None]
 
 
 def ranks(one: np.ndarray, other: np.ndarray) -> float:
@@ -127,7 +128,7 @@ def main() -> None:
     parser.add_argument("--each", action="store_true", help="a table a template, too")
     asked = parser.parse_args()
     known = cached(asked.cache, asked.number)
-    rows = [(template, full, screened([load_text(text)], NAMES)[0]) for template, text, full in known]
+    rows = [(template, full, screen_designs([load_text(text)], NAMES)[0]) for template, text, full in known]
     for template in TEMPLATES if asked.each else ():
         print(template, *table([row for row in rows if row[0] == template]), sep="\n")
     print(len(rows), "designs", *table(rows), sep="\n")

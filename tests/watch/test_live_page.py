@@ -9,7 +9,7 @@ import pytest
 from browser import Browser
 
 from sitscad.apps.watch.server import PageState, server
-from sitscad.apps.watch.work import Before, worked_out
+from sitscad.apps.watch.work import Before, stage_events
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow, pytest.mark.more]
 
@@ -23,7 +23,7 @@ def test_the_page_follows_saves_and_keeps_the_camera(tmp_path):
 
     def save(text: str, revision: int) -> None:
         path.write_text(text, encoding="utf-8")
-        for event in worked_out(str(path), before, serves=True):
+        for event in stage_events(str(path), before, serves=True):
             showing.tell(revision, event, last.get(event.stage))
             if not event.data.get("unreadable"):
                 last[event.stage] = event

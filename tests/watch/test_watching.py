@@ -20,8 +20,8 @@ from urllib.request import urlopen
 import pytest
 
 from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, PageState, server
-from sitscad.apps.watch.watching import changes, stamp, words
-from sitscad.apps.watch.work import Before, Event, worked_out
+from sitscad.apps.watch.watching import event_changes, event_lines, file_stamp
+from sitscad.apps.watch.work import Before, Event, stage_events
 from sitscad.basics.finding import Edit
 from sitscad.checks.fixes.search import Search
 from sitscad.cli import main
@@ -44,22 +44,22 @@ def _verdict(*findings: dict[str, object]) -> Event:
 def test_only_what_has_changed_is_reported():
     first = _verdict(_finding("SIT103", 4, "narrow"), _finding("SIT215", 6, "weak"))
     then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
-    found = changes(then, first)
+    found = event_changes(then, first)
     assert [[each["rule"] for each in found[kind]] for kind in ("new", "gone", "moved")] == [
         ["SIT217"], ["SIT215"], ["SIT103"]]
-    said = words(2, Event("findings", then.data | {"last": True}), first, verbose=True)
+    said = event_lines(2, Event("findings", then.data | {"last": True}), first, verbose=True)
     assert said[0].startswith("+ line 7") and said[1].startswith("- line 6") and said[-1] == "ok: 2 warnings"
     assert said[2].startswith("~ line 5") and said[2].endswith("(was line 4)")
-    assert words(2, then, then) == ["save 2"]
+    assert event_lines(2, then, then) == ["save 2"]
     numbers = Event("estimate", {"numbers": {"L of C1": "2 uH", "L of C2": "3 uH", "f of C1": "1 MHz"}})
     later = Event("estimate", {"numbers": {"L of C1": "2.1 uH", "L of C2": "4 uH", "f of C1": "1 MHz"}})
-    assert words(2, later, numbers) == ["L of C2: 3 uH -> 4 uH (1 more)"]
-    assert words(2, later, numbers, verbose=True) == ["L of C1: 2 uH -> 2.1 uH", "L of C2: 3 uH -> 4 uH"]
+    assert event_lines(2, later, numbers) == ["L of C2: 3 uH -> 4 uH (1 more)"]
+    assert event_lines(2, later, numbers, verbose=True) == ["L of C1: 2 uH -> 2.1 uH", "L of C2: 3 uH -> 4 uH"]
 
 
 def test_a_save_that_was_overtaken_leaves_a_line():
     """Of two saves in the work of the one before nothing was said: after save 1 came save 4."""
-    assert words(2, Event("overtaken", {"by": 3}), None) == ["save 2: overtaken by save 3"]
+    assert event_lines(2, Event("overtaken", {"by": 3}), None) == ["save 2: overtaken by save 3"]
 
 
 def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
@@ -69,21 +69,21 @@ def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
     error = _finding("SIT112", 9, "no room " * 40) | {"severity": "error"}
     then = _verdict(*new, error)
     then = Event("findings", then.data | {"last": True, "counts": {"error": 1, "warning": 10, "note": 0}})
-    said = words(2, then, first)
+    said = event_lines(2, then, first)
     assert len(said) == 7 and all(len(line) <= 80 for line in said) and said[-1] == "refused: 1 error, 10 warnings"
     assert said[0].startswith("+ line 9: error SIT112") and said[1].startswith("    no room")
     assert said[2] == "~ line 3: warning SIT204: 1.3 V" and said[5] == "10 findings more: -v, or sitscad check"
-    unread = words(3, Event("findings", _verdict(error).data | {"unreadable": True}), first)
+    unread = event_lines(3, Event("findings", _verdict(error).data | {"unreadable": True}), first)
     assert unread[-1].startswith("unreadable") and not [line for line in unread if line.startswith("-")]
 
 
 def test_a_study_says_how_far_it_is_in_a_line_and_in_the_end_its_best():
     numbers = {"designs": "9 of 64", "keep everything": "1", "maximize rp": "5 kohm with " + "coil.turns: 9, " * 9}
     event = Event("sweep", {"numbers": numbers})
-    assert words(1, event, None) == ["designs: 9 of 64, keep everything: 1"]
-    said = words(1, Event("sweep", {"numbers": numbers | {"designs": "64 of 64"}}), event)
+    assert event_lines(1, event, None) == ["designs: 9 of 64, keep everything: 1"]
+    said = event_lines(1, Event("sweep", {"numbers": numbers | {"designs": "64 of 64"}}), event)
     assert said[:2] == ["designs: 64 of 64", "keep everything: 1"] and said[2].endswith(" ...") and len(said[2]) <= 80
-    assert words(1, Event("sweep", {"numbers": numbers | {"designs": "10 of 64"}}), event, verbose=True) == [
+    assert event_lines(1, Event("sweep", {"numbers": numbers | {"designs": "10 of 64"}}), event, verbose=True) == [
         "designs: 9 of 64 -> 10 of 64"]
 
 
@@ -92,12 +92,12 @@ def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
     before = Before()
-    events = list(worked_out(str(path), before, serves=False))
+    events = list(stage_events(str(path), before, serves=False))
     assert [event.stage for event in events] == ["findings", "estimate", "feeling", "findings"]
     assert events[0].data["counts"]["error"] == 0 and events[-1].data["last"]
     assert "resolution of normal" in events[2].data["numbers"]
     path.write_text("sitscad: 1\nname: 4\n", encoding="utf-8")
-    (broken,) = worked_out(str(path), before, serves=False)
+    (broken,) = stage_events(str(path), before, serves=False)
     assert broken.data["unreadable"] and {each["line"] for each in broken.data["findings"]} == {1, 2}
     assert before.designs, "the last design that could be read is kept"
 
@@ -109,7 +109,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
     own = rewritten(BENCH, [Edit("elastomer.thickness", "1.93")])  # of another test's pad the process knows the shear
     path.write_text(own, encoding="utf-8")
     before = Before()
-    first = list(worked_out(str(path), before, serves=True))
+    first = list(stage_events(str(path), before, serves=True))
     assert "board" in [event.stage for event in first] and b"<svg" in first[1].page
     solids = before.files["solids"]
 
@@ -122,7 +122,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
     monkeypatch.setattr("sitscad.estimates.states.plate.SolvedTarget", drawn)
     monkeypatch.setattr("sitscad.estimates.design.lay_out", drawn)
     path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")
-    second = list(worked_out(str(path), before, serves=True))
+    second = list(stage_events(str(path), before, serves=True))
     assert [event.stage for event in second] == [event.stage for event in first]
     assert before.files["solids"] is solids
     assert second[3].data["numbers"] != first[3].data["numbers"], "a slower scan tells smaller forces apart"
@@ -133,9 +133,9 @@ def test_a_stamp_sees_a_renamed_file_of_the_same_size(tmp_path):
     one.write_text("x")
     other.write_text("y")
     os.utime(other, ns=(one.stat().st_atime_ns, one.stat().st_mtime_ns))
-    seen = stamp(str(one))
+    seen = file_stamp(str(one))
     os.replace(other, one)
-    assert stamp(str(one)) != seen and stamp(str(tmp_path / "none")) is None
+    assert file_stamp(str(one)) != seen and file_stamp(str(tmp_path / "none")) is None
 
 
 @pytest.fixture
@@ -374,7 +374,7 @@ def test_a_study_fills_up_and_a_save_uses_again_what_still_fits(tmp_path):
     text = "sitscad_study: 1\nbase: coil.yaml\nvary: {coil.turns: [11, 12, 13]}\ngoals: [maximize: rp]\naccept: all\n"
     path.write_text(text, encoding="utf-8")
     before = Before()
-    first, *sweep = worked_out(str(path), before, serves=True)
+    first, *sweep = stage_events(str(path), before, serves=True)
     assert first.stage == "findings" and first.data["read"] == [str(path), str(tmp_path / "coil.yaml")]
     assert {event.stage for event in sweep} == {"sweep"} and len(before.evaluated) == 3
     numbers = sweep[-1].data["numbers"]
@@ -382,8 +382,8 @@ def test_a_study_fills_up_and_a_save_uses_again_what_still_fits(tmp_path):
     assert b"The front so far" in sweep[-1].page and b"3 of 3 designs" in sweep[-1].page
     path.write_text(text.replace("maximize", "minimize"), encoding="utf-8")
     known = dict(before.evaluated)
-    last = list(worked_out(str(path), before, serves=False))[-1]
+    last = list(stage_events(str(path), before, serves=False))[-1]
     assert "minimize rp" in last.data["numbers"] and before.evaluated == known
     path.write_text(text.replace("turns", "turs"), encoding="utf-8")
-    (broken,) = worked_out(str(path), before, serves=False)
+    (broken,) = stage_events(str(path), before, serves=False)
     assert broken.data["unreadable"] and broken.data["findings"][0]["line"] == 3

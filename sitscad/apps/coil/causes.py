@@ -172,16 +172,19 @@ def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     count = len(coil.layers)
     for number, layer in enumerate(coil.layers):
         if count > 1:
-            yield _certain(f"layer {layer} missing", f"the turns on copper {layer} are missing or bypassed",
-                           partial(variants.without_layer, number))
+            yield _cause_without_parameters(f"layer {layer} missing",
+                                            f"the turns on copper {layer} are missing or bypassed",
+                                            partial(variants.without_layer, number))
         if count > 2 or (count == 2 and number == 1):  # of two layers, either turns against the other
-            yield _certain(f"layer {layer} reversed", f"the turns on copper {layer} turn the other way",
-                           partial(variants.with_layer_reversed, number))
+            yield _cause_without_parameters(f"layer {layer} reversed",
+                                            f"the turns on copper {layer} turn the other way",
+                                            partial(variants.with_layer_reversed, number))
         for more, word in ((-1.0, "missing"), (1.0, "more")):
             if (coil.layer_turns[number] + more) < 0.5 or coil.layer_turns[number] + more > coil.turns_that_fit:
                 continue
-            yield _certain(f"turn {word} on layer {layer}", f"copper {layer} has one turn {_MORE[word]} than drawn",
-                           partial(variants.with_turns, number, more))
+            yield _cause_without_parameters(f"turn {word} on layer {layer}",
+                                            f"copper {layer} has one turn {_MORE[word]} than drawn",
+                                            partial(variants.with_turns, number, more))
 
 
 _MORE = {"missing": "less", "more": "more"}
@@ -223,7 +226,7 @@ def _metal_cause(variants: CoilVariants, metal: str) -> PossibleCause:
     )
 
 
-def _certain(name: str, text: str, impedance: Callable[[], Impedance]) -> PossibleCause:
+def _cause_without_parameters(name: str, text: str, impedance: Callable[[], Impedance]) -> PossibleCause:
     """Return a cause without parameters."""
     return PossibleCause(name, lambda values: impedance(), lambda values, sigmas: text)
 

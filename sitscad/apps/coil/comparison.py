@@ -217,7 +217,7 @@ def compare(
         raise MeasurementError(
             f"{measurement.path}: all points lie above {show(NEAR_RESONANCE * resonance, 'Hz', 3)}, near to the coil's "
             "self-resonance or above it: measure at lower frequencies")
-    chosen = _thinned(np.flatnonzero(is_compared), measurement.frequencies)
+    chosen = _thin_points(np.flatnonzero(is_compared), measurement.frequencies)
     frequencies, impedances = measurement.frequencies[chosen], measurement.impedances[chosen]
     if (impedances.imag <= 0.0).any():
         frequency = frequencies[impedances.imag <= 0.0][0]
@@ -232,7 +232,8 @@ def compare(
     return Comparison(
         measurement, names[number], frequencies, impedances, meter_error, as_drawn,
         as_drawn.is_sufficient and as_drawn.penalised < explanations[0].penalised + DECISIVE,
-        _fitted(variants, impedances, meter_error), explanations, len(measurement.frequencies) - int(is_compared.sum()),
+        _fit_impedance(variants, impedances, meter_error), explanations,
+        len(measurement.frequencies) - int(is_compared.sum()),
     )
 
 
@@ -242,7 +243,7 @@ def _self_resonance(coil: Impedance) -> float:
     return resonance_frequency(inductance, max(coil.capacitance, 1e-16))
 
 
-def _thinned(numbers: Index, frequencies: Array) -> Index:
+def _thin_points(numbers: Index, frequencies: Array) -> Index:
     """Return at most `MOST_POINTS` of the point numbers, evenly over the logarithm of their frequencies."""
     if len(numbers) <= MOST_POINTS:
         return numbers
@@ -251,7 +252,7 @@ def _thinned(numbers: Index, frequencies: Array) -> Index:
     return np.unique(numbers[np.abs(logs[:, None] - log_points).argmin(axis=0)])
 
 
-def _fitted(variants: CoilVariants, measured: ComplexArray, meter_error: float) -> ImpedanceFit:
+def _fit_impedance(variants: CoilVariants, measured: ComplexArray, meter_error: float) -> ImpedanceFit:
     """Fit inductance, resistance and capacitance.
 
     Their dependence on the frequency is the computed coil's, times a factor for the inductance and a factor for the

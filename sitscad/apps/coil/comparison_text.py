@@ -44,13 +44,13 @@ def _points(comparison: Comparison) -> Table:
         omega = 2.0 * math.pi * frequency
         rows.append([
             show(frequency, "Hz"), show(read.imag / omega, "H"), show(computed.imag / omega, "H"),
-            _apart(read.imag, computed.imag), show(read.real, "ohm"), show(computed.real, "ohm"),
-            _apart(read.real, computed.real)])
+            _deviation_text(read.imag, computed.imag), show(read.real, "ohm"), show(computed.real, "ohm"),
+            _deviation_text(read.real, computed.real)])
     head = ("frequency", "L measured", "computed", "", "R measured", "computed", "")
     return Table(head, rows, "In series, as a meter shows them")
 
 
-def _apart(measured: float, computed: float) -> str:
+def _deviation_text(measured: float, computed: float) -> str:
     return f"{100.0 * (measured / computed - 1.0):+.1f} %"
 
 

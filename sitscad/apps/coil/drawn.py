@@ -180,7 +180,7 @@ def estimate_drawn_coil(
     ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in winding)
     return DrawnCoil(
         conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
-        tuple(_at(loss, inductance, direct, frequency) for frequency in frequencies),
+        tuple(_at_frequency(loss, inductance, direct, frequency) for frequency in frequencies),
         (*_remarks(conductor), *notes),
     )
 
@@ -208,7 +208,7 @@ def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
     return [Path(tuple(segments)) for segments in parts if segments]
 
 
-def _at(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
+def _at_frequency(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
     if not loss.is_resolved(frequency):
         raise FrequencyError(f"the current within the tracks cannot be resolved at {show(frequency, 'Hz')}: their "
                              "spacing is far smaller than their width or thickness")
@@ -340,7 +340,7 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
     """
     if not stackup:
         if not copper.heights:
-            fitting = ", ".join(_fitting(copper))
+            fitting = ", ".join(_fitting_stackups(copper))
             raise DrawnCoilError(f"the file has no stack-up: name one with --stackup, like {fitting}")
         return tuple(copper.heights)
     names = presets.names("stackup")
@@ -354,12 +354,12 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
             layers = ["F.Cu", *(f"In{k}.Cu" for k in range(1, len(preset.copper) - 1)), "B.Cu"]
         else:
             raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}: "
-                                 f"choose one of {', '.join(_fitting(copper)) or 'your own'}")
+                                 f"choose one of {', '.join(_fitting_stackups(copper)) or 'your own'}")
     pairs = zip(layers, preset.copper, strict=True)
     return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in pairs)
 
 
-def _fitting(copper: DrawnCopper) -> list[str]:
+def _fitting_stackups(copper: DrawnCopper) -> list[str]:
     """Return the names of the preset stack-ups with as many copper layers as a file has."""
     return [name for name in presets.names("stackup") if len(presets.stackup(name).copper) == len(copper.layers)]
 

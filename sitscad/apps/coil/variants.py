@@ -60,7 +60,7 @@ class CoilVariants:
     @classmethod
     def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
         """Return the variants of coil `number` (from 0) of a layout, with its leads if `has_leads`."""
-        spec = _alone(layout.spec.coil, layout.spec.fpc.stackup, layout.spec.requirements.temperature)
+        spec = _lone_coil_spec(layout.spec.coil, layout.spec.fpc.stackup, layout.spec.requirements.temperature)
         solved, circuit = _solve(spec)
         winding = _impedance(circuit, FREE, frequencies)
         nominal = winding
@@ -84,11 +84,11 @@ class CoilVariants:
 
     def with_copper(self, factor: float) -> Impedance:
         """Return the impedance with the thickness of all copper multiplied by a factor."""
-        return self._with_stackup(_scaled(self.spec.fpc.stackup, factor, of_copper=True))
+        return self._with_stackup(_scaled_stackup(self.spec.fpc.stackup, factor, of_copper=True))
 
     def with_films(self, factor: float) -> Impedance:
         """Return the impedance with the thickness of all films between copper layers multiplied by a factor."""
-        return self._with_stackup(_scaled(self.spec.fpc.stackup, factor, of_copper=False))
+        return self._with_stackup(_scaled_stackup(self.spec.fpc.stackup, factor, of_copper=False))
 
     def with_metal(self, material: str, distance: float) -> Impedance:
         """Return the impedance near a thick sheet of metal, at a distance (m) from the board's bottom face."""
@@ -180,7 +180,7 @@ def _mount(material: str) -> Mount:
     return custom_mount
 
 
-def _alone(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
+def _lone_coil_spec(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
     """Return a spec with one coil, its stack-up and its temperature (degrees Celsius), and nothing else."""
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
     requirements = replace(plain.requirements, temperature=temperature)
@@ -208,7 +208,7 @@ def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance
     return Impedance(frequencies, series, circuit.winding_capacitance if capacitance is None else capacitance)
 
 
-def _scaled(stackup: Stackup, factor: float, of_copper: bool) -> Stackup:
+def _scaled_stackup(stackup: Stackup, factor: float, of_copper: bool) -> Stackup:
     """Return a stack-up with some layer thicknesses multiplied by a factor.
 
     These are all copper layers if `of_copper`, else all films between copper layers.

@@ -51,7 +51,7 @@ R_P is 0 without oscillation.
 """
 
 
-class NoAnswer(OSError):
+class NotAcknowledged(OSError):
     """Raised if the converter does not acknowledge."""
 
 
@@ -188,11 +188,11 @@ class Registers:
             self.held = self.errors | (at.DATA_READY if self.ready else 0) | self.unread
 
     def write(self, register: int, value: int) -> None:
-        """Write a register. Raises `NoAnswer` if the converter does not acknowledge."""
+        """Write a register. Raises `NotAcknowledged` if the converter does not acknowledge."""
         asleep = bool(self.words[at.CONFIG] & at.SLEEP)
         self.advance(WRITE)
         if self.silent:
-            raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
+            raise NotAcknowledged(f"no acknowledge for register 0x{register:02X}")
         if register == at.RESET_DEV and value & 0x8000:
             self.reset()
             return
@@ -206,10 +206,10 @@ class Registers:
             self._begin(0 if self.is_scanning else self.last, WAKE, True)
 
     def read(self, register: int) -> int:
-        """Read a register. Reading STATUS or the upper word of a result clears flags. Raises `NoAnswer`."""
+        """Read a register. Reading STATUS or the upper word of a result clears flags. Raises `NotAcknowledged`."""
         self.advance(READ)
         if self.silent:
-            raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
+            raise NotAcknowledged(f"no acknowledge for register 0x{register:02X}")
         if register == at.STATUS:
             self._hold()
             status, self.held, self.errors, self.ready = self.held or 0, None, 0, False

@@ -52,7 +52,9 @@ class Verdict:
     said: str
 
 
-def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[CoilReading]]) -> tuple[Verdict, ...]:
+def diagnose_board(
+    board: Board, wrong: Sequence[str], readings: Sequence[Sequence[CoilReading]]
+) -> tuple[Verdict, ...]:
     """Return all verdicts on a board.
 
     `wrong` are the registers that did not keep their value in the set-up. `readings` are the results of every coil in
@@ -190,7 +192,7 @@ def _order(board: Board) -> Verdict:
     )
 
 
-def words(verdicts: Sequence[Verdict]) -> Iterator[str]:
+def verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
     """Yield one line per verdict."""
     width = max(len(verdict.name) for verdict in verdicts)
     for verdict in verdicts:
@@ -246,7 +248,7 @@ class Forces:
 
     def take(self, board: Board, scan: Scan) -> None:
         """Add a scan to the tare, until the tare is complete."""
-        counts = _good(board, scan)
+        counts = _good_counts(board, scan)
         if self.maps and self.tared and self.mean is None and counts is not None:
             self.taken.append(counts)
             self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
@@ -268,7 +270,7 @@ class Forces:
 
         Nothing is yielded before the tare, or if a coil has no good reading.
         """
-        counts = _good(board, scan)
+        counts = _good_counts(board, scan)
         if counts is None or (self.tared and self.mean is None):
             return
         for each in self.maps:
@@ -285,22 +287,22 @@ class Forces:
         return not all(each.holds(counts, rest)[0] for each, _, counts, rest in self._read(board, scan))
 
 
-def _good(board: Board, scan: Scan) -> Array | None:
+def _good_counts(board: Board, scan: Scan) -> Array | None:
     """Return the counts (coils) of a scan. None if a coil has no good reading."""
     if len(scan) < len(board.bands) or not all(each.is_good for each in scan.values()):
         return None
     return np.array([float(scan[k].counts) for k in range(len(board.bands))])
 
 
-def _when(scan: Scan) -> float:
+def _scan_time(scan: Scan) -> float:
     """Return the time (s) of a scan's last result."""
     return max(each.time for each in scan.values())
 
 
-def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
+def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
     """Yield one line per scan."""
     for scan in rows:
-        texts = [f"{_when(scan):8.4f} s"]
+        texts = [f"{_scan_time(scan):8.4f} s"]
         texts += [
             f"{board.bands[k].coil} {board.frequency(reading.counts) / 1e6:.6f} MHz {reading.status}"
             for k, reading in sorted(scan.items())
@@ -312,7 +314,7 @@ def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
         yield "  ".join(texts)
 
 
-def table(board: Board, rows: Sequence[Scan]) -> bytes:
+def scan_table(board: Board, rows: Sequence[Scan]) -> bytes:
     """Return a CSV file: time (s), and counts, frequency (Hz) and status of every coil.
 
     Counts and frequency are empty if a scan has no result of the coil.
@@ -322,7 +324,7 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
         ["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))]
     ]
     for scan in rows:
-        row: list[object] = [f"{_when(scan):.6f}"]
+        row: list[object] = [f"{_scan_time(scan):.6f}"]
         for k in range(len(names)):
             result = scan.get(k)
             if result is None:
@@ -333,7 +335,7 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
     return csv_text(lines).encode("utf-8")
 
 
-def document(board: Board, source: str) -> bytes:
+def scan_document(board: Board, source: str) -> bytes:
     """Return the data that explain the table: the conversion from counts to frequencies and to inductances."""
     conversion, readout = board.conversion, board.design.estimates.readout
     value = {

@@ -47,11 +47,11 @@ SOUND = 0.9
 """Least fraction of a coil's results that must be good, and of its good results that must not be outliers."""
 
 
-class NotTaken(ValueError):
+class PointRefused(ValueError):
     """Raised for a point that cannot be taken. The text gives the reason."""
 
 
-def head(board: Board, calibration: Calibration) -> str:
+def head_lines(board: Board, calibration: Calibration) -> str:
     """Return the first lines of the table. They identify the sensor and the plan of a table."""
     assert calibration.plan is not None
     design, points = board.design, len(calibration.plan.loads)
@@ -60,7 +60,7 @@ def head(board: Board, calibration: Calibration) -> str:
 
 
 @record(eq=False)
-class Leading:
+class GuidedCalibration:
     """A calibration of a board, point by point.
 
     `ask` shows the load to apply and returns the user's input. `tell` shows progress. A simulated board is loaded by
@@ -93,7 +93,7 @@ class Leading:
         while (done := text.count("\n") - first.count("\n")) < len(rows):
             try:
                 row = self._point(rows[done], f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
-            except NotTaken as error:
+            except PointRefused as error:
                 if isinstance(self.source, Simulation):
                     raise
                 self.tell(f"{error}. Once more")
@@ -104,7 +104,7 @@ class Leading:
 
     def _head(self, before: str) -> str:
         """Return the table's first lines. Raises ValueError if the board or the table belongs to another sensor."""
-        board, source, first = self.board, self.source, head(self.board, self.found)
+        board, source, first = self.board, self.source, head_lines(self.board, self.found)
         ours = identity(board.design.spec.name, board.devices)
         if isinstance(source, Simulation) and ours != identity(
             source.design.spec.name, Board(source.design, ()).devices
@@ -134,7 +134,7 @@ class Leading:
         if forces is None:
             return ""
         columns, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
-        counts = taken(self.board, self.source, self.tell, columns)
+        counts = stable_counts(self.board, self.source, self.tell, columns)
         if rest and not is_typed and not isinstance(self.source, Simulation):
             self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
         shown = forces * shown_scales(scope.axes)
@@ -174,13 +174,13 @@ class Leading:
         if is_off if loaded.any() else np.linalg.norm(read / inverse_map.full_scale) > LEFT_ON:
             text = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
                              for axis, force in zip(inverse_map.axes, read, strict=True))
-            raise NotTaken(f"that reads as about {text}; put it right, or type the newtons that are on to keep it")
+            raise PointRefused(f"that reads as about {text}; put it right, or type the newtons that are on to keep it")
 
 
 MOMENTS_TOO = ", moments in newton millimetres"
 
 
-def taken(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
+def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
     """Return the mean counts of the coils `coils` (by number, from 0) once they are stable.
 
     They are stable if the means of two windows in a row differ by no more than noise. Raises NotTaken if a coil has no
@@ -194,17 +194,17 @@ def taken(board: Board, source: Source, tell: Callable[[str], None], coils: Sequ
     assert rate is not None
     last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
     while source.now() < end:
-        mean, sigma = window(board, list(scans(board, source, source.now() + long)), coils)
+        mean, sigma = mean_counts(board, list(scans(board, source, source.now() + long)), coils)
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
             if np.all(moves <= MOVED):
                 return mean
             tell(f"{board.bands[coils[int(np.argmax(moves))]].coil} still moves")
         last = mean, sigma
-    raise NotTaken(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
+    raise PointRefused(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
 
 
-def window(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array, Array]:
+def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array, Array]:
     """Return the mean counts (coils,) of the coils `coils` over the scans, and the standard deviation of each mean.
 
     The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if fewer
@@ -220,7 +220,7 @@ def window(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array,
         if len(good) < max(SOUND * len(read), usual("readings")) or np.ptp(good) == 0.0:
             more = ": another sensor, or a fault" if OUT_OF_BAND in statuses else ""
             why = ", ".join(statuses) or ("stuck" if len(good) else "no reading")
-            raise NotTaken(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
+            raise PointRefused(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
         near = good[np.abs(good - np.median(good)) <= JUMP * noise]
         means.append(near.mean() if len(near) >= SOUND * len(good) else np.nan)
         sigmas.append(noise / np.sqrt(len(near)))

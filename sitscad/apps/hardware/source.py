@@ -83,7 +83,7 @@ class Simulation(Source):
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         """Apply a load (3; N) to the target of a cell (number from 1) from now on, and to no other cell."""
-        read = _on_cell(self.design.cells, cell, np.atleast_2d(load), self.errors, is_held)
+        read = _cell_frequencies(self.design.cells, cell, np.atleast_2d(load), self.errors, is_held)
         for chip in self.chips:
             chip.hold(read)
 
@@ -163,7 +163,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         simulated = design_of(path)
         if design is not None and simulated.spec == design.spec:
             simulated = design  # share its cached results
-        return _simulated(simulated, query, tares), design or simulated
+        return _simulated_board(simulated, query, tares), design or simulated
     if design is None:
         raise ValueError("--design says which design the board is of")
     if text.startswith((BUS, SERIAL)) and not design.spec.readout.device.has_driver:
@@ -183,7 +183,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
     if text.startswith(SERIAL):
         estimates = design.estimates
         baud = serial_settings(design.spec.all_placements, design.spec.cells, estimates.readout.scan_rate).baud
-        return SerialLine(_port(text, baud)), design
+        return SerialLine(_serial_port(text, baud)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
         "comma between), "
@@ -191,7 +191,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
     )
 
 
-def _port(text: str, baud: int) -> Port:
+def _serial_port(text: str, baud: int) -> Port:
     """Return the serial port that a source names, at its ``?baud=``, or else at `baud`.
 
     Raises ValueError if pyserial is not installed, and OSError if the port does not open.
@@ -210,7 +210,7 @@ def _port(text: str, baud: int) -> Port:
     return port
 
 
-def _simulated(design: Design, query: str, tares: int) -> Simulation:
+def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
     """Return a simulated board.
 
     `load` is AXIS:FIRST:LAST (N), with commas between several axes, over `seconds` after `tares` scans without load.
@@ -227,7 +227,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     for other in ("unit", "load", "cell"):
         if "state" in options and other in options:
             raise ValueError(f"sim: with {other} a sensor is assembled: {other} and state do not go together")
-    numbers = {key: _in_range(f"{key}={options.get(key, usual)}", least, most, is_whole)
+    numbers = {key: _number_in_range(f"{key}={options.get(key, usual)}", least, most, is_whole)
                for key, usual, least, most, is_whole in (
                    ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
                    ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
@@ -235,7 +235,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     rate = design.estimates.readout.scan_rate
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
-    loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
+    loads = np.column_stack([times, _load_ramps(value for name, value in pairs if name == "load")])
     if "load" not in options or not required_range(design.cells.by_number(1).spec).has_moments:
         if np.any(loads[:, 1 + len(FORCES) :]):
             raise ValueError("sim: load of a moment: the target is taken as kept level; requirements.moment_x and "
@@ -255,7 +255,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
                   for k, cell in enumerate(design.cells)]
     read = None
     if "cell" in options or "unit" in options:
-        read = _on_cell(design.cells, int(numbers["cell"]), loads[:, 1:], errors)
+        read = _cell_frequencies(design.cells, int(numbers["cell"]), loads[:, 1:], errors)
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in options or read is not None else None, faults=faults,
@@ -267,7 +267,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     return Simulation(design, chips, before + seconds, errors)
 
 
-def _ramps(texts: Iterable[str]) -> np.ndarray:
+def _load_ramps(texts: Iterable[str]) -> np.ndarray:
     """Return loads (`RAMP`, 5) that change linearly from the first to the last value of each axis.
 
     The columns are normal, shear_x and shear_y (N), moment_x and moment_y (N m). A text is AXIS:NEWTONS or
@@ -292,7 +292,7 @@ def _ramps(texts: Iterable[str]) -> np.ndarray:
     return loads
 
 
-def _in_range(option: str, least: float, most: float, is_whole: bool) -> float:
+def _number_in_range(option: str, least: float, most: float, is_whole: bool) -> float:
     """Return the number of KEY=NUMBER. Raises ValueError, with the allowed range, if it is not in the range."""
     try:
         value = (int if is_whole else float)(option.partition("=")[2])
@@ -304,7 +304,7 @@ def _in_range(option: str, least: float, most: float, is_whole: bool) -> float:
     return value
 
 
-def _on_cell(
+def _cell_frequencies(
     cells: Cells, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
 ) -> np.ndarray:
     """Return frequencies (n, coils; Hz) under loads (n, 3 or 5) on cell `number` (from 1).
@@ -314,12 +314,12 @@ def _on_cell(
     or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
-    each = [_read_by(cell, unit_errors, loads if k == number else nothing, is_held)
+    each = [_sensor_frequencies(cell, unit_errors, loads if k == number else nothing, is_held)
             for k, (cell, unit_errors) in enumerate(zip(cells, errors, strict=True), 1)]
     return np.concatenate([np.broadcast_to(part, (len(loads), part.shape[1])) for part in each], axis=1)
 
 
-def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
+def _sensor_frequencies(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
     """Return frequencies (n, coils; Hz) under loads (n, 3 or 5): normal, shear along x and y (N), two moments (N m).
 
     `unit` holds the errors of a manufactured unit, or is None for the sensor as drawn. With moments, the target is free

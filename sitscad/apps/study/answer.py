@@ -11,8 +11,8 @@ import numpy as np
 
 from sitscad.apps.study.document import Goal, Requirement, StudyRequest
 from sitscad.apps.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.apps.study.running import IN_VAIN, StudyResults, costs, is_unmade, ranked, violations
-from sitscad.apps.study.space import Point, apart, at_key
+from sitscad.apps.study.running import IN_VAIN, StudyResults, costs, front_numbers, is_unmade, violations
+from sitscad.apps.study.space import Point, value_at_key, value_difference
 from sitscad.apps.study.spreads import Yield
 from sitscad.apps.study.sweeping import rule_titles
 from sitscad.basics.arrays import Array
@@ -83,7 +83,7 @@ class KeptDesign:
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
 
 
-def bindings(request: StudyRequest, results: StudyResults) -> list[Binding]:
+def binding_limits(request: StudyRequest, results: StudyResults) -> list[Binding]:
     """Return the rules and requirements that refuse designs, sorted by the fraction that each alone refuses.
 
     A design that cannot be drawn is not checked further. Its rule counts as refusing it alone, although other rules
@@ -104,7 +104,7 @@ def bindings(request: StudyRequest, results: StudyResults) -> list[Binding]:
     return [Binding(name, every[name] / total, alone[name] / total, *nearest[name][1:]) for name in order]
 
 
-def relaxation(request: StudyRequest, results: StudyResults) -> Relaxation | None:
+def smallest_relaxation(request: StudyRequest, results: StudyResults) -> Relaxation | None:
     """Return the smallest relaxation that admits a design.
 
     It relaxes the fewest names, and among these it has the smallest breaches. Designs evaluated at the full level go
@@ -130,7 +130,7 @@ def count_unjudged(request: StudyRequest, results: StudyResults) -> int:
     return sum(not violations(request, each) for point, each in results.screened.items() if point not in results.full)
 
 
-def agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
+def level_agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
     """Return the agreement of screen and full level on designs that both evaluated and whose leads were drawn."""
     from scipy.stats import spearmanr
 
@@ -148,7 +148,7 @@ def agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
     return Agreement(len(pairs_of), open_ones, differ, ranks)
 
 
-def front(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
+def pareto_front(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs at the full level that meet everything and that no other design beats.
 
     A design beats another if it is no worse by any goal and better by at least one. The result is sorted by the first
@@ -159,13 +159,13 @@ def front(request: StudyRequest, results: StudyResults, but: Collection[Point] =
 
 def best_of(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs in `judged` that meet everything and that no other beats, the best by the first goal first."""
-    good = passing(request, judged)
-    ranks = ranked([costs(request, judged[point]) for point in good])
+    good = passing_designs(request, judged)
+    ranks = front_numbers([costs(request, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
     return sorted(first, key=lambda point: (_goals(request.goals, judged[point]), point))
 
 
-def passing(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def passing_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs that meet everything."""
     return [point for point, each in judged.items() if not violations(request, each)]
 
@@ -175,7 +175,7 @@ def _goals(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
     return tuple(goal.cost(values[goal.measure][0]) if goal.measure in values else math.inf for goal in goals)
 
 
-def beaten_by_base(request: StudyRequest, base: Evaluation, designs: Sequence[KeptDesign]) -> int:
+def count_beaten_by_base(request: StudyRequest, base: Evaluation, designs: Sequence[KeptDesign]) -> int:
     """Return the number of kept designs that the base beats.
 
     It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
@@ -203,15 +203,15 @@ def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Po
     that cover most of the front (greedy hypervolume).
     """
     if len(request.goals) == 1:
-        good = [point for point in passing(request, results.full) if point not in but]
+        good = [point for point in passing_designs(request, results.full) if point not in but]
         order = sorted(good, key=lambda point: (_goals(request.goals, results.full[point]), point))
-        return _apart(request, order)
-    points = front(request, results, but)
+        return _distinct_designs(request, order)
+    points = pareto_front(request, results, but)
     goals = np.array([_goals(request.goals, results.full[point]) for point in points])
     return _by_hypervolume(goals, points, request.keep)
 
 
-def _apart(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
+def _distinct_designs(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
     """Return the first designs of an order whose distances from each other are at least `NEAR`, at most `keep`."""
     spans = np.maximum(np.array(request.space.shape) - 1, 1)
     points: list[Point] = []
@@ -261,10 +261,11 @@ def hypervolume(values: Array) -> float:
 def changed_keys(request: StudyRequest, point: Point) -> dict[str, Any]:
     """Return the keys that differ from the base, with values as in a spec."""
     before = request.base.values(())
-    return {key: value for key, value in request.space.changes(point) if apart(at_key(before, key), value)}
+    return {key: value for key, value in request.space.changes(point)
+            if value_difference(value_at_key(before, key), value)}
 
 
-def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
+def broken_requirements(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
     """Return the requirements of the study that the figures break, or whose figures are missing."""
     pairs = ((limit, values.get(limit.measure, math.nan)) for limit in require if limit.measure != "yield")
     return tuple(limit.measure for limit, value in pairs if not limit.holds(value))

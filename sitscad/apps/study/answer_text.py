@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sitscad.apps.study.answer import beaten_by_base, changed_keys, count_unjudged
+from sitscad.apps.study.answer import changed_keys, count_beaten_by_base, count_unjudged
 from sitscad.apps.study.evaluating import NO_SCREEN
 from sitscad.apps.study.evaluation import Breach
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.running import is_unmade
-from sitscad.apps.study.space import Space, at_key, code_version
-from sitscad.apps.study.spreads import wilson
+from sitscad.apps.study.space import Space, code_version, value_at_key
+from sitscad.apps.study.spreads import wilson_interval
 from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import rule_titles, value_text
 from sitscad.basics.quantities import Table
@@ -60,10 +60,10 @@ def refusal_table(answer: StudyAnswer) -> AnswerTable:
         "rule or requirement": lambda row: titles.get(name := str(row["name"]), name),
         "share": lambda row: f"{row['share']:.1%}",
         "alone": lambda row: f"{row['alone']:.1%}",
-        NEAREST: lambda row: breach_words(row["name"], Breach(**row["nearest"])),
+        NEAREST: lambda row: breach_text(row["name"], Breach(**row["nearest"])),
     }
     if any(columns[NEAREST](row) for row in rows):
-        columns[WITH] = lambda row: keys_words(row["at"])
+        columns[WITH] = lambda row: keys_text(row["at"])
     return AnswerTable(REFUSALS, rows, columns)
 
 
@@ -74,7 +74,7 @@ It refuses a design if too many units, with the measure's scatter, would break t
 """
 
 
-def breach_words(name: str, breach: Breach) -> str:
+def breach_text(name: str, breach: Breach) -> str:
     """Return the value of a design and the limit as text, for the rule or requirement `name`.
 
     Empty if either is unknown, or if their texts are equal.
@@ -92,14 +92,14 @@ def breach_words(name: str, breach: Breach) -> str:
     return f"{measured}{at} where {limit} is asked" if measured != limit else ""
 
 
-def keys_words(values: Mapping[str, Any]) -> str:
+def keys_text(values: Mapping[str, Any]) -> str:
     """Return keys and values on one line."""
     return ", ".join(f"{key}: {value}" for key, value in values.items()) or "the base as it is"
 
 
 def base_value(before: Mapping[str, Any], key: str) -> str:
     """Return the value of a key of the base as written there. A dash if the base does not have the key."""
-    return NONE if (value := at_key(before, key)) is None else str(value)
+    return NONE if (value := value_at_key(before, key)) is None else str(value)
 
 
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
@@ -128,7 +128,7 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
         "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
         "refused by": lambda row: ", ".join(row["refused"]) if row["design"] == "base" else "",
         "warnings that the study accepts": lambda row: ", ".join(row["accepted"]),
-        "keys": lambda row: keys_words(row["changed"]),
+        "keys": lambda row: keys_text(row["changed"]),
     }
     goals = ", ".join(goal.words for goal in answer.asked.goals)
     return AnswerTable(f"Designs, the best {'by' if len(answer.asked.goals) == 1 else 'of'} {goals}",
@@ -152,7 +152,7 @@ def yield_table(designs: AnswerTable) -> AnswerTable:
     def calibrated(row: Row) -> str:
         if row["calibrated"] <= row["good"]:
             return ""
-        return f"{row['calibrated'] / row['units']:.1%} ({_interval(wilson(row['calibrated'], row['units']))})"
+        return f"{row['calibrated'] / row['units']:.1%} ({_interval(wilson_interval(row['calibrated'], row['units']))})"
 
     return AnswerTable("Yields, the share of units as they are made that keep all", rows, {
         "design": _number,
@@ -243,7 +243,7 @@ def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = N
     is_other = before is not None and [each.point for each in before.kept] != [each.point for each in answer.kept]
     again = (verdict_lines(answer), designs.shown()) if is_other else ()
     return _paragraphs(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(answer),
-                       onward(answer, folder))
+                       next_step_lines(answer, folder))
 
 
 def _paragraphs(*parts: Table | Iterable[str]) -> str:
@@ -263,7 +263,7 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
         if answer.lacks_yield:
             but = f" but for the yield that is asked ({_least_yield(answer)}), which is not known"
         yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
-        if beaten := beaten_by_base(request, answer.base, answer.kept):
+        if beaten := count_beaten_by_base(request, answer.base, answer.kept):
             is_each = beaten == len(answer.kept)
             of = "every design that is kept" if is_each else f"{beaten} of the {len(answer.kept)} kept"
             yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
@@ -301,10 +301,10 @@ def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
         yield UNMADE
     if (least := answer.relaxation) is not None:
         titles = rule_titles()
-        texts = [f"let go of {titles.get(name, name)} {breach_words(name, least.breaches[name])}".rstrip()
+        texts = [f"let go of {titles.get(name, name)} {breach_text(name, least.breaches[name])}".rstrip()
                  for name in least.names]
         yield f"The smallest relaxation that was tried and admits a design: {'; '.join(texts)}"
-        yield f"with {keys_words(answer.asked.space.chosen(least.point))}"
+        yield f"with {keys_text(answer.asked.space.chosen(least.point))}"
 
 
 def trust_lines(answer: StudyAnswer) -> Iterator[str]:
@@ -321,7 +321,7 @@ def trust_lines(answer: StudyAnswer) -> Iterator[str]:
                + (f"; rank correlation {ranks}." if ranks else "."))
 
 
-def onward(answer: StudyAnswer, folder: str) -> Iterator[str]:
+def next_step_lines(answer: StudyAnswer, folder: str) -> Iterator[str]:
     """Yield the next steps."""
     if not answer.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."

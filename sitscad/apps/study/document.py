@@ -11,9 +11,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
-from sitscad.apps.study.evaluating import can_screen, judged
+from sitscad.apps.study.evaluating import can_screen, evaluate_design
 from sitscad.apps.study.measures import MEASURES, nearest_measures
-from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, stepped
+from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, values_by_step
 from sitscad.apps.study.spreads import SPREADS
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS, decimal, in_mm
@@ -185,7 +185,7 @@ def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> Stud
     require = tuple(_requirements(document, remarks))
     search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, remarks)}
     if not remarks.flaws:
-        _out_of_reach(base, goals, require, space, remarks)
+        _check_measures(base, goals, require, space, remarks)
         if search["method"] == "grid" and space.size > MOST_GRID:
             remarks.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs, allowed {MOST_GRID}",
                          "use larger steps, fewer keys, or method: auto")
@@ -206,19 +206,19 @@ def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterato
             if isinstance(written, list) and written:
                 values, is_ordered = tuple(written), False
             elif isinstance(written, dict) and {"from", "to"} <= written.keys() <= {"from", "to", "step"}:
-                values, is_ordered = stepped(written["from"], written["to"], written.get("step")), True
+                values, is_ordered = values_by_step(written["from"], written["to"], written.get("step")), True
             else:
                 raise RangeError(f"{described(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
         except RangeError as error:
             remarks.flaw("SIT006", place, str(error), error.hint)
             continue
         if not is_ordered:
-            _note_twice(place, values, remarks)
+            _check_duplicates(place, values, remarks)
         if _is_usable(base, name, values, place, remarks):
             yield Variable(name, values, is_ordered)
 
 
-def _note_twice(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
+def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
     """Note values that occur twice in a list, in whatever units they are written."""
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
@@ -289,7 +289,7 @@ def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
     The values can come from vary, same and with, or from two varied keys.
     """
     settled: dict[str, str] = {}
-    for name, by, place in _settled(document):
+    for name, by, place in _keys_by_section(document):
         for other, of_other in settled.items():
             if meet(name, other) and (by != of_other or not by.startswith("with.")):
                 whose = of_other if name == other else f"{other} under {of_other}"
@@ -297,7 +297,7 @@ def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
         settled.setdefault(name, by)
 
 
-def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
+def _keys_by_section(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
     """Yield every key that a study sets, with the section that sets it and the place in the file."""
     for name in document.vary:
         yield name, "vary", dotted("vary", name)
@@ -414,7 +414,7 @@ def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, f
             yield name, 0.01 * float(match[1])
 
 
-def _out_of_reach(
+def _check_measures(
     base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, remarks: Remarks
 ) -> None:
     """Note goals that no varied key can change, and measures that no design can have.
@@ -466,17 +466,17 @@ keep: 4
 """
 
 
-def started(spec: SensorSpec, base: str) -> str:
+def first_study_text(spec: SensorSpec, base: str) -> str:
     """Return the text of a first study for a spec. `base` is the path of the spec.
 
     The sizes that the spec has vary around their values. The goals follow from the spec's purpose. Present warnings are
     accepted.
     """
     is_tactile = spec.target is not None and spec.elastomer is not None
-    goals = _worth(is_tactile, spec.requirements.shear_force, spec.jaw, spec.fpc.body)
+    goals = _usual_goals(is_tactile, spec.requirements.shear_force, spec.jaw, spec.fpc.body)
     pitch = spec.array.pitch if spec.cells is None else None
-    ranges = _around(spec.coil, spec.fpc.rules, spec.source.keys, pitch, spec.elastomer)
-    accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
+    ranges = _ranges_around_spec(spec.coil, spec.fpc.rules, spec.source.keys, pitch, spec.elastomer)
+    accept = [rule for rule in evaluate_design(spec, ()).warned if not rule.startswith("SIT0")]
     coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
     is_free = INNER not in spec.source.keys or widths <= spec.source.keys.keys()
     return STARTED.format(
@@ -489,7 +489,7 @@ def started(spec: SensorSpec, base: str) -> str:
     )
 
 
-def _around(
+def _ranges_around_spec(
     coil: CoilSpec, rules: DesignRules, written: Collection[str], pitch: float | None, pad: ElastomerPad | None
 ) -> Iterator[str]:
     """Yield keys of a spec, each with a range around its value.
@@ -497,9 +497,9 @@ def _around(
     `written` are the keys in the spec's text. `pitch` is the distance of coils (m) that may vary.
     """
     if coil.size[0] == coil.size[1]:  # else the size is a pair, which has no range
-        yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
+        yield f"  coil.outer_diameter: {_length_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
     if INNER in written:
-        yield f"  {INNER}: {_range(0.8 * coil.inner_diameter, 1.2 * coil.inner_diameter)}"
+        yield f"  {INNER}: {_length_range(0.8 * coil.inner_diameter, 1.2 * coil.inner_diameter)}"
     if isinstance(turns := coil.turns, float) and (TURNS in written or INNER not in written):
         step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
         low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
@@ -509,17 +509,17 @@ def _around(
     if "coil.trace_width" in written or INNER not in written:
         yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
     if pitch is not None:
-        yield f"  array.pitch: {_range(pitch, 1.1 * pitch)}"
+        yield f"  array.pitch: {_length_range(pitch, 1.1 * pitch)}"
     if pad is not None:
-        yield f"  elastomer.thickness: {_range(0.7 * pad.thickness, 1.3 * pad.thickness)}"
+        yield f"  elastomer.thickness: {_length_range(0.7 * pad.thickness, 1.3 * pad.thickness)}"
 
 
-def _range(low: float, high: float) -> str:
+def _length_range(low: float, high: float) -> str:
     """Return a range between two lengths (m), as in a spec: in mm."""
     return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
 
 
-def _worth(is_tactile: bool, shear_force: float | None, jaw: Jaw | None, body: BodySpec | None) -> Iterator[str]:
+def _usual_goals(is_tactile: bool, shear_force: float | None, jaw: Jaw | None, body: BodySpec | None) -> Iterator[str]:
     """Yield two goals for a sensor. `is_tactile` states whether it has a target on a pad."""
     yield "minimize: resolution.normal" if is_tactile else "maximize: rp"
     if jaw is not None:

@@ -53,25 +53,25 @@ These rules do not count as undecided.
 """
 
 
-def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
+def evaluate_design(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
     """Return the evaluation of a design: the verdicts of all rules, and the values of `measures`.
 
     Configuration and comments that silence rules apply as in `check`.
     """
     design = Design(spec)
     result = as_configured(spec, checked(design, "none", None))
-    values, absent = figures(design, measures)
-    return Evaluation(values, absent, breaches(result.findings, Severity.ERROR),
-                      breaches(result.findings, Severity.WARNING), _undecided(result.not_checked), level)
+    values, absent = measure_values(design, measures)
+    return Evaluation(values, absent, breaches_by_rule(result.findings, Severity.ERROR),
+                      breaches_by_rule(result.findings, Severity.WARNING), _undecided_rules(result.not_checked), level)
 
 
-def unreadable(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
+def refused_evaluation(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
     """Return the evaluation of a design whose spec is refused: it has no figures."""
     absent = dict.fromkeys(measures, "the spec is refused")
-    return Evaluation({}, absent, breaches(error.findings, Severity.ERROR), level=level)
+    return Evaluation({}, absent, breaches_by_rule(error.findings, Severity.ERROR), level=level)
 
 
-def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+def measure_values(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
     """Return the values of measures of a design, and the reasons for absent values, both by measure.
 
     Each value is a pair of the value and its error bound, in the measure's SI unit.
@@ -86,7 +86,7 @@ def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[fl
     return values, absent
 
 
-def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
+def breaches_by_rule(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
     """Return the rules with findings of a severity, each with its largest breach, in the order of the rules."""
     by_rule: dict[str, Breach] = {}
     for finding in sorted(findings, key=lambda breach: breach.rule):
@@ -97,7 +97,7 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
     return by_rule
 
 
-def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
+def _undecided_rules(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
     """Return the rules without a verdict, except rules about a part that the spec does not have."""
     return tuple(sorted({each.rule for each in not_checked if each.case not in NO_NEED}))
 
@@ -124,7 +124,7 @@ ASKED = frozenset((*BY_SPEC, *BY_TANK, *BY_FEELING))
 IN_FULL = "it takes the full level"
 
 
-def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
+def screen_designs(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
     """Return the evaluation of each design at the screen level, independent of the other designs.
 
     ``unknown`` are rules that `check` may decide. Designs without a screen are evaluated at the full level, and their
@@ -132,7 +132,7 @@ def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evalu
     """
     policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
-        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec) else judged(spec, measures)
+        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec) else evaluate_design(spec, measures)
         for spec in specs
     ]
 
@@ -200,14 +200,14 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     layout = sketch(spec)
     design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
     screened = [name for name in measures if SCREEN in MEASURES[name].levels]
-    values, absent = figures(design, screened)
+    values, absent = measure_values(design, screened)
     absent |= {name: IN_FULL for name in measures if name not in screened}
     wide = [name for name in OF_BOARD if name in values]
     if not _is_sized(spec.array):
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
     elif wide:  # leads may need a wider board
-        wider, _ = figures(Design(spec, sketch(spec, WIDER), design.estimates), wide)
+        wider, _ = measure_values(Design(spec, sketch(spec, WIDER), design.estimates), wide)
         values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
     findings, unknown = _screened_findings(design)
     grave = tuple(each for each in findings if each.severity is not Severity.NOTE)
@@ -216,7 +216,7 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     return Evaluation(
         {name: (value, max(error, errors.get(name, 0.0) * abs(value)))
          for name, (value, error) in values.items()},
-        absent, breaches(judged_findings, Severity.ERROR), breaches(judged_findings, Severity.WARNING),
+        absent, breaches_by_rule(judged_findings, Severity.ERROR), breaches_by_rule(judged_findings, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
 
@@ -241,8 +241,10 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
     numbers, is_sized = design.estimates, _is_sized(design.spec.array)
-    corners = [Design(design.spec, design.layout, replace(numbers, coils=shifted(numbers.coils, side, errors)))
-               for side in (-1.0, 1.0)]
+    corners = [
+        Design(design.spec, design.layout, replace(numbers, coils=with_screen_errors(numbers.coils, side, errors)))
+        for side in (-1.0, 1.0)
+    ]
     wider = Design(design.spec, sketch(design.spec, WIDER), numbers) if is_sized else design
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
@@ -262,26 +264,27 @@ def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> li
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec.array)):
         return None
     findings, undecided = apply_rule(rule, design, least=None)
-    if undecided or (rule.id in BY_FEELING and _is_near(rule, design.cells)):
+    if undecided or (rule.id in BY_FEELING and _is_undecided_by_screen(rule, design.cells)):
         return None
-    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(findings) for other in variants):
+    if any(_serious_severities(apply_rule(rule, other, least=None)[0]) != _serious_severities(findings)
+           for other in variants):
         return None
     return findings
 
 
-def _grave(findings: Sequence[Finding]) -> list[Severity]:
+def _serious_severities(findings: Sequence[Finding]) -> list[Severity]:
     """Return the distinct severities of the findings, without notes."""
     return sorted({each.severity for each in findings} - {Severity.NOTE})
 
 
-def _is_near(rule: Rule, cells: Cells) -> bool:
+def _is_undecided_by_screen(rule: Rule, cells: Cells) -> bool:
     """Whether a sensing result differs from its required value by less than its relative error at the screen level."""
     error = screen_errors()["resolution.normal"]
     results = (each for cell in cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
 
 
-def shifted(
+def with_screen_errors(
     coils: tuple[CoilEstimate, ...], side: float, errors: Mapping[str, float]
 ) -> tuple[CoilEstimate, ...]:
     """Return the coils with electrical values that are better (`side` 1) or worse (-1) by their screening errors.
@@ -359,16 +362,16 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
             specs.append(base.design(changes))
             evaluations.append(None)
         except SpecError as error:
-            evaluations.append(unreadable(error, chunk.measures, chunk.level))
+            evaluations.append(refused_evaluation(error, chunk.measures, chunk.level))
     gc.freeze()  # existing objects outlive the chunk: leave them out of garbage collection
     try:
-        computed = iter(_evaluated(specs, chunk))
+        computed = iter(_evaluate_specs(specs, chunk))
     finally:
         gc.unfreeze()
     return [next(computed) if each is None else each for each in evaluations], time.perf_counter() - started
 
 
-def tidily(results: Iterable[Made]) -> Iterator[Made]:
+def free_results(results: Iterable[Made]) -> Iterator[Made]:
     """Yield the results, and free the memory of each before the next.
 
     A design consists of reference cycles with few objects that hold tens of megabytes. Python collects cycles by the
@@ -380,15 +383,15 @@ def tidily(results: Iterable[Made]) -> Iterator[Made]:
         gc.collect()
 
 
-def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
+def _evaluate_specs(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
     """Return the evaluations of specs. A computation that fails refuses its design only."""
     try:
         if chunk.level != FULL:
-            return screened(specs, chunk.measures)
-        return list(tidily(judged(spec, chunk.measures) for spec in specs))
+            return screen_designs(specs, chunk.measures)
+        return list(free_results(evaluate_design(spec, chunk.measures) for spec in specs))
     except Exception as error:
         if len(specs) > 1:
-            return [each for spec in specs for each in _evaluated([spec], chunk)]
+            return [each for spec in specs for each in _evaluate_specs([spec], chunk)]
         why = f"a computation failed: {type(error).__name__}: {error}"
         return [Evaluation({}, dict.fromkeys(chunk.measures, why), {NOT_COMPUTED: Breach()}, level=chunk.level)]
 
@@ -475,7 +478,7 @@ class Workers:
         raise BrokenExecutor("processes ended without a word, again and again: too little memory, or ended by somebody")
 
 
-def cluster(address: str) -> tuple[Executor, int]:
+def dask_cluster(address: str) -> tuple[Executor, int]:
     """Return a client of the Dask scheduler at an address, and the number of designs that its workers evaluate at once.
 
     Work of a worker that dies goes to other workers.

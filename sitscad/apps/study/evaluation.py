@@ -105,7 +105,7 @@ class Evaluation:
         return tuple(self.warned)
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain values, which `of_json` reads back."""
+        """Return plain values, which `evaluation_from_json` reads back."""
         return {
             "level": self.level, "verdict": self.verdict,
             "values": {name: list(pair) for name, pair in self.values.items()}, "absent": dict(self.absent),
@@ -115,7 +115,7 @@ class Evaluation:
         }
 
 
-def of_json(data: Mapping[str, Any]) -> Evaluation:
+def evaluation_from_json(data: Mapping[str, Any]) -> Evaluation:
     """Return the evaluation from plain values of `Evaluation.as_json`.
 
     Equal texts and tuples of many designs share one object. Raises KeyError, TypeError or ValueError for other values.
@@ -124,7 +124,7 @@ def of_json(data: Mapping[str, Any]) -> Evaluation:
     absent = {intern(name): intern(why) for name, why in data["absent"].items()}
     refused, warned = ({intern(rule): _breach(*breach) for rule, breach in data[part].items()}
                        for part in ("refused", "warned"))
-    unknown = _alike(tuple(map(intern, data["unknown"])))
+    unknown = _interned_rules(tuple(map(intern, data["unknown"])))
     level = {FULL: FULL, SCREEN: SCREEN}[data["level"]]
     return Evaluation(values, absent or NONE, refused or NONE, warned or NONE, unknown, level)
 
@@ -143,7 +143,7 @@ def _figure(value: float) -> float:
 
 
 @record
-class UnitJudged:
+class UnitEvaluation:
     """The evaluation of one unit: a manufactured sensor with its own errors.
 
     ``is_good`` is True if the unit breaks no rule, and ``broken`` lists the broken rules. ``is_computed`` is False if a
@@ -156,15 +156,15 @@ class UnitJudged:
     values: Mapping[str, float]
 
     def as_json(self) -> list[Any]:
-        """Return plain values, which `unit_of_json` reads back."""
+        """Return plain values, which `unit_from_json` reads back."""
         return [self.is_good, list(self.broken), self.is_computed, dict(self.values)]
 
 
-def unit_of_json(data: Sequence[Any]) -> UnitJudged:
-    """Return the unit from plain values of `UnitJudged.as_json`. Raises the errors of `of_json`."""
+def unit_from_json(data: Sequence[Any]) -> UnitEvaluation:
+    """Return the unit from plain values of `UnitEvaluation.as_json`. Raises the errors of `evaluation_from_json`."""
     is_good, broken, is_computed, values = data
     figures = {intern(name): _figure(value) for name, value in values.items()}
-    return UnitJudged(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
+    return UnitEvaluation(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
 
 NONE: Mapping[str, Any] = {}
@@ -172,7 +172,7 @@ NONE: Mapping[str, Any] = {}
 
 
 @cache
-def _alike(rules: tuple[str, ...]) -> tuple[str, ...]:
+def _interned_rules(rules: tuple[str, ...]) -> tuple[str, ...]:
     return rules
 
 
@@ -200,7 +200,7 @@ class Archive:
             self._stream.seek(0)
         start, is_whole = 0, True
         for line in self._stream:
-            if (body := _body(line)) is not None:
+            if (body := _line_body(line)) is not None:
                 self._starts[json.loads(body)["key"].encode()] = start
             self.damaged += body is None and bool(line.strip())
             start, is_whole = start + len(line), line.endswith(b"\n")
@@ -224,12 +224,12 @@ class Archive:
         requested = {part: {name: stored[part][name] for name in measures if name in stored[part]}
                  for part in ("values", "absent")}
         is_asked = all(name in requested["values"] or name in requested["absent"] for name in measures)
-        return of_json({**stored, **requested}) if is_asked else None
+        return evaluation_from_json({**stored, **requested}) if is_asked else None
 
-    def units(self, key: str) -> list[UnitJudged] | None:
+    def units(self, key: str) -> list[UnitEvaluation] | None:
         """Return the units under a key. None if there are none."""
         stored = self.said(key)
-        return None if stored is None or "units" not in stored else list(map(unit_of_json, stored["units"]))
+        return None if stored is None or "units" not in stored else list(map(unit_from_json, stored["units"]))
 
     def said(self, key: str) -> Mapping[str, Any] | None:
         """Return the plain values under a key, or None. Raises OSError if another program has changed the file."""
@@ -237,7 +237,7 @@ class Archive:
         if start is None:
             return None
         self._stream.seek(start)
-        body = _body(self._stream.readline())
+        body = _line_body(self._stream.readline())
         stored = {} if body is None else json.loads(body)
         if stored.get("key") == key:
             return dict(stored)
@@ -247,7 +247,7 @@ class Archive:
         """Add plain values under a key. On return, their line has been passed to the operating system."""
         line = {"key": key, "changes": dict(changes), **values}
         body = json.dumps(line, allow_nan=False).encode("ascii")
-        self._starts[key.encode()] = self._write(_head(body) + body[1:] + b"\n")
+        self._starts[key.encode()] = self._write(_line_head(body) + body[1:] + b"\n")
 
     def _write(self, line: bytes) -> int:
         """Append a line and return its start, after any lines that another process has appended."""
@@ -257,13 +257,13 @@ class Archive:
         return self._stream.tell() - len(line)
 
 
-def _head(body: bytes) -> bytes:
+def _line_head(body: bytes) -> bytes:
     """Return the start of an archive line: a hash of its body, in place of the body's brace."""
     return b'{"hash": "%s", ' % hashlib.blake2b(body, digest_size=8).hexdigest().encode("ascii")
 
 
-def _body(line: bytes) -> bytes | None:
+def _line_body(line: bytes) -> bytes | None:
     """Return the plain values of a line as JSON, without their hash. None if they do not match the hash."""
     begin, _, rest = line.rstrip(b"\n").partition(b", ")
     body = b"{" + rest
-    return body if begin + b", " == _head(body) else None
+    return body if begin + b", " == _line_head(body) else None

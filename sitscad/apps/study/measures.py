@@ -111,7 +111,7 @@ def _worst_tank(
     return worst
 
 
-def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
+def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
     """Return a function that reads a tank quantity of a design at the coil and state with the worst value.
 
     `pick` is min or max, and `name` is a field of `StateEstimate`. `by_inductance` and `by_loss` are the exponents of L
@@ -164,7 +164,7 @@ def _sensing(results: Sensing) -> SensingAnalysis:
     return sensing
 
 
-def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Reader]:
+def _axis_readers(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Reader]:
     """Return a function that takes an axis and returns a reader of a sensing quantity on this axis.
 
     `of` computes the quantity from the sensing analysis and the axis. The reader raises `AbsentError` if the coils do
@@ -180,12 +180,12 @@ def _by_axis(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str], Rea
                 raise AbsentError(f"no reading depends on {axis}")
             return value
 
-        return _of_sensing(of_axis)
+        return _sensing_reader(of_axis)
 
     return along
 
 
-def _of_sensing(of: Callable[[SensingAnalysis], float]) -> Reader:
+def _sensing_reader(of: Callable[[SensingAnalysis], float]) -> Reader:
     """Return a function that reads a sensing quantity of a design, with its error bound.
 
     The relative error is `NEARLY` at the screen level and 0 at the full level.
@@ -203,12 +203,12 @@ def _resolution(sensing: SensingAnalysis, axis: str) -> float:
     return max(float(point.noise[k]) for point in sensing.points)
 
 
-def _by_tilt(sensing: SensingAnalysis, axis: str) -> float:
+def _tilt_error(sensing: SensingAnalysis, axis: str) -> float:
     k = sensing.bench.range.axes.index(axis)
     return max(float(point.tilt_errors(point.tilt)[k].max()) for point in sensing.points)
 
 
-def _by_warmth(place: int) -> Callable[[SensingAnalysis, str], float]:
+def _drift_reader(place: int) -> Callable[[SensingAnalysis, str], float]:
     """Return a function that reads an axis's temperature drift at a load. `place` 0 is no load, and -1 is full load."""
     return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
@@ -236,7 +236,7 @@ def _crosstalk(sensing: SensingAnalysis) -> float:
     return max(error for table in tables for row in table.values() for error in row.values())
 
 
-def _by_gap(sensing: SensingAnalysis) -> float:
+def _error_by_gap(sensing: SensingAnalysis) -> float:
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
@@ -258,7 +258,7 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     return read
 
 
-def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
+def _exact_reader(of: Callable[[Design], float | None], why: str = "") -> Reader:
     """Return a function that reads a quantity with error bound 0. `why` is the reason if the design lacks it."""
     def read(design: Design) -> Figure:
         value = of(design)
@@ -301,20 +301,21 @@ def _rows() -> Iterator[DesignMeasure]:
     quantities = {each.label: each for each in TANK}
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
         tank = quantities[name]
-        yield DesignMeasure(name.lower(), tank.unit, meaning, (), _of_tank(pick, tank.field, by_inductance, by_loss))
+        yield DesignMeasure(name.lower(), tank.unit, meaning, (),
+                            _tank_reader(pick, tank.field, by_inductance, by_loss))
     yield DesignMeasure("signal.normal", "", "relative change of the reading from rest to "
                         "requirements.normal_force, for the coil with the smallest change",
                         (*PADDED, FORCE), _signal)
     quick = (("resolution", "noise of {axis} at the scan rate (one sigma); the largest of rest, half and full load",
-              _by_axis(_resolution), (SCREEN, FULL)),
+              _axis_readers(_resolution), (SCREEN, FULL)),
              ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "temperature_range, or over 10 K", _by_axis(_by_warmth(-1)), (SCREEN, FULL)),
+              "temperature_range, or over 10 K", _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
              ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
-              _by_axis(_by_warmth(0)), (SCREEN, FULL)),
+              _axis_readers(_drift_reader(0)), (SCREEN, FULL)),
              ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
-              _by_axis(_by_tilt), (FULL,)))
+              _axis_readers(_tilt_error), (FULL,)))
     for name, meaning, read, levels in quick:
         for axis in AXES:
             needs = {"normal": PADDED}.get(axis, (*PADDED, _measurable(axis)))
@@ -322,32 +323,32 @@ def _rows() -> Iterator[DesignMeasure]:
                                 read(axis), (FULL,) if axis in MOMENTS else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "
                         "its own full scale, with the best polynomial of the design as drawn", (*PADDED, TWO_COILS),
-                        _of_sensing(_crosstalk), (FULL,))
+                        _sensing_reader(_crosstalk), (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "largest change of a cell's reading by full load on all its neighbours, "
-                        "as a fraction of the cell's full signal", (CELLS,), _exact(
+                        "as a fraction of the cell's full signal", (CELLS,), _exact_reader(
                             lambda design: getattr(design.cells.skin.crosstalk, "total", None),
                             "it needs cells with a signal"), (FULL,))
     yield DesignMeasure("error.gap", "N", "error at full load by scatter of glue lines and pad thickness (one "
                         "sigma), tared but not calibrated, on the worst axis of force", PADDED,
-                        _of_sensing(_by_gap), (FULL,))
+                        _sensing_reader(_error_by_gap), (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need, at worst tolerances",
                         (JAW,), _fit(lambda fits: fits[CLOSED_PAIR].worst))
     yield DesignMeasure("fit.spare", "m", "smallest room left in the jaw, of all its fits, at worst tolerances", (JAW,),
                         _fit(lambda fits: min(measure.margin for measure in fits.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
-                        _exact(lambda design: design.layout.body_size[1]))
+                        _exact_reader(lambda design: design.layout.body_size[1]))
     yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
-                        _exact(lambda design: design.layout.body_size[0]))
+                        _exact_reader(lambda design: design.layout.body_size[0]))
     yield DesignMeasure("board.area", "m2", "area of the board with its tail", (),
-                        _exact(lambda design: abs(enclosed_area(design.layout.outline))))
+                        _exact_reader(lambda design: abs(enclosed_area(design.layout.outline))))
     yield DesignMeasure("board.layers", "", "copper layers of the board", (),
-                        _exact(lambda design: float(len(design.spec.fpc.stackup.copper))),
+                        _exact_reader(lambda design: float(len(design.spec.fpc.stackup.copper))),
                         decided_by=("fpc.stackup", "coil.layers"))
     uncounted = "no tank of this design can be counted"
     yield DesignMeasure("rate", "Hz", "complete scans per second", (),
-                        _exact(lambda design: design.estimates.readout.scan_rate, uncounted))
+                        _exact_reader(lambda design: design.estimates.readout.scan_rate, uncounted))
     yield DesignMeasure("supply_current", "A", "supply current of all converters, with their drive", (),
-                        _exact(lambda design: design.estimates.readout.supply_current, uncounted))
+                        _exact_reader(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
             lower, tank = name.lower(), quantities[name]
@@ -355,7 +356,7 @@ def _rows() -> Iterator[DesignMeasure]:
             yield DesignMeasure(f"sigma.{lower}", tank.unit, meaning, (), _sigma(pick, tank.field))
     yield DesignMeasure("yield", "", "fraction of units that pass the electrical, readout and sensing rules, with "
                         "manufacturing scatter", (),
-                        _exact(lambda design: None, "only a study computes it, for the designs that it keeps"))
+                        _exact_reader(lambda design: None, "only a study computes it, for the designs that it keeps"))
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}

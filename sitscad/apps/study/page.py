@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.study.answer import Agreement, best_of, bindings, passing, relaxation
+from sitscad.apps.study.answer import Agreement, best_of, binding_limits, passing_designs, smallest_relaxation
 from sitscad.apps.study.answer_text import (
     AnswerTable,
     answer_json,
@@ -28,9 +28,9 @@ from sitscad.apps.study.answer_text import (
     design_table,
     front_csv,
     front_table,
-    keys_words,
+    keys_text,
     low_yield_lines,
-    onward,
+    next_step_lines,
     refusal_lines,
     refusal_table,
     sigma_table,
@@ -38,12 +38,12 @@ from sitscad.apps.study.answer_text import (
     verdict_lines,
     yield_table,
 )
-from sitscad.apps.study.evaluating import Workers, screened
+from sitscad.apps.study.evaluating import Workers, screen_designs
 from sitscad.apps.study.evaluation import SCREEN, Evaluation
 from sitscad.apps.study.running import StudyResults, first_set, violations
 from sitscad.apps.study.space import Point as DesignPoint
 from sitscad.apps.study.study import Study, StudyAnswer
-from sitscad.apps.study.sweeping import scale_of, titled, value_text
+from sitscad.apps.study.sweeping import measure_title, scale_of, value_text
 from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
@@ -117,12 +117,12 @@ If several kinds apply to a design, it has the last of these kinds.
 """
 
 
-def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
+def drawing_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
     """Return the marks in the order of drawing: lesser kinds first, so that they lie below."""
     return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
 
 
-def field(
+def scatter_chart(
     name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
@@ -143,7 +143,7 @@ def field(
     def point(at: tuple[float, float]) -> Point:
         return Point(start + across.at(at[0]) * (right - start), low + up.at(at[1]) * (top - low))
 
-    for mark in in_order(marks):
+    for mark in drawing_order(marks):
         at = place(mark)
         if at is None or not (across.has(at[0]) and up.has(at[1])):
             continue
@@ -276,7 +276,7 @@ class StudyPage:
 
     def titled(self, name: str) -> str:
         """Return a measure with its unit."""
-        return titled(name, self.scales[name][1])
+        return measure_title(name, self.scales[name][1])
 
     def html(self) -> str:
         """Return the whole file."""
@@ -372,7 +372,7 @@ class StudyPage:
             figures = (base[across], base[up]) if across in base and up in base else None
             places = [place(mark) for mark in self.marks]
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
-            fields += figure(field(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
+            fields += figure(scatter_chart(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
         summary = f"The front as a table: {counted(len(self.said.front), 'design')}"
         table = _table(front_table(self.said))
@@ -388,7 +388,7 @@ class StudyPage:
 
     def onward(self) -> str:
         """Return the next commands, and the places of the files."""
-        lines = [line.replace("./designs", "designs") for line in onward(self.said, ".")]
+        lines = [line.replace("./designs", "designs") for line in next_step_lines(self.said, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
     def data(self) -> dict[str, Any]:
@@ -486,10 +486,10 @@ def page_so_far(study: Study, results: StudyResults, of: int) -> str:
     """Return the page of a search in progress, with `results` of `of` designs: results of the screen."""
     request, results = study.asked, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
-    base = screened([request.base.spec], request.measures)[0]
+    base = screen_designs([request.base.spec], request.measures)[0]
     front = tuple(best_of(request, results.screened))
-    answer = StudyAnswer(study.name, request, base, results, tuple(bindings(request, results)),
-                         None if front else relaxation(request, results), nothing, (), front, (), ())
+    answer = StudyAnswer(study.name, request, base, results, tuple(binding_limits(request, results)),
+                         None if front else smallest_relaxation(request, results), nothing, (), front, (), ())
     return StudyPage(answer).so_far(of)
 
 
@@ -507,7 +507,9 @@ PAUSE = 1.0
 """Seconds between two events of a search in progress."""
 
 
-def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Iterator[tuple[dict[str, Any], bytes]]:
+def search_progress(
+    study: Study, evaluated: dict[str, Evaluation], serves: bool
+) -> Iterator[tuple[dict[str, Any], bytes]]:
     """Yield the numbers of a search in progress, and its page if `serves`, until all designs are evaluated.
 
     Evaluations from earlier saves in `evaluated` are reused if they still apply.
@@ -531,13 +533,13 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
 
 def numbers(results: StudyResults, of: int) -> dict[str, Any]:
     """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
-    request, good = results.asked, passing(results.asked, results.screened)
+    request, good = results.asked, passing_designs(results.asked, results.screened)
     texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
     for goal in request.goals:
         points = (point for point in good if goal.measure in results.screened[point].values)
         values = {point: results.screened[point].values[goal.measure][0] for point in points}
         if values:
             best = min(values, key=lambda point: goal.cost(values[point]))
-            keys = keys_words(request.space.chosen(best))
+            keys = keys_text(request.space.chosen(best))
         texts[goal.words] = f"{value_text(goal.measure, values[best])} with {keys}"
     return texts

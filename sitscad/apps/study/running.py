@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from sitscad.apps.study.document import ALL, StudyRequest
 from sitscad.apps.study.evaluating import IN_FULL, Workers
-from sitscad.apps.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation, UnitJudged
+from sitscad.apps.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation, UnitEvaluation
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.space import Point, Space
-from sitscad.apps.study.spreads import DRAWS, draws, judge_units
+from sitscad.apps.study.spreads import DRAWS, judge_units, latin_hypercube
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
@@ -75,10 +75,10 @@ def search(
     """Evaluate points chosen by a method: the points in `begin` first, at most `evaluations`, and equal points once."""
     if method in ("grid", "sobol"):
         further = space.points() if method == "grid" else sobol_set(space, evaluations, seed)
-        _in_turn(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
+        _evaluate_in_parts(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
         return
     first = first_set(space, evaluations, seed, begin)
-    evaluated = dict(zip(first, _in_turn(first, evaluate), strict=True))
+    evaluated = dict(zip(first, _evaluate_in_parts(first, evaluate), strict=True))
     go_on = _nsga2 if method == "nsga2" else _differential_evolution
     go_on(space, evaluations, seed, goals, evaluated, evaluate)
 
@@ -95,7 +95,7 @@ def _distinct(points: Iterable[Point], most: int) -> list[Point]:
     return list(dict.fromkeys(points))[:most]
 
 
-def _in_turn(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:
+def _evaluate_in_parts(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:
     parts = (list(points[k : k + GENERATION]) for k in range(0, len(points), GENERATION))
     return [cost for part in parts for cost in evaluate(part)]
 
@@ -154,7 +154,7 @@ def _nsga2(
         if candidates is None or not len(candidates):
             return
         points = [tuple(map(int, row)) for row in np.rint(candidates.get("X"))]
-        still = 0 if _ask(points, evaluations, evaluated, evaluate) else still + 1
+        still = 0 if _evaluate_new(points, evaluations, evaluated, evaluate) else still + 1
         nothing = Costs((None,) * goals, WORST)  # beyond the limit of evaluations: given the worst costs
         values, violations = _figures([evaluated.get(point, nothing) for point in points])
         algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), candidates)
@@ -165,7 +165,7 @@ STILL = 50
 """Number of generations without a new design after which the search ends."""
 
 
-def _ask(points: Sequence[Point], evaluations: int, evaluated: dict[Point, Costs], evaluate: Evaluate) -> int:
+def _evaluate_new(points: Sequence[Point], evaluations: int, evaluated: dict[Point, Costs], evaluate: Evaluate) -> int:
     """Evaluate unknown points while evaluations are left. Return their number."""
     new = [point for point in dict.fromkeys(points) if point not in evaluated][: evaluations - len(evaluated)]
     if new:
@@ -179,11 +179,11 @@ def _best(evaluated: dict[Point, Costs], size: int) -> list[Point]:
     Among valid points, the best fronts go first.
     """
     points = list(evaluated)
-    ranks = ranked([evaluated[point] for point in points])
+    ranks = front_numbers([evaluated[point] for point in points])
     return [points[k] for k in np.argsort(ranks, kind="stable")[:size]]
 
 
-def ranked(costs: Sequence[Costs], least: int | None = None) -> NDArray[np.int64]:
+def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[np.int64]:
     """Return the number of the front of each point, from 0.
 
     Valid points are ranked by their goals. All others come after them, by their violation. Once `least` points have a
@@ -248,10 +248,10 @@ def _differential_evolution(
             for k, value in zip(free, row, strict=True):
                 point[k] = int(value)
             points.append(tuple(point))
-        still = 0 if _ask(points, evaluations, evaluated, evaluate) else still + 1
+        still = 0 if _evaluate_new(points, evaluations, evaluated, evaluate) else still + 1
         if still >= STILL or any(point not in evaluated for point in points):
             raise _SpentError
-        return np.array([_single(evaluated[point]) for point in points])
+        return np.array([_single_cost(evaluated[point]) for point in points])
 
     start = np.array(_best(evaluated, size), dtype=float)[:, free]
     if len(start) < 5 or not free:
@@ -263,7 +263,7 @@ def _differential_evolution(
         )
 
 
-def _single(cost: Costs) -> float:
+def _single_cost(cost: Costs) -> float:
     """Return the cost of a design with one goal."""
     goal = cost.goals[0]
     return REFUSED * (1.0 + cost.violation) if cost.violation > 0.0 or goal is None else goal
@@ -356,7 +356,7 @@ If a measure has less, the screen does not rank designs by this measure.
 
 
 @cache
-def unranked() -> frozenset[str]:
+def unranked_measures() -> frozenset[str]:
     """Return the measures by which the screen does not rank designs."""
     return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
@@ -492,7 +492,7 @@ class StudyRun:
         while rounds < MOST_ROUNDS and in_vain < MOST_IN_VAIN:
             good, doubtful = self._good(), self._doubtful()
             likely = [point for point in good if point in self.found.full or doubtful.isdisjoint(enumerate(point))]
-            on_front = np.count_nonzero(ranked([self._costs[point] for point in good], 1) == 0)
+            on_front = np.count_nonzero(front_numbers([self._costs[point] for point in good], 1) == 0)
             count = max(LEAST_FULL, 4 * study.keep, min(MOST_FRONT, int(on_front)))
             first = (point for points in (likely, good) for point in self.best(count, points))
             new = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
@@ -535,7 +535,7 @@ class StudyRun:
         """
         self.evaluate(points, SCREEN)
         self.evaluate([point for point in points if point == self._asked.base_point], FULL)
-        new, is_ranked = set(points), not unranked() & {goal.measure for goal in self._asked.goals}
+        new, is_ranked = set(points), not unranked_measures() & {goal.measure for goal in self._asked.goals}
         near = self.best(LEAST_FULL) if is_ranked else points
         hopeful = [point for point in near if point in new and point not in self.found.full
                    and not violations(self._asked, self.found.screened[point])]
@@ -548,18 +548,18 @@ class StudyRun:
         `among` limits the valid points. Points with the least violation follow.
         """
         good = self._good() if among is None else among
-        ranks = ranked([self._costs[point] for point in good], count)
+        ranks = front_numbers([self._costs[point] for point in good], count)
         order = [good[k] for k in np.argsort(ranks, kind="stable")]
         bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)
         rest = max(0, count - len(order))
         return [*order[:count], *nsmallest(rest, bad, key=lambda point: self._costs[point].violation)]
 
-    def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
+    def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitEvaluation]]:
         """Return evaluated units of designs, with errors of manufacture.
 
         Parts of all designs are computed in parallel.
         """
-        base, sigmas, draw_rows = self._asked.base, dict(self._asked.spread), draws(count)
+        base, sigmas, draw_rows = self._asked.base, dict(self._asked.spread), latin_hypercube(count)
         names = tuple(dict.fromkeys((*(each.measure for each in self._asked.require if each.measure != "yield"),
                                      *self._asked.scattered)))
         changes = {point: self._asked.space.changes(point) for point in points}
@@ -574,7 +574,7 @@ class StudyRun:
             self._archive.add(keys[at], changes[at[0]], {"units": [each.as_json() for each in part]})
             computed, good = computed + len(part), good + sum(each.is_good for each in part)
             self._progress(StudyState("units", done + computed, of, good, {}, computed))
-        by_point: dict[Point, list[UnitJudged]] = {point: [] for point in points}
+        by_point: dict[Point, list[UnitEvaluation]] = {point: [] for point in points}
         for (point, _), key in keys.items():
             by_point[point] += self._archive.units(key) or ()
         return by_point

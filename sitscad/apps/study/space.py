@@ -222,10 +222,10 @@ class Variable:
 
     def nearest(self, value: Any) -> int:
         """Return the number of the value nearest to a spec's value. 0 if they cannot be compared."""
-        return min(range(len(self.values)), key=lambda k: apart(self.values[k], value))
+        return min(range(len(self.values)), key=lambda k: value_difference(self.values[k], value))
 
 
-def at_key(data: Any, key: str) -> Any:
+def value_at_key(data: Any, key: str) -> Any:
     """Return the plain value under a dotted key. Entries of lists have numbers as keys. None if there is none."""
     for name in key.split("."):
         inner = {str(k): entry for k, entry in enumerate(data)} if isinstance(data, list) else data
@@ -233,7 +233,7 @@ def at_key(data: Any, key: str) -> Any:
     return data
 
 
-def apart(value: Any, other: Any) -> Decimal:
+def value_difference(value: Any, other: Any) -> Decimal:
     """Return the difference of two values in any units: 0 if they are equal, infinite if they cannot be compared."""
     if value == other:
         return Decimal(0)
@@ -262,7 +262,7 @@ def _size(value: Any) -> Decimal:
 _FACTORS = {name: factor for units in UNITS.values() for name, factor in units.items()}
 
 
-def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
+def values_by_step(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     """Return values from `low` to `high`, both as in a spec. The default step is a round number.
 
     The last value is the last step within the range. Without a given step, the end of the range is added.
@@ -287,7 +287,7 @@ def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     return tuple(_written(value, unit) for value in values)
 
 
-def counted(low: Any, high: Any, count: int) -> tuple[Any, ...]:
+def values_by_count(low: Any, high: Any, count: int) -> tuple[Any, ...]:
     """Return `count` evenly spaced values from `low` to `high`, with at most twelve digits."""
     (first, unit), (last, _) = _pair(low, high, may_fall=True)
     if not 1 <= count <= MOST_VALUES:
@@ -365,7 +365,7 @@ class Space:
 
     def nearest(self, values: Mapping[str, Any]) -> Point:
         """Return the point nearest to a spec with these plain values, key by key."""
-        return tuple(variable.nearest(at_key(values, variable.key)) for variable in self.variables)
+        return tuple(variable.nearest(value_at_key(values, variable.key)) for variable in self.variables)
 
     def points(self) -> Iterator[Point]:
         """Return all points. The last variable changes fastest."""

@@ -13,8 +13,8 @@ from functools import cache
 
 import numpy as np
 
-from sitscad.apps.study.evaluating import figures, tidily
-from sitscad.apps.study.evaluation import UnitJudged
+from sitscad.apps.study.evaluating import free_results, measure_values
+from sitscad.apps.study.evaluation import UnitEvaluation
 from sitscad.apps.study.space import Base, Changes
 from sitscad.basics.arrays import Array
 from sitscad.basics.finding import Severity
@@ -45,7 +45,7 @@ SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
 
 
 @cache
-def draws(count: int) -> Array:
+def latin_hypercube(count: int) -> Array:
     """Return random numbers (count, spreads) between 0 and 1: a Latin hypercube with a fixed seed.
 
     The columns are in the order of `SPREADS`. A Sobol' set is not used: with few points, some pairs of its columns are
@@ -57,7 +57,7 @@ def draws(count: int) -> Array:
     return np.asarray(np.clip(numbers, 1e-12, 1.0 - 1e-12))
 
 
-def unit(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpec:
+def unit_spec(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpec:
     """Return the spec of one manufactured unit from its draws (spreads,), numbers between 0 and 1.
 
     `sigmas` replace standard deviations of the tables, by spread.
@@ -74,7 +74,7 @@ def unit(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpe
 
 def judge_units(
     base: Base, changes: Changes, sigmas: Mapping[str, float], measures: Sequence[str], rows: Array
-) -> list[UnitJudged]:
+) -> list[UnitEvaluation]:
     """Return evaluated units of a design, from their draws (n, spreads).
 
     Limits of measures are not applied here. The caller compares them.
@@ -84,20 +84,20 @@ def judge_units(
     if spec.readout.capacitance is None:  # every unit has the capacitor that is chosen for the design
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
-    specs = (unit(spec, row, sigmas) for row in rows)
-    return list(tidily(_judged(Design(each, as_made(nominal.layout, each)), measures) for each in specs))
+    specs = (unit_spec(spec, row, sigmas) for row in rows)
+    return list(free_results(_evaluate_unit(Design(each, as_made(nominal.layout, each)), measures) for each in specs))
 
 
-def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
+def _evaluate_unit(design: Design, measures: Sequence[str]) -> UnitEvaluation:
     rules = [rule for rule in all_rules() if rule.id.startswith(KEPT_BY_UNITS)]
     try:
         findings = tuple(finding for rule in rules for finding in apply_rule(rule, design, least=None)[0])
         checked = as_configured(design.spec, CheckResult(findings, ()))
-        values = {name: pair[0] for name, pair in figures(design, measures)[0].items()}
+        values = {name: pair[0] for name, pair in measure_values(design, measures)[0].items()}
     except Exception:  # counted as failed and not good: the unit has no figures
-        return UnitJudged(False, (), False, {})
+        return UnitEvaluation(False, (), False, {})
     broken = tuple(sorted({each.rule for each in checked.findings if each.severity is Severity.ERROR}))
-    return UnitJudged(not broken, broken, True, values)
+    return UnitEvaluation(not broken, broken, True, values)
 
 
 @record
@@ -126,7 +126,7 @@ class Yield:
         return self.good / self.units
 
 
-def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
+def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
     """Return the yield of units. `holds` returns the requirements that a unit's figures break."""
     broken = [(*each.broken, *holds(each.values)) if each.is_computed else () for each in judged]
     good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
@@ -138,11 +138,12 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
                  for name in sorted({name for each in judged for name in each.values})}
     sigmas = {name: float(np.std(values, ddof=1)) for name, values in values_of.items() if len(values) > 1}
     count = len(judged)
-    return Yield(count, int(good.sum()), sum(not each.is_computed for each in judged), wilson(int(good.sum()), count),
-                 ratios, _first_order(good.astype(float), draws(count)), sigmas, sum(mended))
+    return Yield(count, int(good.sum()), sum(not each.is_computed for each in judged),
+                 wilson_interval(int(good.sum()), count),
+                 ratios, _first_order(good.astype(float), latin_hypercube(count)), sigmas, sum(mended))
 
 
-def wilson(good: int, count: int) -> tuple[float, float]:
+def wilson_interval(good: int, count: int) -> tuple[float, float]:
     """Return the 95 % confidence interval of a fraction (Wilson 1927)."""
     z = 1.959964  # 97.5 % quantile of the normal distribution
     share, square = good / count, z * z

@@ -14,7 +14,7 @@ from typing import Any
 from sitscad.apps.study import answer
 from sitscad.apps.study.answer import Agreement, Binding, KeptDesign, Relaxation
 from sitscad.apps.study.document import VERSION, Goal, StudyDocument, StudyRequest, study_request
-from sitscad.apps.study.evaluating import Executor, Workers, judged
+from sitscad.apps.study.evaluating import Executor, Workers, evaluate_design
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Evaluation
 from sitscad.apps.study.running import IN_VAIN, Progress, StudyResults, StudyRun
 from sitscad.apps.study.space import Base, Point
@@ -166,7 +166,7 @@ class Study:
                 if interrupted is not None and run.found.screened:
                     interrupted(run.found)
                 raise
-            result = _keeping(self._found(run.found), answer.kept_points(request, run.found), {})
+            result = _with_kept_designs(self._found(run.found), answer.kept_points(request, run.found), {})
             if not result.kept or not draws:
                 return result
             if before_yields is not None:
@@ -181,13 +181,14 @@ class Study:
             goal for goal in request.goals if len(all_values) > 1 and
             len({values[goal.measure][0] for values in all_values if goal.measure in values}) == 1)
         return StudyAnswer(
-            self.name, request, judged(request.base.spec, request.measures), results,
-            tuple(answer.bindings(request, results)), answer.relaxation(request, results),
-            answer.agreement(request.goals, results), undecided_goals, tuple(answer.front(request, results)), (), (),
+            self.name, request, evaluate_design(request.base.spec, request.measures), results,
+            tuple(answer.binding_limits(request, results)), answer.smallest_relaxation(request, results),
+            answer.level_agreement(request.goals, results), undecided_goals,
+            tuple(answer.pareto_front(request, results)), (), (),
         )
 
 
-def _keeping(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
+def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
     """Return the answer with kept designs and their spec texts."""
     request, full = result.asked, result.found.full
     designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
@@ -207,7 +208,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     points = [design.point for design in result.kept]
     while True:
         units = run.units([point for point in points if point not in yields], draws)
-        broken = partial(answer.limits_broken, request.require)
+        broken = partial(answer.broken_requirements, request.require)
         yields |= {point: yield_of(judged, broken) for point, judged in units.items()}
         low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
         is_last = not low or len(fallen) >= request.keep
@@ -218,8 +219,8 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     if not fallen:
         return replace(result, kept=tuple(replace(design, units=yields[design.point]) for design in result.kept))
     passing = [point for point in points if point not in low]
-    rest = tuple(answer.front(request, run.found, fallen))
-    return _keeping(replace(result, fallen=len(fallen), front=rest), passing, yields)
+    rest = tuple(answer.pareto_front(request, run.found, fallen))
+    return _with_kept_designs(replace(result, fallen=len(fallen), front=rest), passing, yields)
 
 
 def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:

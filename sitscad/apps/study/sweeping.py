@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.study.evaluating import NO_SCREEN, Executor, Workers, judged, screened
+from sitscad.apps.study.evaluating import NO_SCREEN, Executor, Workers, evaluate_design, screen_designs
 from sitscad.apps.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.apps.study.measures import MEASURES, measures_named
-from sitscad.apps.study.space import Base, Changes, RangeError, counted, require_key
+from sitscad.apps.study.space import Base, Changes, RangeError, require_key, values_by_count
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record, replace
@@ -97,7 +97,7 @@ def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: s
     ['inductance', 'rp']
     """
     names = _measures_of(level, measures)
-    return judged(spec, names) if level == FULL else screened([spec], names)[0]
+    return evaluate_design(spec, names) if level == FULL else screen_designs([spec], names)[0]
 
 
 @checked_arguments
@@ -217,7 +217,7 @@ def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
     return {key: tuple(point[k] for point in points) for k, key in enumerate(axes)}
 
 
-def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
+def parse_range(text: str) -> tuple[str, tuple[Any, ...]]:
     """Return the key and the values of ``coil.turns=6:12:13`` or ``coil.layers=2,4``. Raises `RangeError`."""
     key, equals, written = text.partition("=")
     if not equals or not key.strip() or not written.strip():
@@ -227,7 +227,7 @@ def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
         return key.strip(), tuple(plain_value(value.strip()) for value in written.split(","))
     if len(parts) != 3 or not parts[2].strip().isdecimal() or len(parts[2].strip()) > 9:
         raise RangeError(f"{text!r}: FIRST:LAST:COUNT is wanted", "like 6:12:13 or 70um:110um:9")
-    return key.strip(), counted(parts[0].strip(), parts[1].strip(), int(parts[2]))
+    return key.strip(), values_by_count(parts[0].strip(), parts[1].strip(), int(parts[2]))
 
 
 def value_text(name: str, value: float, digits: int = 4) -> str:
@@ -240,14 +240,15 @@ def sweep_text(table: SweepTable) -> str:
     head = [*table.keys, *table.values, "verdict", "refused by", "warned by"]
     rows = [
         [*(str(values[k]) for values in table.keys.values()),
-         *(_within(name, float(values[k]), float(table.errors[name][k])) for name, values in table.values.items()),
+         *(_value_with_error(name, float(values[k]), float(table.errors[name][k])) for name,
+           values in table.values.items()),
          table.verdict[k], ", ".join(table.refused_by[k]), ", ".join(table.warned_by[k])]
         for k in range(len(table))
     ]
     return "\n".join(aligned([head, *rows])) + "\n"
 
 
-def _within(name: str, value: float, error: float) -> str:
+def _value_with_error(name: str, value: float, error: float) -> str:
     """Return a figure with its relative error bound: ``1.263 kohm +-11%``."""
     share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
     return f"{value_text(name, value)} +-{float(f'{share:.2g}'):g}%" if share else value_text(name, value)
@@ -334,7 +335,7 @@ def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
     return np.arange(len(values), dtype=float), [str(value) for value in values]
 
 
-def titled(name: str, unit: str) -> str:
+def measure_title(name: str, unit: str) -> str:
     """Return a measure's name with its unit."""
     return f"{name} ({unit})" if unit else name
 
@@ -358,7 +359,7 @@ def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
         if failed.any():
             axes.plot(at[failed], values[failed], marker="x", markersize=6.0, linestyle="", color="#a02020",
                       label="refused by a rule")
-        axes.set(xlabel=_label(key, written), ylabel=titled(name, unit))
+        axes.set(xlabel=_label(key, written), ylabel=measure_title(name, unit))
         if names is not None:
             axes.set_xticks(at, names)
         axes.legend()
@@ -375,13 +376,13 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
         axes, (x, x_names), (y, y_names) = figure.subplots(), _axis(across), _axis(down)
         factor, unit = scale_of(name, table.values[name])
         values = factor * table.values[name].reshape(rows, columns)
-        xs, ys = _borders(x), _borders(y)
+        xs, ys = _cell_borders(x), _cell_borders(y)
         mesh = axes.pcolormesh(xs, ys, np.ma.masked_invalid(values), cmap="viridis", linewidth=0.0)
-        figure.colorbar(mesh, ax=axes, label=titled(name, unit))
+        figure.colorbar(mesh, ax=axes, label=measure_title(name, unit))
         rules, titles = sorted({rule for refused in table.refused_by for rule in refused}), rule_titles()
         for k, rule in enumerate(rules):
             refused = np.array([rule in each for each in table.refused_by]).reshape(rows, columns)
-            _edge(axes, refused, xs, ys, titles.get(rule, rule), EDGES[k % len(EDGES)])
+            _draw_refused_edge(axes, refused, xs, ys, titles.get(rule, rule), EDGES[k % len(EDGES)])
         axes.set(xlabel=_label(second, across), ylabel=_label(first, down))
         for names, ticks, at in ((x_names, axes.set_xticks, x), (y_names, axes.set_yticks, y)):
             if names is not None:
@@ -401,7 +402,7 @@ EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
 """Line colours of the refused regions in the plot of a sweep over two keys, one per rule, repeated in this order."""
 
 
-def _borders(middles: Array) -> Array:
+def _cell_borders(middles: Array) -> Array:
     """Return the n + 1 borders of cells around n ascending values.
 
     Inner borders lie halfway between neighbouring values, outer borders as far beyond the first and last value.
@@ -412,7 +413,7 @@ def _borders(middles: Array) -> Array:
     return np.concatenate([[2.0 * middles[0] - between[0]], between, [2.0 * middles[-1] - between[-1]]])
 
 
-def _edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
+def _draw_refused_edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
     """Draw the border of the cells that a rule refuses. It follows the cells, because designs between are unknown."""
     inside = np.pad(refused, 1)
     lines: list[tuple[list[float], list[float]]] = []

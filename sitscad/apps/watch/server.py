@@ -21,7 +21,7 @@ from ipaddress import ip_address
 from socketserver import TCPServer
 from typing import Any, cast
 
-from sitscad.apps.watch.watching import changes, verdict
+from sitscad.apps.watch.watching import event_changes, verdict_text
 from sitscad.apps.watch.work import Event
 from sitscad.files.drawing.web_page import page
 from sitscad.files.report.moving import scripts
@@ -58,9 +58,9 @@ class PageState:
     def tell(self, revision: int, event: Event, before: Event | None) -> None:
         """Store an event and send it to all listeners."""
         data: dict[str, Any] = {"stage": event.stage, "revision": revision, "seconds": round(event.seconds, 3)}
-        data |= event.data | {"changes": changes(event, before), "has_page": bool(event.page)}
+        data |= event.data | {"changes": event_changes(event, before), "has_page": bool(event.page)}
         if event.stage == "findings":
-            data["verdict"] = verdict(event.data)
+            data["verdict"] = verdict_text(event.data)
         self.post(data, event.page)
 
     def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from sitscad.apps.watch.work import Event, work
+from sitscad.apps.watch.work import Event, serve_requests
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
@@ -25,7 +25,7 @@ Stamp = tuple[int, int, int] | None
 Told = Callable[[int, Event, Event | None], None]
 
 
-def stamp(path: str) -> Stamp:
+def file_stamp(path: str) -> Stamp:
     """Return modification time, size and inode of a file. None if there is no file.
 
     Notifications of file systems are not used. They miss editors that rename files, and do not work in containers.
@@ -53,11 +53,11 @@ class Worker:
         self.told.close()
 
 
-def started(path: str, serves: bool) -> Worker:
+def start_worker(path: str, serves: bool) -> Worker:
     """Start a worker for a spec's path. It loads the modules for every save and waits."""
     context = multiprocessing.get_context("spawn")
     (theirs, receiver), (sender, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
-    process = context.Process(target=work, args=(theirs, mine, path, serves), daemon=True)
+    process = context.Process(target=serve_requests, args=(theirs, mine, path, serves), daemon=True)
     process.start()
     theirs.close()
     mine.close()
@@ -74,7 +74,7 @@ class Watch:
         self.path, self.serves = path, serves
         self.revision, self.busy, self.overtaken = 0, False, False
         self.last: dict[str, Event] = {}
-        self.worker, self.spare = started(path, serves), started(path, serves)
+        self.worker, self.spare = start_worker(path, serves), start_worker(path, serves)
         self.stamps: dict[str, Stamp] = {path: None}
 
     def run(self, report: Told, until: Callable[[], bool] = lambda: False) -> None:
@@ -98,17 +98,17 @@ class Watch:
 
     def look(self) -> None:
         """Start new work if a file has changed and is complete."""
-        stamps = {path: stamp(path) for path in self.stamps}
+        stamps = {path: file_stamp(path) for path in self.stamps}
         if stamps == self.stamps or stamps[self.path] is None:
             return
         time.sleep(SETTLE)
-        if {path: stamp(path) for path in self.stamps} != stamps:
+        if {path: file_stamp(path) for path in self.stamps} != stamps:
             return
         self.stamps = stamps
         self.overtaken = self.busy
         if self.busy or not self.worker.process.is_alive():
             self.worker.end()
-            self.worker, self.spare = self.spare, started(self.path, self.serves)
+            self.worker, self.spare = self.spare, start_worker(self.path, self.serves)
         self.revision += 1
         self.busy = True
         self.worker.asked.send(self.revision)
@@ -120,21 +120,21 @@ class Watch:
                 revision, event = self.worker.told.recv()
             except EOFError:  # the worker ended: too little memory, or killed
                 self.worker.end()
-                self.worker, self.spare, self.busy = self.spare, started(self.path, self.serves), False
+                self.worker, self.spare, self.busy = self.spare, start_worker(self.path, self.serves), False
                 yield self.revision, Event("failed", {"message": "the process that worked it out ended without a word"})
                 return
             if event is None:
                 self.busy = False
                 continue
             if "read" in event.data:
-                self.stamps = {path: self.stamps.get(path, stamp(path)) for path in event.data["read"]}
+                self.stamps = {path: self.stamps.get(path, file_stamp(path)) for path in event.data["read"]}
             yield revision, event
 
 
 SIGNS = {"new": "+", "gone": "-", "moved": "~"}
 
 
-def changes(event: Event, before: Event | None) -> dict[str, Any]:
+def event_changes(event: Event, before: Event | None) -> dict[str, Any]:
     """Return the changes of an event from the last event of its stage.
 
     They are findings that are new, gone, or moved to another line, and numbers with their old values.
@@ -155,34 +155,35 @@ def changes(event: Event, before: Event | None) -> dict[str, Any]:
     return {"numbers": {name: [was.get(name), value] for name, value in numbers.items() if was.get(name) != value}}
 
 
-def words(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
+def event_lines(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
     """Return the lines of a terminal for an event.
 
     For each save they are its number, the changes in about a dozen lines, and the verdict last. With `verbose`, all
     changes are listed, without wrapping.
     """
-    changed = changes(event, before)
+    changed = event_changes(event, before)
     if event.stage == "failed":
         return [event.data["message"]]
     if event.stage == OVERTAKEN:
         return [f"save {revision}: overtaken by save {event.data['by']}"]
     if event.stage == "sweep" and not verbose:
-        return _swept(event.data["numbers"], width)
+        return _study_lines(event.data["numbers"], width)
     if event.stage != "findings":
-        return _all_numbers(changed["numbers"]) if verbose else _numbers(changed["numbers"])
+        return _all_numbers(changed["numbers"]) if verbose else _changed_number_lines(changed["numbers"])
     head = [] if event.data.get("last") else [f"save {revision}"]
     ends = event.data.get("last") or event.data.get("unreadable")
     if event.data.get("unreadable"):
         changed["gone"] = []  # unknown
     lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in changed[kind]]
-    return [*head, *(lines if verbose else _gravest(changed, width)), *([verdict(event.data)] if ends else [])]
+    return [*head, *(lines if verbose else _finding_rows(changed, width)),
+            *([verdict_text(event.data)] if ends else [])]
 
 
 ROWS = 5
 """Number of terminal rows for the findings of a save. One row for the rest, and one for moved findings, are added."""
 
 
-def _gravest(changes: Mapping[str, Any], width: int) -> list[str]:
+def _finding_rows(changes: Mapping[str, Any], width: int) -> list[str]:
     """Return terminal rows for findings: new findings, the most severe first, then findings that are gone.
 
     Signs are + (new), - (gone) and ~ (another text for the rule and key of an earlier finding). Errors may take two
@@ -205,7 +206,7 @@ def _gravest(changes: Mapping[str, Any], width: int) -> list[str]:
     return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
 
 
-def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
+def _study_lines(numbers: Mapping[str, str], width: int) -> list[str]:
     """Return the lines on the first designs of a study.
 
     While designs are evaluated, they are the first two numbers on one line. At the end, each number has a line.
@@ -217,14 +218,15 @@ def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
     return [textwrap.shorten(line, width, placeholder=" ...") for line in lines]
 
 
-def _numbers(changes: Mapping[str, list[Any]]) -> list[str]:
+def _changed_number_lines(changes: Mapping[str, list[Any]]) -> list[str]:
     """Return one line per quantity: the number with the largest change, and the count of other changed numbers."""
     groups: dict[str, list[str]] = {}
     for name in changes:
         groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
     lines = []
     for names in groups.values():
-        (line,) = _all_numbers({name: changes[name] for name in [max(names, key=lambda name: _moved(*changes[name]))]})
+        largest = max(names, key=lambda name: _relative_change(*changes[name]))
+        (line,) = _all_numbers({largest: changes[largest]})
         lines.append(line + (f" ({len(names) - 1} more)" if len(names) > 1 else ""))
     return lines
 
@@ -233,7 +235,7 @@ def _all_numbers(changes: Mapping[str, list[Any]]) -> list[str]:
     return [f"{name}: {value if old is None else f'{old} -> {value}'}" for name, (old, value) in changes.items()]
 
 
-def _moved(old: str | None, new: str) -> float:
+def _relative_change(old: str | None, new: str) -> float:
     """Return the relative change of a number with a unit. 0 if it is unknown, as with another unit prefix."""
     (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
     try:
@@ -242,7 +244,7 @@ def _moved(old: str | None, new: str) -> float:
         return 0.0
 
 
-def verdict(data: Mapping[str, Any]) -> str:
+def verdict_text(data: Mapping[str, Any]) -> str:
     """Return the verdict on a design in a few words."""
     counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
     state = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from sitscad.apps.study.page import filling
+from sitscad.apps.study.page import search_progress
 from sitscad.apps.study.study import Study
 from sitscad.assembly.places.bodies import PartsError
 from sitscad.assembly.solids.solid import MissingExtra
@@ -76,19 +76,19 @@ class Before:
     solutions: Solutions = field(default_factory=Solutions)
 
 
-def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
+def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
     """Yield one event per completed stage for the spec or study at a path.
 
     `before` holds results of earlier saves. If `serves` is False, stages that only the web page needs are skipped.
     """
     if is_study(path):
-        yield from _swept(path, before, serves)
+        yield from _study_events(path, before, serves)
         return
     began, policy = time.perf_counter(), policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
-        yield _refused(path, error, time.perf_counter() - began)
+        yield _refusal_event(path, error, time.perf_counter() - began)
         return
     design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
     read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
@@ -107,48 +107,49 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     numbers = _numbers(design.estimates.all_coils, design.fit)
     yield Event("estimate", {"numbers": numbers}, seconds=time.perf_counter() - began)
     made_of = design.bare.spec, contents.checked.is_orderable
-    feeling = _kept(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))
+    feeling = _cached_files(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))
     files |= feeling
     if feeling:
         points = json.loads(feeling[DATA_SHEET])["performance"]
-        yield event("feeling", {"numbers": _felt(points[-1])})
+        yield event("feeling", {"numbers": _performance_text(points[-1])})
     if serves and feeling:
-        files |= _kept(before, "pushed", made_of, spec.name,
-                       lambda: _performance_figures(design.bare, design.bare.cells.weakest.response))
+        files |= _cached_files(before, "pushed", made_of, spec.name,
+                               lambda: _performance_figures(design.bare, design.bare.cells.weakest.response))
         yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
-        files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
+        files |= _cached_files(before, "solids", read_by("assembly", design.bare.spec), spec.name,
+                               lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
     if serves and feeling:
-        files |= _kept(before, "calibration", made_of, spec.name, lambda: {
+        files |= _cached_files(before, "calibration", made_of, spec.name, lambda: {
             name: content for name, content in nominal_calibration(contents.design.bare, contents.is_forced).items()
             if name == CALIBRATION})
     contents = Contents(design, policy)  # with hints, which take as long as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
 
-def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
+def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
     """Yield the events of a study."""
     began = time.perf_counter()
     try:
         study = Study.load(path)
     except SpecError as error:
-        yield _refused(path, error, time.perf_counter() - began)
+        yield _refusal_event(path, error, time.perf_counter() - began)
         return
     counts = {severity.value: 0 for severity in Severity}
     data = {"counts": counts, "findings": [], "read": [path, study.asked.base.path]}
     yield Event("findings", data, seconds=time.perf_counter() - began)
-    for numbers, page in filling(study, before.evaluated, serves):
+    for numbers, page in search_progress(study, before.evaluated, serves):
         yield Event("sweep", {"numbers": numbers}, page, time.perf_counter() - began)
 
 
-def _refused(path: str, error: SpecError, seconds: float) -> Event:
+def _refusal_event(path: str, error: SpecError, seconds: float) -> Event:
     """Return the event of a file that cannot be read."""
     verdict = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", verdict, seconds=seconds)
 
 
-def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
+def _cached_files(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
     """Return the files of a stage, from an earlier save if its inputs are equal."""
     if name not in before.files or before.files[name][0] != made_of:
         with cached_solutions(package, store=before.solutions):
@@ -192,7 +193,7 @@ def _numbers(coils: Sequence[CoilEstimate], fit: Sequence[Measure]) -> Document:
     return figures | {f"{each.name}, to spare": quantity(each.margin, "m") for each in fit}
 
 
-def _felt(point: Document) -> Document:
+def _performance_text(point: Document) -> Document:
     """Return resolution and range of every axis at full load."""
     return {
         f"{what} of {name.replace('_', ' along ')}": quantity(axis[key], "N")
@@ -201,7 +202,7 @@ def _felt(point: Document) -> Document:
     }
 
 
-def work(revisions: Connection, events: Connection, path: str, serves: bool) -> None:
+def serve_requests(revisions: Connection, events: Connection, path: str, serves: bool) -> None:
     """Run the process: for each revision received, do the work and send its events, and None at the end.
 
     An error is sent as an event of the stage ``failed``.
@@ -217,7 +218,7 @@ def work(revisions: Connection, events: Connection, path: str, serves: bool) -> 
         except EOFError:
             sys.exit(0)
         try:
-            for event in worked_out(path, before, serves):
+            for event in stage_events(path, before, serves):
                 events.send((revision, event))
         except (PolicyError, OSError) as error:
             events.send((revision, Event("failed", {"message": str(error)})))

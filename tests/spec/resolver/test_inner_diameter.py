@@ -142,5 +142,5 @@ def test_sweep_of_the_inner_diameter_changes_the_turns():
     ({"turns": 8, **TRACK}, {"coil.outer_diameter", "coil.turns", "coil.trace_width"}),
 ])
 def test_started_study_varies_the_keys_that_are_written(keys, varied):
-    text = document.started(spec(**keys), "coil.yaml")
+    text = document.first_study_text(spec(**keys), "coil.yaml")
     assert set(re.findall(r"^  (coil\.\w+):", text, re.MULTILINE)) == varied
