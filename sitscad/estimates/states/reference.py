@@ -1,4 +1,4 @@
-"""Effects of target and metal on the reference coil: what it should not read."""
+"""Unwanted effects of target and metal on the reference coil."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class ReferenceSignal:
 def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | None:
     """Return the solved signal of the target on the reference coil, from rest to the required force.
 
-    With cells, it is the signal of the nearest cell's target. None without a reference coil, or if the target's effect
-    is not solved for the states, or if no state is pressed.
+    With cells, it is the signal of the nearest cell's target. None if there is no reference coil, if
+    the target's effect is not solved for the states, or if no state is pressed.
     """
     reference, z = layout.reference, estimates.pressed_place
     if reference is None or estimates.reference is None or z is None or not estimates.is_solved:
