@@ -169,9 +169,11 @@ def _usually(name: str, paths: list[str]) -> str:
 
 
 def _stand_in(section: type[Section], name: str) -> str:
-    """Return the key that can replace another key. Empty if there is none."""
+    """Return the keys that can replace another key, as text. Empty if there are none."""
     other, replaced = section.stands_in
-    return other if name in replaced else ""
+    is_required = name in section.keys and section.keys[name].is_required
+    alone = section.alone[:1] if is_required or name in replaced else ()
+    return "` or `".join((*((other,) if name in replaced else ()), *alone))
 
 
 def _default(key: Key, stand_in: str) -> str:

@@ -170,14 +170,15 @@ def board(request: pytest.FixtureRequest):
     return layouts.two_coils(request.param)
 
 
-EVERY_KEY = ("bench_of_cells", "fingertip", "jaw_from_a_file", "jaw_of_sheet", "own_mount")
+EVERY_KEY = ("bench_of_cells", "drawn_coil", "fingertip", "jaw_from_a_file", "jaw_of_sheet", "own_mount")
 """Samples that together have every key of the format at a value that is no default."""
 
 
 @pytest.fixture(scope="module")
 def every_key_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """These samples with the outline that they name, and STEP files that hold no part."""
+    """These samples with the outline and the drawn coil that they name, and STEP files that hold no part."""
     import ezdxf
+    from drawn_boards import two_layers
 
     place = tmp_path_factory.mktemp("keys") / "specs"
     shutil.copytree(ROOT / "tests/samples/every_key", place)
@@ -185,6 +186,7 @@ def every_key_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     drawing.header["$INSUNITS"] = 4
     drawing.modelspace().add_lwpolyline([(-16, -17), (16, -17), (16, 17), (-16, 17)], close=True)
     drawing.saveas(place / "body.dxf")
+    (place / "coil.kicad_pcb").write_text(two_layers())
     (place / "parts").mkdir()
     for name in ("parts/jaw.step", "own.step"):
         (place / name).write_bytes(b"ISO-10303-21;\nEND-ISO-10303-21;\n")

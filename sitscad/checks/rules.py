@@ -197,7 +197,6 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "STEP file": (lambda s: any(_step_files(s.mount)), "no-step-file"),
     "jaw file": (lambda s: s.mount is not None and s.mount.kind != "custom" and any(_step_files(s.mount)),
                  "no-jaw-file"),
-    "reference": (lambda s: s.array.reference is not None, "no-reference"),
     "shield": (lambda s: s.shield is not None, "no-shield"),
     "tail": (lambda s: s.fpc.tail is not None, "no-tail"),
     **{need: (_need_of(keys), NO_REQUIREMENT) for need, keys in _REQUIRED.items()},
@@ -226,6 +225,9 @@ No changes are tried for their hints, because trials need a whole sensor.
 """
 
 
+OF_ARTWORK = frozenset(f"SIT{number}" for number in range(101, 134))
+"""Rules about the artwork of sitscad's own boards. They do not apply to boards that the user drew."""
+
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
 """Rules of `OF_ONE_CELL` about the pad's compression, which name the softest cell first.
 
@@ -252,6 +254,9 @@ def outcomes(
 
     `least` limits the hints as in `apply_rule`.
     """
+    if design.spec.coil.copper is not None and rule.id in OF_ARTWORK:
+        why = not_checked("drawn-by-user")
+        return [], [NotChecked(rule.id, why.reason, why.case)]
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
         return _of_worst_cell(rule, design.cells, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)

@@ -12,6 +12,9 @@ from sitscad.spec.sensor import SensorSpec
 STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "calibration", "report")
 """Stages of `--only`, in the order of making. The report is last, because it lists the other files."""
 
+BOARD_STAGES = ("gerber", "kicad")
+"""Stages whose files describe sitscad's own board."""
+
 TAKES = (
     "layout",
     "solids",
@@ -68,6 +71,11 @@ class Writer:
     takes: tuple[str, ...] = ("layout",)
     applies: Callable[[SensorSpec], bool] = lambda spec: True
     function: Callable[..., dict[str, bytes]] | None = None
+
+    @property
+    def is_of_board(self) -> bool:
+        """Whether it describes sitscad's own board. A board that the user drew has no such files."""
+        return self.stage in BOARD_STAGES and self.function is None
 
     @property
     def maker(self) -> str:

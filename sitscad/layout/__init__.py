@@ -16,6 +16,7 @@ from sitscad.kernels.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.layout.clearance import SLACK, Breadth, Obstacles, TrackToPlace, ViaToPlace
+from sitscad.layout.drawn_board import drawn_layout
 from sitscad.layout.lanes import Bus, bus_for, lead_spacings
 from sitscad.layout.outline import BodyExtent, body_of, far_end, lack, least_x, openings, outline
 from sitscad.layout.routing.escape import Escape, SearchLimit
@@ -82,6 +83,8 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     wound, so that they can be estimated. Trials count against `searches`. If it is None, they count against a new
     limit.
     """
+    if spec.coil.copper is not None:
+        return replace(drawn_layout(_with_all_coils(spec), spec.coil.copper), spec=spec)
     level = _about_axis(_with_all_coils(spec))
     attempt = _attempt(level.artwork, searches or SearchLimit())
     return replace(_placed(_assemble(level, attempt), _with_all_coils(spec)), spec=spec)
@@ -95,6 +98,8 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     holds the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
     positions.
     """
+    if spec.coil.copper is not None:
+        return replace(drawn_layout(_with_all_coils(spec), spec.coil.copper), spec=spec)
     level = _about_axis(_with_all_coils(spec))
     artwork = level.artwork
     bus = bus_for(artwork, lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)

@@ -159,30 +159,25 @@ def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
     return tuple(TrackToPlace(outline, width, copper.number) for copper in artwork.fpc.stackup.copper)
 
 
-def lack(artwork: ArtworkSpec, tail: TailFrame) -> Shortfall | None:
+def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
     """Return the largest known shortfall of a body with an outline in the spec, before leads are laid out.
 
-    Candidates are the joint of tail and body, and the outermost coil with the fabricator's distance from the edge.
+    Candidates are the joint of tail and body, and the outermost coil with the fabricator's distance from the edge. A
+    board that the user drew has no `tail` of its own.
     """
     edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
         return None
-    (_, low, _, high), room = bounding_box([edge]), edge_room(artwork, edge)
+    (_, low, _, high), coil, room = bounding_box([edge]), artwork.coil.outline.boundary(artwork.coil.size, 0.0), {}
+    for placement in artwork.array.placements:
+        turns = coil.rotated(placement.rotation).shifted(*placement.centre)
+        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
     name = min(room, key=lambda name: room[name])
-    wider = max(tail.half_width - high, tail.half_width + low)
+    wider = 0.0 if tail is None else max(tail.half_width - high, tail.half_width + low)
     if clearance - room[name] > max(wider, SLACK):
         what = f"{name}, with the {show(clearance, 'm')} that copper keeps from the edge, is"
         return _lacking(artwork.fpc, what, room[name], clearance)
     return _lacking(artwork.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
-
-
-def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
-    """Return the distance (m) from each coil's turns to the edge of the body, by the coil's name."""
-    coil, room = artwork.coil.outline.boundary(artwork.coil.size, 0.0), dict[str, float]()
-    for placement in artwork.array.placements:
-        turns = coil.rotated(placement.rotation).shifted(*placement.centre)
-        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
-    return room
 
 
 def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:

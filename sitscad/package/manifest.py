@@ -47,7 +47,8 @@ class Entry:
 class Manifest:
     """The contents of a package.
 
-    ``forced`` is True if it was built in spite of errors. ``nets`` names the pins that each net of the layout joins.
+    ``drawn`` is the file in which the user drew the board; empty for a board of sitscad's. ``forced`` is True if it was
+    built in spite of errors. ``nets`` names the pins that each net of the layout joins.
     ``configuration`` holds the project's policy, the baseline and the plugins, if there are any. ``built_from`` is the
     hash of all inputs of the package, and ``built_for`` names the requested stages.
     """
@@ -60,6 +61,7 @@ class Manifest:
     configuration: Mapping[str, object] = field(default_factory=dict)
     built_from: str = ""
     built_for: tuple[str, ...] = ()
+    drawn: str = ""
 
     def as_bytes(self) -> bytes:
         """Return the text of ``manifest.json``, with files in order of their names."""
@@ -69,6 +71,7 @@ class Manifest:
             "sitscad": self.version,
             "spec": dict(self.spec),
             "forced": self.forced,
+            **({"board_drawn_by_user": self.drawn} if self.drawn else {}),
             "nets": nets,
             **({"configuration": dict(self.configuration)} if self.configuration else {}),
             "built": {"from": self.built_from, "for": list(self.built_for)},
@@ -147,6 +150,7 @@ def _read(document: Any) -> Manifest:
         _part(document, "configuration", dict, {}),
         _part(built, "from", str, ""),
         _names("for", built.get("for", [])),
+        _part(document, "board_drawn_by_user", str, ""),
     )
 
 

@@ -118,7 +118,7 @@ def manifest_of(
         spec={"name": contents.spec.name, "file": contents.file_name, "sha256": source.sha256},
         forced=contents.is_forced, nets=pins, files=product.entries,
         configuration={**judged_by, **{key: value for key, value in beside.items() if value}}, built_from=built_from,
-        built_for=tuple(sorted({*chosen, *before})),
+        built_for=tuple(sorted({*chosen, *before})), drawn=contents.spec.coil.drawn or "",
     )
 
 
@@ -400,7 +400,8 @@ def _written_files(
     """
     new: dict[str, bytes] = {}
     for writer in writers:
-        if not writer.applies(contents.spec):
+        is_left_out = writer.is_of_board and contents.spec.coil.copper is not None
+        if is_left_out or not writer.applies(contents.spec):
             continue
         try:
             inputs = {"files": beside | new, "package": package}

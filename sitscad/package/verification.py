@@ -81,6 +81,8 @@ class Verification:
         number of differences between the order archive and the files beside it; None if there is no archive
     by_kicad : tuple of str
         files that KiCad left beside its project; they do not count as differences
+    drawn : str
+        file in which the user drew the board; empty for a board of sitscad's
     """
 
     directory: Path
@@ -99,6 +101,7 @@ class Verification:
     wrong_layers: int = 0
     wrong_archive: int | None = None
     by_kicad: tuple[str, ...] = ()
+    drawn: str = ""
 
     @property
     def ok(self) -> bool:
@@ -118,7 +121,7 @@ class Verification:
         if self.by_kicad:
             yield f"ignored: {counted(len(self.by_kicad), 'file')} that KiCad left ({', '.join(self.by_kicad)})"
         if self.nets is None:
-            yield "no Gerber files"
+            yield f"no Gerber files{f': the board is drawn by the user in {self.drawn}' if self.drawn else ''}"
         elif self.wrong_nets:
             yield f"the copper of the Gerber files is not that of nets {', '.join(self.nets)}"
         else:
@@ -200,7 +203,8 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
         again = () if built is None else tuple(rebuilt_differences(folder, manifest, built, document))
         by_kicad = tuple(name for name in list_files(folder) if is_left_by_kicad(name, manifest.files))
         read = Verification(
-            folder, files, len(manifest.files), None, forced=manifest.forced, by_kicad=by_kicad, **counts)
+            folder, files, len(manifest.files), None, forced=manifest.forced, by_kicad=by_kicad,
+            drawn=manifest.drawn, **counts)
         if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
             try:
                 read = _with_boards(read, folder, manifest)

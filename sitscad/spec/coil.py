@@ -8,11 +8,13 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Path, Point
 from sitscad.kernels.geometry.shapes import SHAPES, Outline
 from sitscad.spec.format.kinds import (
     PAIR_OF_COUNTS,
     Angle,
     Choice,
+    FileName,
     InRow,
     Layers,
     Number,
@@ -20,6 +22,7 @@ from sitscad.spec.format.kinds import (
     Pair,
     Size,
     Special,
+    Text,
     UnitValue,
     described,
     refuse,
@@ -64,6 +67,69 @@ class Start(Choice):
 
 
 @record
+class DrawnLayer:
+    """One layer of a drawn coil: copper layer, and path about the coil's centre in the direction of the current.
+
+    `outer_angle` (rad), `sense` and `inward` are as in `layout.board.Winding`. `outer_radius` (m) is the radius of the
+    spiral at its outer end.
+    """
+
+    number: int
+    path: Path
+    outer_angle: float
+    sense: int
+    inward: bool
+    turns: float
+    outer_radius: float
+
+
+@record
+class DrawnPiece:
+    """A track of a drawn coil: copper layer, path about the coil's centre, width (m), and winding, stub or lead."""
+
+    layer: int
+    path: Path
+    width: float
+    role: str
+
+
+@record
+class DrawnHole:
+    """A plated hole of a drawn coil: centre, drill and pad diameter (m)."""
+
+    centre: Point
+    drill: float
+    pad: float
+
+
+@record
+class DrawnTerminal:
+    """An end of a drawn coil: centre, sides of its pad (m) and copper layer."""
+
+    centre: Point
+    size: tuple[float, float]
+    layer: int
+
+
+@record
+class DrawnCopperCoil:
+    """The copper of a coil that the user drew, about the centre of its turns.
+
+    `series` lists tracks and holes from terminal to terminal, in the order of the current. `deviation` (m) is the
+    largest distance of the turns from the spiral by which they are computed.
+    """
+
+    layers: tuple[DrawnLayer, ...]
+    series: tuple[DrawnPiece | DrawnHole, ...]
+    terminals: tuple[DrawnTerminal, DrawnTerminal]
+    deviation: float
+
+
+Terminal = Text(64, r"\S+", "write the pad's name, like J1.1")
+Net = Text(120, r"[^\n\r\t]+", "write the net's name, like COIL")
+
+
+@record
 class CoilSpec(Section):
     """One coil: all its layers are one conductor.
 
@@ -71,10 +137,12 @@ class CoilSpec(Section):
     and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
     all layers, or one number for each. A spec may omit ``turns``, ``trace_width`` or ``trace_spacing`` and write
     ``inner_diameter``. The resolver then computes the omitted value from ``written_inner`` and sets ``written_inner``
-    to None.
+    to None. If the coil is ``drawn`` in a file, the resolver takes all other values from the file, and ``copper`` is
+    the copper of the file.
     """
 
     stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("inner_diameter", ("turns", "trace_width", "trace_spacing"))
+    alone: ClassVar[tuple[str, ...]] = ("drawn", "net", "from", "to")
 
     shape: str = key(Choice(tuple(SHAPES)), "outline of the turns")
     size: tuple[float, float] = key(
@@ -104,6 +172,17 @@ class CoilSpec(Section):
         Sense(), "inward winding sense of layer 1, seen from the top", "counter-clockwise", written="sense",
     )
     corner_radius: float = key(UnitValue("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
+    drawn: str | None = key(
+        FileName("KiCad", r"\.kicad_(mod|pcb)$", "coil.kicad_mod"),
+        "a KiCad footprint or board in the spec's folder with the finished coil; replaces all keys above", None,
+    )
+    net: str | None = key(Net, "of a drawn board: the coil's net, like COIL", None)
+    start_pad: str | None = key(
+        Terminal, "of a drawn coil: the pad at its start, like J1.1; default the net's two pads, of a footprint pads 1 "
+        "and 2", None, written="from",
+    )
+    end_pad: str | None = key(Terminal, "of a drawn coil: the pad at its end", None, written="to")
+    copper: DrawnCopperCoil | None = None
 
     @property
     def outline(self) -> Outline:

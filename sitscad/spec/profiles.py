@@ -172,7 +172,7 @@ class Origin:
         return None
 
 
-FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",)}
+FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",), "KiCad": (".kicad_mod", ".kicad_pcb")}
 """Kinds of file that a spec can name, with their endings."""
 
 

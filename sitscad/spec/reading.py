@@ -189,6 +189,8 @@ def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[
         written = data.get(name)
         if section is None or not section.stands_in[0] or not isinstance(written, dict):
             continue
+        if section.alone and section.alone[0] in written:
+            continue
         other, replaced = section.stands_in
         missing = [key for key in replaced if key not in written]
         if other in written and not missing:

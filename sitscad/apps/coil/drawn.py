@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.arcs import with_arcs
 from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
@@ -30,10 +29,11 @@ from sitscad.kernels.electromagnetics.loss.proximity import least_gap, resolutio
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, circle
-from sitscad.layout.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
-from sitscad.layout.drawn.follow import DrawnConductor, follow
-from sitscad.layout.drawn.kicad import read_kicad
 from sitscad.spec import presets
+from sitscad.spec.drawn.arcs import with_arcs
+from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
+from sitscad.spec.drawn.follow import DrawnConductor, conductor_of
+from sitscad.spec.drawn.kicad import read_kicad
 
 INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
 """Relative error bounds of a drawn coil's inductance and resistance, far below its self-resonance.
@@ -133,11 +133,7 @@ def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") ->
         if the file cannot be opened
     """
     copper = read_kicad(path)
-    if not copper.is_footprint and not net and not (start and end):
-        nets = sorted({track.net for track in copper.tracks if track.net})
-        raise DrawnCoilError(f"{path} is a board: name the coil's net with --net, or two pads with --from and --to; "
-                             f"nets with tracks: {', '.join(nets[:12]) or 'none'}")
-    return copper, follow(copper.of_net(net) if net else copper, start, end)
+    return copper, conductor_of(copper, net, start, end)
 
 
 @one_thread
@@ -347,14 +343,11 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
     if stackup not in names:
         raise DrawnCoilError(f"there is no stack-up {stackup!r}; known: {', '.join(names)}")
     preset = presets.stackup(stackup)
-    layers = list(copper.layers)
-    if len(preset.copper) != len(layers):
-        used = {track.layer for track in copper.tracks}
-        if copper.is_footprint and len(preset.copper) > len(layers) and used <= {"F.Cu", "B.Cu"}:
-            layers = ["F.Cu", *(f"In{k}.Cu" for k in range(1, len(preset.copper) - 1)), "B.Cu"]
-        else:
-            raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}: "
-                                 f"choose one of {', '.join(_fitting_stackups(copper)) or 'your own'}")
+    layers = copper.names_for(len(preset.copper))
+    if not layers:
+        fitting = ", ".join(_fitting_stackups(copper)) or "your own"
+        raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file "
+                             f"{len(copper.layers)}: choose one of {fitting}")
     pairs = zip(layers, preset.copper, strict=True)
     return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in pairs)
 

@@ -181,11 +181,14 @@ def _mount(material: str) -> Mount:
 
 
 def _lone_coil_spec(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
-    """Return a spec with one coil, its stack-up and its temperature (degrees Celsius), and nothing else."""
+    """Return a spec with one coil, its stack-up and its temperature (degrees Celsius), and nothing else.
+
+    A drawn coil becomes the spiral that it winds, so that single values can change.
+    """
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
     requirements = replace(plain.requirements, temperature=temperature)
     fpc = replace(plain.fpc, stackup=stackup)
-    return replace(plain, coil=coil, fpc=fpc, requirements=requirements)
+    return replace(plain, coil=replace(coil, drawn=None, copper=None), fpc=fpc, requirements=requirements)
 
 
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:

@@ -49,6 +49,9 @@ HELPS = 1.1
 It applies to changes that do not mend the finding.
 """
 
+DRAWN = ("coil.", "fpc.tail", "fpc.panel")
+"""Beginnings of keys that no change may set if the user drew the coil with its board."""
+
 NAMED = 4
 """Largest number of unsuccessful changes that a hint names. They are the last ones tried."""
 
@@ -259,6 +262,8 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
             continue
         candidates: list[tuple[Fix, Left]] = []
         for fix in family():
+            if fix.spec.coil.copper is not None and any(edit.key.startswith(DRAWN) for edit in fix.edits):
+                continue
             remaining = trial(fix)
             if remaining is None:
                 is_cut_short = True

@@ -116,6 +116,12 @@ FADED = 1.5
 A sweep over the distance then has no jumps.
 """
 
+MISFIT = 8.0
+"""Relative change of the inductance if all turns lie further out by a distance, over that distance per outer diameter.
+
+An inductance goes at most with the square of the mean radius, which is at least a quarter of the outer diameter.
+"""
+
 FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
 
 
@@ -213,8 +219,10 @@ class SolvedWinding:
 
     @property
     def inductance_error(self) -> float:
-        """Relative error bound of the inductance, as stated by its method."""
-        return self.method.error(self.geometry)
+        """Relative error bound of the inductance: the method's. For a drawn coil, its distance from a spiral adds."""
+        copper = self.geometry.spec.copper
+        misfit = 0.0 if copper is None else MISFIT * copper.deviation / min(self.geometry.spec.size)
+        return self.method.error(self.geometry) + misfit
 
 
 _spectrum = lru_cache(maxsize=4)(reflected_by)

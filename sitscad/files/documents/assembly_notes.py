@@ -129,7 +129,9 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     for sentence in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
         parts += [*hanging("", sentence, WIDTH), ""]
     cuts = cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})
-    if listed := [*to_make(mount, spec.name, cuts, package, WIDTH)]:
+    drawn = spec.coil.drawn
+    ordered = f"The board is ordered by {'fpc/' if drawn is None else f'the files of its own ({drawn})'}{cuts}"
+    if listed := [*to_make(mount, spec.name, ordered, package, WIDTH)]:
         parts += [*listed, ""]
     for number, step in enumerate(steps, 1):
         sentence, *lines = step.split("\n")
@@ -171,7 +173,9 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if not is_cast:
         yield from sealing
     yield from in_place(layout)
-    if connection := plugged(layout.pads, layout.spec.fpc.tail):
+    if spec.coil.drawn is not None:
+        yield f"Connect the terminals of each coil ({spec.coil.drawn}) to the converter as in firmware/readme.txt."
+    elif connection := plugged(layout.pads, layout.spec.fpc.tail):
         yield connection
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
     yield assembled(bench.all_coils, _before_reading(spec.mount), unseen)

@@ -113,7 +113,8 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
 def _circuit(layout: Layout) -> Iterator[Item]:
     fpc = layout.spec.fpc
     length, across = layout.size
-    note = "order from fpc/"
+    drawn = layout.spec.coil.drawn
+    note = "order from fpc/" if drawn is None else f"drawn by the user in {drawn}: order it from its own files"
     if layout.spec.issue.rows:
         note += f"; {layout.spec.issue.words}"
     if layout.stiffener is not None:

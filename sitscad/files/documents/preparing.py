@@ -112,8 +112,11 @@ SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": 
 """Folder or file named in the text, by the build stage that writes it."""
 
 
-def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: int) -> Iterator[str]:
-    """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``."""
+def to_make(mount: Mount | None, name: str, ordered: str, package: Package, width: int) -> Iterator[str]:
+    """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``.
+
+    `ordered` is the sentence about the other pieces.
+    """
     content = package.files.get("mount/print.json")
     if content is None:
         return
@@ -123,7 +126,7 @@ def to_make(mount: Mount | None, name: str, cuts: str, package: Package, width: 
         return
     process = mount.process if mount is not None else ""
     yield from hanging(
-        "", f"The board is ordered by fpc/{cuts}. These pieces are "
+        "", f"{ordered}. These pieces are "
         f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{name}-PIECE.stl (or "
         ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
     for each in pieces:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from functools import partial
-from html import escape as html_escape
+from xml.sax.saxutils import escape
 
 from sitscad.basics.units import decimal
 from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, text_width
@@ -17,7 +16,6 @@ LINE = 30
 With a wider substitute for Helvetica, the notes of a drawing ran over its frame.
 """
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
-escape = partial(html_escape, quote=False)
 
 
 def svg(sheet: Sheet) -> str:
@@ -146,4 +144,4 @@ def _named(name: str, kind: str) -> str:
 
 
 def _attribute(text: str) -> str:
-    return escape(text).replace("'", "&apos;")
+    return escape(text, {"'": "&apos;"})

@@ -186,6 +186,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
         f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
         f"{show(coil.inner_diameter, 'm', 4)} between inner copper edges, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
+        + (f"; drawn by the user in {coil.drawn}, with the board" if coil.drawn else "")
     )
     banner = "" if checked.is_orderable else f"<p class='banner'>{failed}</p>"
     skipped = len(checked.not_checked)

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from sitscad.basics.errors import ExpectedError
 from sitscad.basics.record import record
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from sitscad.files.writer import Writer
 
 
-class PluginError(ExpectedError, RuntimeError):
+class PluginError(RuntimeError):
     """Raised if a plugin cannot be used, or fails while it runs. The text names the plugin."""
 
 

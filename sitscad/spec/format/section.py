@@ -114,8 +114,9 @@ class Section(Readable):
 
     ``keys`` holds the declared keys by their names in the text, and ``attributes`` the attribute of each. ``alike``
     holds keys that are declared by a pattern, by attribute. ``form`` is the name of the section in the JSON Schema.
-    ``stands_in`` holds a key and a group of required keys; the key may replace one key of the group. The first
-    paragraph of a subclass's docstring is printed for users.
+    ``stands_in`` holds a key and a group of required keys; the key may replace one key of the group. ``alone`` holds a
+    key that replaces all other keys of the section, and keys that are allowed beside it alone. The first paragraph of a
+    subclass's docstring is printed for users.
     """
 
     keys: ClassVar[dict[str, Key]] = {}
@@ -123,6 +124,7 @@ class Section(Readable):
     alike: ClassVar[dict[str, KeysLike]] = {}
     form: ClassVar[str] = ""
     stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("", ())
+    alone: ClassVar[tuple[str, ...]] = ()
     is_whole: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
@@ -169,10 +171,16 @@ class Part(Kind):
         """Return an instance of the section. Unknown keys become misfits."""
         if not isinstance(value, dict):
             return _refuse_form(key, value, "a section of keys and values", misfits)
-        section, before, values = self.section, len(misfits), {}
+        section, before, values = self.section, len(misfits), dict[str, Any]()
+        is_alone = bool(section.alone) and section.alone[0] in value
         for written, name in section.attributes.items():
             declared, inner = section.keys[written], dotted(key, written)
-            if written not in value and declared.is_required:
+            if section.alone and written in value and is_alone != (written in section.alone):
+                message = f"{section.alone[0]} replaces {written}" if is_alone else f"it belongs to {section.alone[0]}"
+                misfits.append(Misfit(inner, value[written], Refusal("SIT009", message, "leave one of them out", {})))
+            elif written not in value and declared.is_required and is_alone:
+                values[name] = None
+            elif written not in value and declared.is_required:
                 misfits.append(Misfit(inner))
             elif written in value or declared.default is not None:
                 values[name] = declared.kind.read_at(inner, value.get(written, declared.default), misfits)
@@ -302,11 +310,14 @@ def _object(section: type[Section]) -> dict[str, Any]:
     patterns = {f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
                 for like in section.alike.values()}
     required = [name for name, k in section.keys.items() if k.is_required]
+    always = [] if section.alone else required
     other, replaced = section.stands_in
-    variants = [{"required": [other if name == omitted else name for name in replaced]} for omitted in ("", *replaced)]
-    return {"type": "object", "description": section.about(), "additionalProperties": False, "required": required,
+    variants = [[other if name == omitted else name for name in replaced] for omitted in ("", *replaced)]
+    if section.alone:
+        variants = [[*required, *variant] for variant in variants] + [[section.alone[0]]]
+    return {"type": "object", "description": section.about(), "additionalProperties": False, "required": always,
             "properties": properties, **({"patternProperties": patterns} if patterns else {}),
-            **({"oneOf": variants} if replaced else {})}
+            **({"oneOf": [{"required": variant} for variant in variants]} if replaced else {})}
 
 
 BARE_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
@@ -392,7 +403,9 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
 def _section(value: Any, section: type[Section], key: str) -> Any:
     """Return a section as a mapping of its keys. `value` is a mapping, a tuple of pairs, or the section's record."""
     if isinstance(value, section):
-        inside = {name: getattr(value, attribute) for name, attribute in section.attributes.items()}
+        is_alone = bool(section.alone) and getattr(value, section.attributes[section.alone[0]]) is not None
+        inside = {name: getattr(value, attribute) for name, attribute in section.attributes.items()
+                  if not is_alone or name in section.alone}
         choices = {name: inner.kind.word for name, inner in section.keys.items() if isinstance(inner.kind, Either)}
         value = {name: choices[name] if inner is None else inner
                  for name, inner in inside.items() if inner is not None or name in choices}

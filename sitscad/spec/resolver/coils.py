@@ -18,6 +18,7 @@ from sitscad.basics.units import show
 from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec.coil import INNER, TURNS, ArrayDocument, ArraySpec, CoilPlacement, CoilSpec, LayerTurns, Trace
 from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 
 Point = tuple[float, float]
@@ -30,8 +31,16 @@ grows with both numbers.
 """
 
 
-def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """Return the coil with the value that its inner diameter replaces. Check its turns against shape and size."""
+def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_layers: int | None) -> CoilSpec:
+    """Return the coil with the values that its inner diameter or its file replaces. Check its turns against its size.
+
+    `place` is the text that names the file of a drawn coil. `copper_layers` is the number of copper layers of the
+    written stack-up; None if the spec has none.
+    """
+    if written.drawn is not None:
+        from sitscad.spec.drawn.reading import coil_from_file  # loaded only for specs with a drawn coil: it needs numpy
+
+        return coil_from_file(written, place, copper_layers, remarks)
     outline, by_inner = written.outline, written.written_inner is not None and written.values()["turns"] is None
     written = _with_replaced_key(written, remarks)
     turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in written.layer_turns)

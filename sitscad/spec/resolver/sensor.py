@@ -14,7 +14,7 @@ from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
-from sitscad.spec.circuit import Tail
+from sitscad.spec.circuit import PanelSpec, Tail
 from sitscad.spec.format.kinds import Preset
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.materials import ElastomerPad, Target
@@ -51,12 +51,15 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     remarks = Remarks()
     # The spec names the rules. Profile files may be in its folder or below.
     place = Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
-    coil = resolve_coil(document.coil, remarks)
+    coil = resolve_coil(document.coil, remarks, place, _copper_layers(document))
     array = resolve_array(document.array, coil, remarks)
     number = len(array.placements) + (array.reference is not None)
     check_amount(coil, number, remarks)
     mount = resolve_mount(document.mount, document.shield, remarks, place)
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
+    if coil.drawn is not None:
+        _check_drawn(coil.drawn, source, remarks)
+        fpc = replace(fpc, panel=PanelSpec(wish="none"))
     _check_contacts(fpc.tail, 2 * number, remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(min(coil.size), array.pitch or 0.0)
@@ -90,6 +93,22 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     return spec, remarks
 
 
+def _check_drawn(drawn: str, source: SpecSource, remarks: Remarks) -> None:
+    """Add a flaw for each key about the artwork of a board that the user drew."""
+    for key in ("fpc.tail", "fpc.panel", "fpc.teardrops"):
+        if key in source.keys:
+            message = f"the board is drawn in {drawn}, with all tracks to its terminals"
+            remarks.flaw("SIT009", key, message, f"leave {key} out")
+
+
+def _copper_layers(document: SpecDocument) -> int | None:
+    """Return the number of copper layers of the stack-up in a spec. None if the spec has no stack-up."""
+    stackup = document.fpc.values()["stackup"]
+    if isinstance(stackup, list):
+        return sum(layer.copper is not None for layer in stackup)
+    return None if stackup is None else len(stackup.copper)
+
+
 def _note_plain_defaults(
     section: type[Section], values: Any, path: str, written: Mapping[str, Any], remarks: Remarks
 ) -> None:
@@ -97,7 +116,8 @@ def _note_plain_defaults(
 
     Defaults that depend on other values have remarks already.
     """
-    for name, key in section.keys.items():
+    is_alone = bool(section.alone) and getattr(values, section.attributes[section.alone[0]]) is not None
+    for name, key in section.keys.items() if not is_alone else ():
         value, place, kind = getattr(values, section.attributes[name], None), f"{path}{name}", key.kind
         is_section = isinstance(value, Section)
         if isinstance(kind, NameOr) and isinstance(kind.preset, Preset):  # a preset's record is a section as well

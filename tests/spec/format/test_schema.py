@@ -31,10 +31,10 @@ def test_the_dialect_and_the_required_keys():
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert schema["fileMatch"] == ["*.sensor.yaml"]
     assert schema["required"] == ["sitscad", "name", "coil"]
-    assert section("coil")["required"] == ["shape", "outer_diameter"]
+    assert section("coil")["required"] == []
     ways = [set(way["required"]) for way in section("coil")["oneOf"]]
-    four = {"turns", "inner_diameter", "trace_width", "trace_spacing"}
-    assert sorted(map(sorted, ways)) == sorted(sorted(four - {one}) for one in four)
+    four, always = {"turns", "inner_diameter", "trace_width", "trace_spacing"}, {"shape", "outer_diameter"}
+    assert sorted(map(sorted, ways)) == sorted([["drawn"], *(sorted(always | four - {one}) for one in four)])
     assert schema["additionalProperties"] is False
 
 

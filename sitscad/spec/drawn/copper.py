@@ -27,7 +27,8 @@ class DrawnTrack:
 class DrawnPad:
     """A pad or a via: outline about its centre, copper layers, net, and its name (``J1.2``; empty for a via).
 
-    The outline is a rectangle of `size` (m) with corners of a `radius` (m), turned by `angle` (rad).
+    The outline is a rectangle of `size` (m) with corners of a `radius` (m), turned by `angle` (rad). `drill` (m) is the
+    diameter of the hole, 0 without a hole.
     """
 
     centre: Point
@@ -38,6 +39,7 @@ class DrawnPad:
     radius: float = 0.0
     angle: float = 0.0
     is_plated: bool = False
+    drill: float = 0.0
 
     def distance(self, point: Point) -> float:
         """Distance (m) of a point from the pad's copper; 0 inside."""
@@ -77,6 +79,17 @@ class DrawnCopper:
     heights: Sequence[CopperHeight] = ()
     is_footprint: bool = False
 
+    def names_for(self, count: int) -> tuple[str, ...]:
+        """Return the names of the copper layers of a board with `count` layers. Empty if the file has another number.
+
+        A footprint on the outer layers alone fits any board.
+        """
+        if count == len(self.layers):
+            return tuple(self.layers)
+        if self.is_footprint and count > len(self.layers) and {track.layer for track in self.tracks} <= {*OUTER}:
+            return (OUTER[0], *(f"In{k}.Cu" for k in range(1, count - 1)), OUTER[1])
+        return ()
+
     def of_net(self, net: str) -> DrawnCopper:
         """Return the copper of one net. Raises DrawnCoilError if there is none."""
         tracks = [track for track in self.tracks if track.net == net]
@@ -87,6 +100,9 @@ class DrawnCopper:
         pads, zones = [pad for pad in self.pads if pad.net == net], [zone for zone in self.zones if zone.net == net]
         return DrawnCopper(tracks, pads, zones, self.layers, self.heights, self.is_footprint)
 
+
+OUTER = ("F.Cu", "B.Cu")
+"""Names of the outer copper layers."""
 
 MOST_NAMED = 12
 """Largest number of nets that a message lists."""

@@ -18,7 +18,7 @@ import numpy as np
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, part_of
 from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
-from sitscad.layout.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
+from sitscad.spec.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
 
 MOST_TRACKS = 20_000
 """Largest number of tracks in a net."""
@@ -41,12 +41,16 @@ class DrawnRun:
 
 @record
 class DrawnConductor:
-    """The conductor of a drawn coil: runs in series, the vias between them, and the dead ends that are left out."""
+    """The conductor of a drawn coil: runs in series, the vias between them, and the dead ends that are left out.
+
+    `ends` are the names of the terminals, and `terminals` their pads. A terminal without a pad is None.
+    """
 
     runs: tuple[DrawnRun, ...]
     vias: tuple[DrawnPad, ...]
     stubs: tuple[str, ...]
     ends: tuple[str, str]
+    terminals: tuple[DrawnPad | None, DrawnPad | None] = (None, None)
 
     @property
     def length(self) -> float:
@@ -164,6 +168,18 @@ def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
 Edge = tuple[int, int, DrawnTrack]
 
 
+def conductor_of(copper: DrawnCopper, net: str = "", start: str = "", end: str = "") -> DrawnConductor:
+    """Return the conductor of a net, or of all copper between two pads. A board needs a net or both pads.
+
+    Raises DrawnCoilError as `follow` does, and if a board needs a net.
+    """
+    if not copper.is_footprint and not net and not (start and end):
+        nets = sorted({track.net for track in copper.tracks if track.net})
+        raise DrawnCoilError("a board has many nets: name the coil's net, or the two pads between which it lies "
+                             f"(from, to); nets with tracks: {', '.join(nets[:MOST_NAMED]) or 'none'}")
+    return follow(copper.of_net(net) if net else copper, start, end)
+
+
 def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConductor:
     """Return the conductor between two terminals.
 
@@ -189,7 +205,8 @@ def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConducto
     chain = graph.chain(first, last)
     if not chain:
         raise DrawnCoilError("there is no track between the two terminals")
-    conductor = _conductor(graph, chain, tuple(stubs), (graph.name(first), graph.name(last)))
+    conductor = replace(_conductor(graph, chain, tuple(stubs), (graph.name(first), graph.name(last))),
+                        terminals=(graph.pad(first), graph.pad(last)))
     _require_no_zone(copper, chain)
     _require_no_short(graph, chain)
     return conductor
@@ -292,6 +309,10 @@ class _Graph:
                 self.at[first].add(new)
                 self.at[last].add(new)
 
+    def pad(self, node: int) -> DrawnPad | None:
+        """Return the pad or via of a node. None for joined ends of tracks."""
+        return self.pads[node] if node < len(self.pads) else None
+
     def name(self, node: int) -> str:
         """Return the name of a pad's node, or the place of another node."""
         if node < len(self.pads) and self.pads[node].name:
@@ -319,7 +340,7 @@ class _Graph:
             return pads[0], free[0]
         names = [self.name(node) for node in (*pads, *free)][:MOST_NAMED]
         raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(names) or 'there are no ends'}; name "
-                             "two pads with --from and --to")
+                             "two pads (from, to)")
 
     def _reached(self, first: int) -> set[int]:
         reached, todo = {first}, [first]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
-from sitscad.layout.drawn.follow import GENTLE
+from sitscad.spec.drawn.follow import GENTLE
 
 
 def with_arcs(path: Path) -> Path:

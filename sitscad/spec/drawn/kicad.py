@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.kernels.geometry.path import Arc, Line, Point, Segment
-from sitscad.layout.drawn.copper import (
+from sitscad.spec.drawn.copper import (
     CopperHeight,
     DrawnCoilError,
     DrawnCopper,
@@ -46,6 +46,11 @@ def read_kicad(path: str) -> DrawnCopper:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise DrawnCoilError(f"{path} is larger than {MOST_BYTES // 1_000_000} MB")
+    return kicad_copper(content, path)
+
+
+def kicad_copper(content: bytes, path: str) -> DrawnCopper:
+    """Return the copper of a KiCad board or footprint from its bytes. Raises DrawnCoilError as `read_kicad` does."""
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -67,7 +72,7 @@ def parsed(text: str, path: str) -> Node:
                 raise DrawnCoilError(f"{path}: brackets are nested too deep for a KiCad file")
         elif bracket == ")":
             if len(stack) == 1:
-                raise DrawnCoilError(f"{path}:{_line(text, token.start())}: a bracket closes that none opened")
+                raise DrawnCoilError(f"{path}: a bracket closes in line {_line(text, token.start())} that none opened")
             node = stack.pop()
             stack[-1].append(node)
         elif plain is not None:
@@ -244,7 +249,7 @@ def _via(node: Node, nets: dict[str, str], board_layers: tuple[str, ...]) -> Dra
     named, size = [name for name in board_layers if name in _layers(node, board_layers)], _length(node, "size")
     layers = board_layers[board_layers.index(named[0]) : board_layers.index(named[-1]) + 1] if named else board_layers
     return DrawnPad(_point(node, "at"), (size, size), frozenset(layers), _net(node, nets), radius=size / 2,
-                    is_plated=True)
+                    is_plated=True, drill=_length(node, "drill"))
 
 
 def _reference(part: Node) -> str:
@@ -267,7 +272,7 @@ def _pad(node: Node, nets: dict[str, str], board_layers: tuple[str, ...], refere
     centre = _moved(Point(at[0] * 1e-3, -at[1] * 1e-3), home, turn)
     name = f"{reference}.{number}" if reference and not reference.startswith("REF*") else number
     yield DrawnPad(centre, (size[0], size[1]), layers, _net(node, nets), name, radius,
-                   math.radians(at[2]) if len(at) > 2 else 0.0, node[2] == "thru_hole")
+                   math.radians(at[2]) if len(at) > 2 else 0.0, node[2] == "thru_hole", _length(node, "drill"))
 
 
 def _primitives(node: Node, nets: dict[str, str], board_layers: tuple[str, ...], home: Point,
