@@ -38,6 +38,8 @@ UNITS: dict[str, dict[str, Decimal]] = {
     "angle": {"deg": Decimal(repr(math.pi / 180)), "\N{DEGREE SIGN}": Decimal(repr(math.pi / 180)), "rad": Decimal(1)},
     "temperature": {"degC": Decimal(1), "C": Decimal(1), "\N{DEGREE SIGN}C": Decimal(1)},
     "temperature coefficient": {"1/K": Decimal(1), "/K": Decimal(1), "ppm/K": Decimal("1e-6")},
+    "temperature difference": _prefixed("K", "m1"),
+    "temperature rate": {"K/s": Decimal(1), "K/min": Decimal(1) / 60},
 }
 """Accepted units of each dimension with their factors to SI."""
 
@@ -54,6 +56,8 @@ EXAMPLES = {
     "angle": "90 deg",
     "temperature": "37 degC",
     "temperature coefficient": "3930 ppm/K",
+    "temperature difference": "0.5 K",
+    "temperature rate": "1.7 K/min",
 }
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,4})?")
@@ -194,7 +198,7 @@ def _shortened(value: object) -> str:
 SI_UNITS = {
     "length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "frequency": "Hz", "force": "N",
     "moment": "N m", "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC",
-    "temperature coefficient": "1/K",
+    "temperature coefficient": "1/K", "temperature difference": "K", "temperature rate": "K/s",
 }
 """SI unit of each dimension, in which values are stored."""
 

@@ -98,7 +98,7 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     sensing = design.sensing.analysis if any(each.limit is not None for each in results) else None
     if sensing is None or not sensing.held[0]:
         return tuple(results)
-    from sitscad.estimates.performance.causes import farthest  # already loaded by the estimates of performance
+    from sitscad.estimates.performance.warming import farthest  # already loaded by the estimates of performance
 
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
@@ -331,7 +331,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
     The drift is from the temperature of the tare to the farther end of the range.
     """
-    from sitscad.estimates.performance.causes import farthest, warming
+    from sitscad.estimates.performance.warming import farthest, warming
 
     needs = design.spec.requirements
     apart = warming(needs)

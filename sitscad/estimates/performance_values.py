@@ -122,6 +122,9 @@ class Performance:
     order. `contact_error` (N/mm), by axis and direction, is for a force beside the middle on a target that is free to
     tilt.
 
+    `compensation` describes the compensation of drift by temperature: the sensor and its settings. `drift_left` (N) is
+    the drift that it leaves, by source of the coefficients, part and axis. Both are empty without a temperature sensor.
+
     `temperature_error` (N/K) is one sigma; its causes (N/K) have signs if these are known. `friction_error` is the
     error of the ratio of shear to normal force, with its causes; None at rest, or if there is no shear.
 
@@ -158,6 +161,8 @@ class Performance:
     map_degree: int
     production: Table
     notes: tuple[str, ...] = ()
+    compensation: Mapping[str, Any] = field(default_factory=dict)
+    drift_left: Mapping[str, Table] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return a line with the resolution and the full scale of each axis."""
@@ -190,6 +195,7 @@ class Performance:
             **by_unit("contact_error_", "_per_mm", self.contact_error),
             **by_unit("temperature_error_", "_per_K", self.temperature_error),
             **self._causes(),
+            **self._drift_left(),
             "friction_error": None if self.friction_error is None else _finite(self.friction_error),
             "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
@@ -206,6 +212,14 @@ class Performance:
             "notes": list(self.notes),
         }
 
+
+    def _drift_left(self) -> dict[str, object]:
+        """Return the drift that a compensation leaves, by its coefficients and parts. Empty without a compensation."""
+        if not self.drift_left:
+            return {}
+        parts = {source: {part: by_unit("drift_", "", row) for part, row in table.items()}
+                 for source, table in self.drift_left.items()}
+        return {"compensation": {**self.compensation, "left": parts}}
 
     def _causes(self) -> dict[str, object]:
         """Return the temperature errors by cause, for forces and, if there are any, for moments."""
@@ -242,8 +256,8 @@ def worst_of(each: Sequence[Performance]) -> Performance:
 LEAST_IS_WORST = ("load", "resonance", "invertible", "overload", "free_overload", "tilt_stiffness")
 LARGEST_IS_WORST = (
     "crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "tilt_stiffness_error", "contact_error",
-    "temperature_error", "temperature_causes", "friction_error", "friction_causes", "production", "condition_number",
-    "map_degree",
+    "temperature_error", "temperature_causes", "drift_left", "friction_error", "friction_causes", "production",
+    "condition_number", "map_degree",
 )
 
 
@@ -278,6 +292,9 @@ OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a 
 UNMEASURED = "at full scale, which is not measured"
 """Text after the name of a force axis that the coils cannot measure, in the name of the error by this force."""
 
+UNCOMPENSATED = "without compensation"
+"""Text at the end of the name of a drift that the sensor has no more after its compensation by temperature."""
+
 TILTED = "tilt of "
 """Text before the angle in the name of the error by a tilted contact."""
 
@@ -288,6 +305,7 @@ def lasts_tared(cause: str) -> bool:
     No loads act on axes that the sensor does not measure.
     """
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
+    is_tared = is_tared and not cause.endswith(UNCOMPENSATED)
     return is_tared if is_drift else not any(word in cause for word in (*PASSING, "not measured", "manufacture"))
 
 

@@ -39,6 +39,7 @@ from sitscad.spec.materials import (
 )
 from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.thermistor import ThermistorPart
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
 """Least thickness of a coverlay's adhesive over the thickness of the copper that it embeds (1).
@@ -281,6 +282,22 @@ def adhesive(name: str) -> Adhesive:
 
 
 @cache
+def thermistor(name: str) -> ThermistorPart:
+    """Return a temperature sensor."""
+    row = _table("thermistors")[name]
+    resistance = parse_quantity(row["resistance"], "resistance") if row["resistance"] else None
+    relative, b_relative, error = (float(row[each] or 0.0) for each in ("resistance_tolerance", "b_tolerance", "error"))
+    return ThermistorPart(name, resistance, relative, float(row["b"]) if row["b"] else None, b_relative, error,
+                          float(row["noise"]), row["package"], row["product"], cited(row))
+
+
+@cache
+def compensation_figure(name: str) -> float:
+    """Return a figure of `data/temperature_compensation.csv` by its name, in the unit of its row."""
+    return float(_table("temperature_compensation")[name]["value"])
+
+
+@cache
 def cures_by_platinum(name: str) -> bool:
     """Whether a silicone of the table cures by platinum, which amines, tin and sulphur inhibit. False for any other."""
     row = _table(TABLES["elastomer"]).get(name)
@@ -409,6 +426,7 @@ def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
         ("stackup", fpc.stackup.name),
         ("connector", fpc.tail.connector.name if fpc.tail is not None else ""),
         ("chip", spec.readout.chip.name if spec.readout.chip is not None else ""),
+        ("thermistor", spec.readout.thermistor.part.name if spec.readout.thermistor is not None else ""),
         ("jaw", jaw.preset if jaw is not None else ""),
         ("hole pattern", holes.name if holes is not None else ""),
         *(("conductor", name) for name in dict.fromkeys(m.name for m in metals if m.source != WRITTEN_SOURCE)),

@@ -17,17 +17,25 @@ from itertools import product
 import numpy as np
 
 from sitscad.assembly.places.bodies import film_thickness
-from sitscad.assembly.places.state import REST, WORKING_POINTS
+from sitscad.assembly.places.state import WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.circuits.uncertainty import sigmas
-from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.compensation import (
+    CAPACITORS,
+    EXPANSION,
+    METAL,
+    PAD_MODULUS,
+    Compensation,
+    root_sum_square,
+)
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNMEASURED, along
+from sitscad.estimates.performance.warming import FLAT, compensation_of, expansion_drift, warming
+from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNCOMPENSATED, UNMEASURED, along
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
     CAPACITOR,
@@ -40,7 +48,7 @@ from sitscad.estimates.tolerances.scatter import (
     signal_share,
 )
 from sitscad.kernels.mechanics.motion import rotations
-from sitscad.spec.sensor import Requirements
+from sitscad.spec.materials import ElastomerMaterial
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}
 """Index of the number in the pose at rest (x, y, z, rx, ry, rz) that a cause changes, by the cause's name."""
@@ -148,31 +156,8 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
     return [[np.log(frequencies[1:] / frequencies[0])]]
 
 
-WARMER = 10.0  # Warming (K) for the effect of copper and other metal
-
-
-def farthest(needs: Requirements) -> float:
-    """Return the temperature (degrees Celsius) of the required range that is farthest from the tare's.
-
-    Without a range it is the temperature after `WARMER`.
-    """
-    ends = needs.temperature_range or (needs.temperature + WARMER,)
-    return max(ends, key=lambda end: abs(end - needs.temperature))
-
-
-def warming(needs: Requirements) -> float:
-    """Return the largest temperature change (K) after the tare, for the error budget and for checks."""
-    return abs(farthest(needs) - needs.temperature)
-
-
 TARED_DRIFT = "drift with a tare before each grasp"
 """Name of the error by a temperature change if the sensor is tared before each grasp."""
-
-FLAT = 3.0
-"""Ratio of a flat bonded pad's expansion in thickness to its material's linear expansion.
-
-The pad cannot grow sideways, so its volume grows upwards.
-"""
 
 BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
@@ -336,16 +321,12 @@ class Disturbed:
 
         The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
         """
-        pad = self.bench.spec.elastomer
-        assert pad is not None
-        material = pad.material
         drift = 0.5 * self.bench.spec.readout.device.limit("capacitor_temperature") / math.sqrt(3.0)
-        rise = FLAT * material.expansion * pad.thickness
         return {
-            "copper and other metal": self.inverse @ self.by_metal,
-            "capacitors": drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
-            "expansion of the pad": self.inverse @ self.by_pose[:, 2] * rise,
-            "modulus of the pad": -material.modulus_temperature_coefficient * self.carried,
+            METAL: self.inverse @ self.by_metal,
+            CAPACITORS: drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
+            EXPANSION: self.inverse @ self.by_pose[:, 2] * self._rise,
+            PAD_MODULUS: -self._material.modulus_temperature_coefficient * self.carried,
         }
 
     @property
@@ -359,9 +340,82 @@ class Disturbed:
         drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
         return f"{drift}, {self.warming:.3g} K"
 
+    @cached_property
+    def compensation(self) -> Compensation | None:
+        """Compensation by the spec's temperature sensor, over the temperature change `warming`. None without it."""
+        spec = self.bench.spec
+        return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target)
+
+    @cached_property
+    def drift_left(self) -> Mapping[str, Mapping[str, Array]]:
+        """Parts (N, N m) of the drift that a compensation leaves, by the source of its coefficients.
+
+        Empty without a compensation.
+        """
+        return {} if self.compensation is None else self.compensation.parts(
+            {**self.by_warmth, CAPACITORS: self.by_kelvin[CAPACITORS]}, self.noise, self.carried)
+
+    @cached_property
+    def tared_drift_left(self) -> Mapping[str, Mapping[str, Array]]:
+        """Parts of `tared_drift` (N, N m) that a compensation leaves, as in `drift_left`."""
+        if self.compensation is None:
+            return {}
+        at_rest = {METAL: self.by_metal, EXPANSION: self.by_pose_at_rest[:, 2] * self._rise}
+        tared = {cause: value - self.inverse @ at_rest.get(cause, np.zeros(len(self.by_metal)))
+                 for cause, value in self.by_warmth.items()}
+        return self.compensation.parts(tared, np.zeros_like(self.noise), self.carried)
+
+    @cached_property
+    def reading_drift(self) -> Mapping[str, Array]:
+        """Changes (coils; per K) of the readings at this load by metal and by the pad's expansion.
+
+        The compensation subtracts them from the readings. It multiplies the forces by the change of the modulus.
+        """
+        metal = self.by_metal + self.share * (self.by_metal_loaded - self.by_metal)
+        return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._rise)[0]}
+
+    @cached_property
+    def by_warmth(self) -> Mapping[str, Array]:
+        """Drifts (N/K, N m/K) of every axis by each cause that a compensation subtracts, with signs.
+
+        In contrast to `by_kelvin`, the effect of metal is the loaded one, and a thicker pad is also softer.
+        """
+        drifts = {cause: self.inverse @ readings for cause, readings in self.reading_drift.items()}
+        names = self.bench.range.axes[1:]
+        if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
+            loads = np.vstack([along(self.load, name, self.carried[[k]]) for k, name in enumerate(names, 1)])
+            softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
+            drifts[EXPANSION] = drifts[EXPANSION] + np.append(0.0, np.diag(softer[1:]))
+        return {**drifts, PAD_MODULUS: self.by_kelvin[PAD_MODULUS]}
+
+    @property
+    def _material(self) -> ElastomerMaterial:
+        assert self.bench.spec.elastomer is not None
+        return self.bench.spec.elastomer.material
+
+    @property
+    def _rise(self) -> float:
+        """Growth of the pad's thickness (m/K) with temperature."""
+        assert self.bench.spec.elastomer is not None
+        return FLAT * self._material.expansion * self.bench.spec.elastomer.thickness
+
+    def _compensated(self, left: Mapping[str, Mapping[str, Array]]) -> Array | None:
+        """Return one sigma (N, N m) with the spec's coefficients. None without a compensation."""
+        settings = self.bench.spec.readout.compensation
+        return root_sum_square(left[settings.coefficients]) if left and settings is not None else None
+
     @property
     def drift(self) -> Array:
-        """Standard deviation (N) of every axis by the temperature change `warming` after the tare, at this load."""
+        """Standard deviation (N) of every axis by the temperature change `warming` after the tare, at this load.
+
+        It is after the compensation, if the spec has a temperature sensor.
+        """
+        compensated = self._compensated(self.drift_left)
+        return self.plain_drift if compensated is None else compensated
+
+    @property
+    def plain_drift(self) -> Array:
+        """The same without a compensation."""
         return np.asarray(self.warming * self.temperature)
 
     @property
@@ -370,24 +424,29 @@ class Disturbed:
 
         Errors with known signs are summed. The error by the capacitors is added by root sum of squares.
         """
-        signed = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
-        return np.asarray(np.hypot(signed, self.by_kelvin["capacitors"]))
+        signed = sum(value for name, value in self.by_kelvin.items() if name != CAPACITORS)
+        return np.asarray(np.hypot(signed, self.by_kelvin[CAPACITORS]))
 
     @property
     def tared_drift(self) -> Array:
         """Error (N, N m) of every axis by the temperature change `warming`, with a tare before each grasp.
 
+        It is after the compensation, if the spec has a temperature sensor.
+        """
+        compensated = self._compensated(self.tared_drift_left)
+        return self.plain_tared_drift if compensated is None else compensated
+
+    @property
+    def plain_tared_drift(self) -> Array:
+        """The same without a compensation.
+
         The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
         changed effect of metal, the changed effect of the pad's expansion, and the modulus. The effect of metal is
         proportional to the load.
         """
-        pad = self.bench.spec.elastomer
-        assert pad is not None
-        rise = FLAT * pad.material.expansion * pad.thickness
         metal = self.share * (self.by_metal_loaded - self.by_metal)
-        moved = (self.by_pose[:, 2] - self.by_pose_at_rest[:, 2]) * rise
-        return np.asarray(np.abs(
-            self.warming * (self.inverse @ (metal + moved) + self.by_kelvin["modulus of the pad"])))
+        moved = (self.by_pose[:, 2] - self.by_pose_at_rest[:, 2]) * self._rise
+        return np.asarray(np.abs(self.warming * (self.inverse @ (metal + moved) + self.by_kelvin[PAD_MODULUS])))
 
     @property
     def noise(self) -> Array:
@@ -433,13 +492,20 @@ class Disturbed:
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.carried,
             "curved map": map_errors,
-            self.warmed_by: self.drift,
-            f"{TARED_DRIFT}, {self.warming:.3g} K": self.tared_drift,
+            **self._drifts(),
             tilt_cause(self.tilt): np.hypot(*self.tilt_errors(self.tilt).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},
         })
+
+    def _drifts(self) -> dict[str, Array]:
+        """Return one sigma (N, N m) of every axis by the drifts, without and with compensation."""
+        tared = f"{TARED_DRIFT}, {self.warming:.3g} K"
+        if self.compensation is None:
+            return {self.warmed_by: self.drift, tared: self.tared_drift}
+        return {f"{self.warmed_by}, {UNCOMPENSATED}": self.plain_drift, f"{self.warmed_by}, compensated": self.drift,
+                f"{tared}, {UNCOMPENSATED}": self.plain_tared_drift, f"{tared}, compensated": self.tared_drift}
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause, including causes that differ between units."""
@@ -476,31 +542,13 @@ class Disturbed:
 
         causes = ("noise", "hysteresis", "curved map", "manufacture, after calibration")
         by_cause = {name: apart(errors[name]) for name in causes}
-        warmed = {name: value for name, value in self.by_kelvin.items() if not name.startswith("modulus")}
-        by_cause[self.warmed_by] = self.warming * math.hypot(
-            of(warmed["copper and other metal"] + warmed["expansion of the pad"]), apart(warmed["capacitors"])
-        )
+        warmed = self.by_kelvin
+        by_cause[self.warmed_by] = apart(self.drift) if self.compensation is not None else self.warming * math.hypot(
+            of(warmed[METAL] + warmed[EXPANSION]), apart(warmed[CAPACITORS]))
         tilt = self.bench.spec.requirements.tilt
         if tilt is not None:
             by_cause["required tilt"] = math.hypot(*(max(map(of, directions)) for directions in self.by_tilt(tilt)))
         return by_cause
-
-
-def by_metal(
-    coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
-) -> Array:
-    """Return derivatives (coils; per K) of the readings in a state by the temperature of copper and other metal.
-
-    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if `rest`,
-    the readings at rest, has another number of coils.
-    """
-    derivatives = []
-    for coil, warm in zip(coils, warm_coils, strict=True):
-        if state in coil.states and state in warm.states:
-            derivatives.append(math.log(warm.states[state].frequency / coil.states[state].frequency) / warming)
-        else:
-            derivatives.append(math.nan)
-    return np.nan_to_num(np.array(derivatives)) if len(derivatives) == len(rest) else np.zeros_like(rest)
 
 
 MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its lower face is at rest (Rayleigh)

@@ -23,9 +23,10 @@ from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, pushed, tilt_stiff
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.causes import WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
+from sitscad.estimates.performance.causes import Disturbed, Tilts, Units, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.screen import screen_bench
+from sitscad.estimates.performance.warming import WARMER, by_metal
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
@@ -250,6 +251,9 @@ def _at(
         condition_number=condition, invertible=sensing.is_range_held and ambiguous is None, ambiguous=ambiguous,
         overload=overload, free_overload=free, map_degree=working.map.degree,
         production=production_limits(bench.estimates.coils), notes=_notes(sensing, courses, free),
+        compensation={} if point.compensation is None else point.compensation.document(),
+        drift_left={source: {part: _row(names, value) for part, value in parts.items()}
+                    for source, parts in point.drift_left.items()},
     )
 
 

@@ -444,7 +444,8 @@ def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
 
 FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws",
            "hole pattern": "hole_patterns"}
-TABLES = {kind: f"{kind}s" for kind in ("conductor", "dielectric", "elastomer", "chip", "converter", "adhesive")}
+TABLES = {kind: f"{kind}s" for kind in ("conductor", "dielectric", "elastomer", "chip", "converter", "adhesive",
+                                         "thermistor")}
 
 
 @cache

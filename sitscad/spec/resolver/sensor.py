@@ -33,6 +33,7 @@ from sitscad.spec.resolver.coils import (
 )
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
+from sitscad.spec.thermistor import TAIL, Compensation
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
@@ -241,7 +242,27 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
         elif tail.layers == 1:
             two = (Edit("fpc.tail.layers", "2"),)
             remarks.flaw("SIT009", key, "they need a tail of two copper layers", "write fpc.tail.layers: 2", edits=two)
-    return replace(part, cable=cable, capacitor_at=place)
+    return replace(part, cable=cable, capacitor_at=place, compensation=_compensation(part, tail is not None, remarks))
+
+
+def _compensation(part: ReadoutSpec, has_tail: bool, remarks: Remarks) -> Compensation | None:
+    """Return the compensation of drift with its defaults. None if nothing tells the temperature."""
+    sensor = part.thermistor
+    if sensor is None:
+        if part.compensation is not None:
+            remarks.flaw("SIT009", "readout.compensation", "nothing tells the temperature",
+                         "write readout.thermistor, like {part: tmp117}, or leave the compensation out")
+        return None
+    if sensor.at == TAIL and not has_tail:
+        remarks.flaw("SIT009", "readout.thermistor.at", "there is no tail that could carry it",
+                     "write fpc.tail, or at: board")
+    compensation = part.compensation or Compensation()
+    if compensation.difference is not None:
+        return compensation
+    difference = presets.compensation_figure(f"difference at {sensor.at}")
+    remarks.default("readout.compensation.difference", show(difference, "K"),
+                    f"assumed for a sensor at the {sensor.at} (unverified: measure yours)")
+    return replace(compensation, difference=difference)
 
 
 def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:

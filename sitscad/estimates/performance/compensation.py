@@ -1,0 +1,133 @@
+"""Drift that is left after a compensation by the measured temperature, as one sigma of every axis by its parts.
+
+The firmware reads the temperature change since the tare and subtracts each cause's coefficient times this change.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.spec.presets import compensation_figure
+from sitscad.spec.thermistor import CALIBRATED, DESIGN, ThermistorPart
+
+CAPACITORS, EXPANSION, METAL, PAD_MODULUS = (
+    "capacitors", "expansion of the pad", "copper and other metal", "modulus of the pad")
+"""Causes of drift. The coefficients of all but the capacitors are known from the design."""
+
+KELVIN, REFERENCE_TEMPERATURE = 273.15, 25.0 + 273.15
+"""Zero of Celsius, and the temperature of a thermistor's nominal resistance (K)."""
+
+UNIFORM = math.sqrt(3.0)
+"""Largest error over one sigma, for an error with equal probability up to its largest value."""
+
+
+@record
+class TemperatureReading:
+    """Reading of a temperature change (K) since the tare, by one sigma of each error.
+
+    ``by_tolerance`` is the part's error of the change. A calibration at two temperatures removes it. ``noise`` is for
+    one reading. ``difference`` is between the sensor's place and the pad.
+    """
+
+    source: str
+    by_tolerance: float
+    noise: float
+    difference: float
+
+
+def thermistor_reading(part: ThermistorPart, place: str, difference: float, low: float, high: float
+                       ) -> TemperatureReading:
+    """Return the reading of a change between two temperatures (degrees Celsius) by a sensor at its place.
+
+    Notes
+    -----
+    A digital sensor has independent errors at both ends. For a thermistor, 1/T = 1/T25 + ln(R/R25)/B. So a relative
+    error r of R25 moves T by -T^2 r/B. A relative error of B moves it by (T - T^2/T25) times this error. The errors of
+    both ends are subtracted. Self-heating is neglected: it is equal at both ends.
+    """
+    if part.resistance is None or part.b is None:
+        tolerance = math.sqrt(2.0) * part.error
+    else:
+        ends = [celsius + KELVIN for celsius in (low, high)]
+        by_resistance = (ends[1]**2 - ends[0]**2) * part.resistance_tolerance / part.b
+        by_exponent = np.diff([t - t * t / REFERENCE_TEMPERATURE for t in ends])[0] * part.b_tolerance
+        tolerance = math.hypot(by_resistance, by_exponent)
+    return TemperatureReading(f"{part.product} at the {place}", tolerance / UNIFORM, part.noise, difference)
+
+
+def reference_reading(drift: float, noise: float, capacitor: float, difference: float, change: float
+                      ) -> TemperatureReading:
+    """Return the reading of a temperature `change` (K) by a reference coil that no target covers.
+
+    `drift` (per K) is the change of ln(frequency) by copper and other metal, `capacitor` (per K) one sigma of the
+    change by its capacitor, and `noise` one sigma of a reading of ln(frequency).
+    """
+    by_coil = math.hypot(compensation_figure(METAL), capacitor / abs(drift))
+    return TemperatureReading("the reference coil", abs(change) * by_coil, noise / abs(drift), difference)
+
+
+def pad_lag(thickness: float, density: float | None, metal: float, rate: float) -> float:
+    """Return the temperature (K) by which the middle of a pad lags behind the board, if the board warms steadily.
+
+    The pad is `thickness` (m) thick, with a `density` (kg/m3), and a target of thickness `metal` (m) on it. `rate` is
+    in K/s.
+
+    Notes
+    -----
+    All heat flows from the board through pad and target, so the flux at height x is
+    q (c rho (t - x) + C), with the rate q, the pad's heat capacity c rho and the target's C per area. The integral of
+    flux over conductivity k is the lag at x, and its mean over the pad is (q/k) (c rho t^2/3 + C t/2) (Carslaw and
+    Jaeger, Conduction of Heat in Solids, 3.8). Tissue at the target also warms it, so this is an upper bound.
+    """
+    heat = compensation_figure("silicone heat") * (density or compensation_figure("silicone density"))
+    target = compensation_figure("metal heat") * metal
+    return rate / compensation_figure("silicone conductivity") * (heat * thickness**2 / 3.0 + target * thickness / 2.0)
+
+
+@record(eq=False)
+class Compensation:
+    """Compensation of drift after a temperature change `warming` (K): the reading and the pad's `lag` (K)."""
+
+    warming: float
+    reading: TemperatureReading
+    lag: float
+
+    def document(self) -> dict[str, object]:
+        """Return the settings for JSON."""
+        return {"by": self.reading.source, "warming_K": self.warming, "tolerance_K": self.reading.by_tolerance,
+                "noise_K": self.reading.noise, "difference_K": self.reading.difference, "lag_K": self.lag}
+
+    def parts(self, causes: Mapping[str, Array], noise: Array, carried: Array) -> dict[str, dict[str, Array]]:
+        """Return `left` for both sources of the coefficients."""
+        return {source: self.left(causes, noise, carried, source == CALIBRATED) for source in (DESIGN, CALIBRATED)}
+
+    def left(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool) -> dict[str, Array]:
+        """Return one sigma (N, N m) of every axis that is left, by each part.
+
+        `causes` (N/K) are the drifts by cause, with signs except for the capacitors. `noise` (N) is one sigma of a
+        reading, and `carried` (N) the load. A calibration at both temperatures measures all coefficients on the unit,
+        with two readings at rest and two under load.
+        """
+        whole = sum((value for name, value in causes.items() if name != CAPACITORS), np.zeros_like(noise))
+        parts: dict[str, Array]
+        if is_calibrated:
+            repeated = compensation_figure("repeatability") * carried
+            parts = {"calibration at two temperatures": math.sqrt(2.0) * np.hypot(noise, repeated)}
+        else:
+            parts = {f"coefficient: {name}": self.warming * value * (
+                1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in causes.items()}
+            parts["tolerance of the temperature sensor"] = self.reading.by_tolerance * whole
+        parts["noise of the temperature"] = math.sqrt(2.0) * self.reading.noise * whole
+        parts["difference of temperature to the pad"] = self.reading.difference * whole
+        parts["lag of the pad"] = self.lag * (causes[EXPANSION] + causes[PAD_MODULUS])
+        return {name: np.abs(part) for name, part in parts.items()}
+
+
+def root_sum_square(parts: Mapping[str, Array]) -> Array:
+    """Return the combined sigma (N, N m) of every axis, for independent parts."""
+    return np.asarray(np.sqrt(sum(np.square(part) for part in parts.values())))

@@ -1,0 +1,85 @@
+"""Temperature change in the error budget, its effect on metal and on a pad, and the compensation in a spec."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.assembly.places.state import REST
+from sitscad.basics.arrays import Array
+from sitscad.estimates.coil_estimates import CoilEstimate
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.compensation import Compensation, pad_lag, thermistor_reading
+from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.sensor import ReadoutSpec, Requirements
+
+WARMER = 10.0  # Warming (K) for the effect of copper and other metal
+
+
+def farthest(needs: Requirements) -> float:
+    """Return the temperature (degrees Celsius) of the required range that is farthest from the tare's.
+
+    Without a range it is the temperature after `WARMER`.
+    """
+    ends = needs.temperature_range or (needs.temperature + WARMER,)
+    return max(ends, key=lambda end: abs(end - needs.temperature))
+
+
+def warming(needs: Requirements) -> float:
+    """Return the largest temperature change (K) after the tare, for the error budget and for checks."""
+    return abs(farthest(needs) - needs.temperature)
+
+
+FLAT = 3.0
+"""Ratio of a flat bonded pad's expansion in thickness to its material's linear expansion.
+
+The pad cannot grow sideways, so its volume grows upwards.
+"""
+
+
+def compensation_of(
+    readout: ReadoutSpec, needs: Requirements, pad: ElastomerPad | None, target: Target | None
+) -> Compensation | None:
+    """Return the compensation of drift over the required temperature change.
+
+    None if no sensor measures the temperature, or without a pad and a target.
+    """
+    sensor, settings = readout.thermistor, readout.compensation
+    if sensor is None or settings is None or settings.difference is None or pad is None or target is None:
+        return None
+    low, high = sorted((needs.temperature, farthest(needs)))
+    reading = thermistor_reading(sensor.part, sensor.at, settings.difference, low, high)
+    lag = pad_lag(pad.thickness, pad.material.density, target.thickness, settings.rate)
+    return Compensation(warming(needs), reading, lag)
+
+
+def expansion_drift(bench: Bench, loads: Array, rise: float) -> Array:
+    """Return changes (n, coils; per K) of the readings under loads (n, 3 or 5; N, N m) by a growing pad.
+
+    `rise` (m/K) is the growth of the pad's thickness. A thicker pad lifts the target, and it is also softer.
+    """
+    thicker = replace(bench.pad, thickness=bench.pad.thickness + WARMER * rise)
+    cold, warm = bench.poses(loads), bench.poses(loads, thicker)
+    warm[:, 2] += WARMER * rise
+    readings = bench.readings(np.concatenate([cold, warm]))
+    return np.asarray((readings[len(loads):] - readings[: len(loads)]) / WARMER)
+
+
+def by_metal(
+    coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
+) -> Array:
+    """Return derivatives (coils; per K) of the readings in a state by the temperature of copper and other metal.
+
+    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if `rest`,
+    the readings at rest, has another number of coils.
+    """
+    derivatives = []
+    for coil, warm in zip(coils, warm_coils, strict=True):
+        if state in coil.states and state in warm.states:
+            derivatives.append(math.log(warm.states[state].frequency / coil.states[state].frequency) / warming)
+        else:
+            derivatives.append(math.nan)
+    return np.nan_to_num(np.array(derivatives)) if len(derivatives) == len(rest) else np.zeros_like(rest)

@@ -1,0 +1,64 @@
+"""Temperature sensor of the readout, and the compensation of drift by its temperature. SI units."""
+
+from __future__ import annotations
+
+from sitscad.basics.record import record
+from sitscad.spec.format.kinds import Choice, Preset, UnitValue
+from sitscad.spec.format.section import Section, key
+
+BOARD, TAIL, CONTROLLER = "board", "tail", "controller"
+DESIGN, CALIBRATED = "design", "calibrated"
+
+
+@record
+class ThermistorPart:
+    """An NTC thermistor, or a digital temperature sensor with I2C.
+
+    ``resistance`` (ohm) is at 25 degrees Celsius and ``b`` (K) is the exponent; both are None for a digital sensor.
+    Their tolerances are relative and largest. ``error`` (K) is the largest error of a digital sensor. ``noise`` (K) is
+    one sigma of a reading.
+    """
+
+    name: str
+    resistance: float | None
+    resistance_tolerance: float
+    b: float | None
+    b_tolerance: float
+    error: float
+    noise: float
+    package: str
+    product: str
+    source: str
+
+
+@record
+class Thermistor(Section):
+    """A temperature sensor beside the pad, on the tail's stiffener, or on the controller's board."""
+
+    part: ThermistorPart = key(Preset("thermistor", up=True), "the NTC thermistor or digital sensor, like tmp117")
+    at: str = key(
+        Choice((BOARD, TAIL, CONTROLLER)), "its place: glued on the board beside the pad, on the tail's stiffener, or "
+        "on the board of converter and controller. It has wires of its own", BOARD,
+    )
+
+
+@record
+class Compensation(Section):
+    """The correction of forces by the temperature change since the tare.
+
+    ``difference`` (K) is None only until the resolver takes it from the place of the temperature sensor. ``rate`` is in
+    K/s.
+    """
+
+    coefficients: str = key(
+        Choice((DESIGN, CALIBRATED)), "of the drift: computed for the design, or measured on each unit at two "
+        "temperatures, at rest and at full load", DESIGN,
+    )
+    difference: float | None = key(
+        UnitValue("temperature difference", "0 K", "50 K"), "between sensor and pad, one sigma, like 0.5 K. "
+        "Default by its place, assumed: measure yours", None,
+    )
+    rate: float = key(
+        UnitValue("temperature rate", "0 K/min", "1000 K/min"), "at which the temperature changes; the pad lags behind",
+        "1.7 K/min",
+    )
