@@ -17,14 +17,22 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
-from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
+from sitscad.checks.fixes.pads import (
+    other_metals,
+    other_silicones,
+    other_thicknesses,
+    slower_scans,
+    smaller_pads,
+    temperature_sensors,
+)
+from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, not_checked, rule_of, violated
 from sitscad.estimates.design import Cells, Design
+from sitscad.estimates.performance.shear_reading import MAX_SHEAR_READING, shear_readings
 from sitscad.kernels.converters.figures import source_in_all
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import SensingAnalysis
-    from sitscad.spec.sensor import Requirements
 
     AnalysisRule = Callable[[SensingAnalysis, Design], Iterator[Verdict]]
 
@@ -36,12 +44,14 @@ FELT_SOURCE = (
 
 def check_requirement(
     case: str, design: Design, rule: str, key: str, most: Worst, unit: str = "N", *, slows: bool = False,
-    limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), **values: Any,
+    limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), first: tuple[Family, ...] = (),
+    **values: Any,
 ) -> Iterator[Verdict]:
     """Yield the estimated value for the requirement `key`, and a finding if the value exceeds the requirement.
 
     `most` is the value with its axis and working point. `limit` is the requirement of this axis, if the key has one
-    value per axis. With `slows`, a lower scan rate is tried, too. With `shrinks`, smaller pads are tried, too.
+    value per axis. With `slows`, a lower scan rate is tried, too. With `shrinks`, smaller pads are tried, too. The
+    changes of `first` are tried before all others.
     """
     limit_value = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
@@ -50,7 +60,7 @@ def check_requirement(
         spec = design.spec
         slower = (partial(slower_scans, spec, 1.1 * most.value / limit_value),) if slows else ()
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
-        fixes = (*slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
+        fixes = (*first, *slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
                  partial(other_thicknesses, spec), *smaller)
         yield violated(case, f"requirements.{key}", most.value, limit_value, unit or None, details=details, fixes=fixes,
                        axis=most.axis, at=most.at, **values)
@@ -338,13 +348,16 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
     if not sensing.held[-1]:
         return
     is_force = np.array([name in FORCES for name in sensing.bench.range.axes])
-    drift = np.where(is_force, sensing.warmed[-1].drift, 0.0)
+    full = sensing.warmed[-1]
+    drift = np.where(is_force, full.drift, 0.0)
     k = int(np.argmax(drift))
     axis = axis_text(sensing.bench.range.axes[k])
-    causes = {name: abs(float(value[k])) for name, value in sensing.warmed[-1].by_kelvin.items()}
+    cause = max(full.drift_causes, key=lambda name: abs(float(full.drift_causes[name][k])))
     at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
     yield from check_requirement("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at),
-                                 kelvin=apart, tare=needs.temperature, cause=max(causes, key=lambda n: causes[n]))
+                                 first=(partial(temperature_sensors, design.spec),), kelvin=apart, cause=cause,
+                                 tare=needs.temperature, plain=float(full.plain_drift[k]),
+                                 details=() if full.compensation is None else ("drift-compensated",))
 
 
 BESIDE_NOISE = 10.0
@@ -441,13 +454,6 @@ def _unseen_axis(cause: str) -> str:
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
-MAX_SHEAR_READING = 0.1
-"""Largest false reading by unmeasured shear without a warning, as a fraction of the full scale of the read axis.
-
-It holds for axes without an allowed error. It equals the limit of SIT221 for the other jaw's metal.
-"""
-
-
 def unseen_shear(design: Design) -> Iterator[Verdict]:
     """Yield findings if shear that the array does not measure causes too large a false reading on other axes.
 
@@ -500,39 +506,6 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
             force=requirements.shear_force or 0.0 if is_note else worst.force, shear=axis_text(worst.shear),
             axis=axis_text(worst.axis), ratio=worst.error / worst.scale, most=MAX_SHEAR_READING,
         )
-
-
-@record
-class ShearReading:
-    """False reading on a measured axis, caused by shear along an axis that the array does not measure, at full load.
-
-    `error` is the reading (N, N m) on `axis`. `force` (N) is the full shear force along `shear`. `limit` is the allowed
-    error of `axis`, or else 10 % of its full scale `scale`.
-    """
-
-    error: float
-    axis: str
-    scale: float
-    limit: float
-    shear: str
-    force: float
-
-
-def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list[ShearReading]:
-    """Return the false readings by unmeasured shear at full load, for all axes with a requirement."""
-    is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
-                   "moment_y": requirements.moments[1],
-                   **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_told)}
-    allowed = {"normal": requirements.normal_error, **dict.fromkeys(SHEARS, requirements.shear_error),
-               **dict.fromkeys(MOMENTS, requirements.moment_error)}
-    return [
-        ShearReading(float(error), axis, scale, allowed[axis] or MAX_SHEAR_READING * scale, shear,
-                     sensing.bench.full[shear])
-        for shear, errors in sensing.points[-1].unmeasured().items()
-        for axis, error, scale in zip(sensing.bench.range.axes, errors, map(float, sensing.bench.range.full_scales),
-                                      strict=True)
-        if is_required[axis] and np.isfinite(error)
-    ]
 
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:

@@ -213,6 +213,10 @@ def _drift_reader(place: int) -> Callable[[SensingAnalysis, str], float]:
     return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
 
+def _uncompensated_drift(sensing: SensingAnalysis, axis: str) -> float:
+    return float(sensing.warmed[-1].plain_drift[sensing.bench.range.axes.index(axis)])
+
+
 def _range(axis: str) -> Reader:
     def read(design: Design) -> Figure:
         _sensing(design.sensing)
@@ -311,7 +315,10 @@ def _rows() -> Iterator[DesignMeasure]:
              ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "temperature_range, or over 10 K", _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
+              "temperature_range, or over 10 K. With readout.thermistor it is after the compensation",
+              _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
+             ("error.uncompensated", "error.temperature of {axis} without the compensation",
+              _axis_readers(_uncompensated_drift), (SCREEN, FULL)),
              ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
               _axis_readers(_drift_reader(0)), (SCREEN, FULL)),
              ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
@@ -366,11 +373,11 @@ MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
 def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
     """Return measures by name, without duplicates.
 
-    If `names` is None, return all measures of the level except ranges, sigmas and yield. Raises ValueError for an
-    unknown name, with the nearest names.
+    If `names` is None, return all measures of the level except ranges, sigmas, yield and drifts without compensation.
+    Raises ValueError for an unknown name, with the nearest names.
     """
     if names is None:
-        dear = ("range.", "sigma.", "yield")
+        dear = ("range.", "sigma.", "yield", "error.uncompensated.")
         return tuple(name for name, row in MEASURES.items() if level in row.levels and not name.startswith(dear))
     unknown = next((name for name in names if name not in MEASURES), None)
     if unknown is not None:

@@ -1,4 +1,4 @@
-"""Changes of target, pad and scan rate that may increase the signal, the smallest first.
+"""Changes of target, pad, scan rate and temperature sensor that may improve the signal, the smallest first.
 
 Each is tried before it is named.
 """
@@ -10,11 +10,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from sitscad.basics.finding import Edit
 from sitscad.checks.fixes.moves import read_anew, resized, scans
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.spec import presets
+from sitscad.spec.load import rewritten_spec
 from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.thermistor import CALIBRATED
 
 STEPS = 4
 """Number of steps from the present size to the smallest size, or from the present pitch to the largest pitch.
@@ -192,6 +195,24 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
             lambda: [_as_thick(spec, each) for each in thinner[::-1][:NEXT]],
             lambda: [_as_thick(spec, each) for each in thicker[:NEXT]], partial(other_silicones, spec, is_softer=True))
 
+
+def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
+    """Yield a temperature sensor on the board, then coefficients that are measured at two temperatures.
+
+    Coefficients alone if the spec has a sensor. Empty if they are measured already.
+    """
+    sensor = () if spec.readout.thermistor is not None else (("readout.thermistor.part", SENSOR),)
+    measured = (("readout.compensation.coefficients", CALIBRATED),)
+    if sensor:
+        yield from read_anew(spec, *sensor[0])
+    settings = spec.readout.compensation
+    if settings is None or settings.coefficients != CALIBRATED:
+        edits = (*sensor, *measured)
+        yield Fix(tuple(Edit(key, value) for key, value in edits), rewritten_spec(spec, edits))
+
+
+SENSOR = "tmp117"
+"""Temperature sensor that a hint proposes: the one with the least error of all in `data/thermistors.csv`."""
 
 NEXT = 5
 """Number of thinner pads and number of thicker pads that are tried."""

@@ -18,7 +18,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.fixes.moves import larger_target, over_the_middle
-from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_targets, wider_arrays
+from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_targets, temperature_sensors, wider_arrays
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
@@ -279,7 +279,8 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     for signal in sorted(coil_signals, key=lambda signal: -abs(signal.share)):
         strongest.setdefault(numbers[signal.coil], signal)
     number, best = min(strongest.items(), key=lambda pair: abs(pair[1].share))
-    least = own_limits()["least_signal"]
+    is_compensated = design.spec.readout.thermistor is not None
+    least = own_limits()["least_signal_compensated" if is_compensated else "least_signal"]
     if abs(best.share) >= least.value:
         return
     spec = design.spec
@@ -287,7 +288,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
     yield violated(
         "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
-        source=least.source, fixes=more_signal(design.spec),
+        source=least.source, fixes=(*more_signal(spec), partial(temperature_sensors, spec)),
         details=(*["small-signal"] * (len(cells) > 1), *["small-signal-steps"] * bool(best.steps),
                  *["small-signal-loss"] * best.has_loss_in_it),
         cell=number, coil=best.coil, force=best.force, inductance=best.by_inductance, per_newton=best.per_newton,
@@ -464,6 +465,7 @@ RULES: tuple[Rule, ...] = (
     ),
     rule_of(
         "SIT217", small_signal, "target", "elastomer", "normal force",
+        least_compensated=100.0 * own_limits()["least_signal_compensated"].value,
         least_signal=100.0 * own_limits()["least_signal"].value,
         drift_of_ten_kelvin=100.0 * own_limits()["drift_of_ten_kelvin"].value,
         signal_source=own_limits()["least_signal"].source,

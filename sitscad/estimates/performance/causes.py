@@ -342,7 +342,7 @@ class Disturbed:
 
     @cached_property
     def compensation(self) -> Compensation | None:
-        """Compensation by the spec's temperature sensor, over the temperature change `warming`. None without it."""
+        """Compensation by the temperature sensor, for the change `warming`. None if the spec has no such sensor."""
         spec = self.bench.spec
         return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target)
 
@@ -350,7 +350,7 @@ class Disturbed:
     def drift_left(self) -> Mapping[str, Mapping[str, Array]]:
         """Parts (N, N m) of the drift that a compensation leaves, by the source of its coefficients.
 
-        Empty without a compensation.
+        Empty if the spec has no temperature sensor.
         """
         return {} if self.compensation is None else self.compensation.parts(
             {**self.by_warmth, CAPACITORS: self.by_kelvin[CAPACITORS]}, self.noise, self.carried)
@@ -399,8 +399,14 @@ class Disturbed:
         assert self.bench.spec.elastomer is not None
         return FLAT * self._material.expansion * self.bench.spec.elastomer.thickness
 
+    @property
+    def drift_causes(self) -> Mapping[str, Array]:
+        """Parts of `drift`: what a compensation leaves (N, N m), or the drift by cause (per K)."""
+        settings = self.bench.spec.readout.compensation
+        return self.drift_left[settings.coefficients] if self.drift_left and settings is not None else self.by_kelvin
+
     def _compensated(self, left: Mapping[str, Mapping[str, Array]]) -> Array | None:
-        """Return one sigma (N, N m) with the spec's coefficients. None without a compensation."""
+        """Return one sigma (N, N m) with the spec's coefficients. None if the spec has no temperature sensor."""
         settings = self.bench.spec.readout.compensation
         return root_sum_square(left[settings.coefficients]) if left and settings is not None else None
 
@@ -415,7 +421,7 @@ class Disturbed:
 
     @property
     def plain_drift(self) -> Array:
-        """The same without a compensation."""
+        """`drift` (N, N m), if the sensor did not compensate it."""
         return np.asarray(self.warming * self.temperature)
 
     @property
@@ -438,7 +444,7 @@ class Disturbed:
 
     @property
     def plain_tared_drift(self) -> Array:
-        """The same without a compensation.
+        """`tared_drift` (N, N m), if the sensor did not compensate it.
 
         The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
         changed effect of metal, the changed effect of the pad's expansion, and the modulus. The effect of metal is

@@ -64,8 +64,8 @@ def reference_reading(drift: float, noise: float, capacitor: float, difference: 
                       ) -> TemperatureReading:
     """Return the reading of a temperature `change` (K) by a reference coil that no target covers.
 
-    `drift` (per K) is the change of ln(frequency) by copper and other metal, `capacitor` (per K) one sigma of the
-    change by its capacitor, and `noise` one sigma of a reading of ln(frequency).
+    All are for ln(frequency). `drift` (per K) is its change by copper and other metal, and `capacitor` (per K) one
+    sigma of its change by the capacitor. `noise` is one sigma of a reading.
     """
     by_coil = math.hypot(compensation_figure(METAL), capacitor / abs(drift))
     return TemperatureReading("the reference coil", abs(change) * by_coil, noise / abs(drift), difference)
@@ -79,10 +79,10 @@ def pad_lag(thickness: float, density: float | None, metal: float, rate: float) 
 
     Notes
     -----
-    All heat flows from the board through pad and target, so the flux at height x is
-    q (c rho (t - x) + C), with the rate q, the pad's heat capacity c rho and the target's C per area. The integral of
-    flux over conductivity k is the lag at x, and its mean over the pad is (q/k) (c rho t^2/3 + C t/2) (Carslaw and
-    Jaeger, Conduction of Heat in Solids, 3.8). Tissue at the target also warms it, so this is an upper bound.
+    All heat flows from the board through pad and target. The flux at height x is q (c rho (t - x) + C). Here q is the
+    rate, c rho the heat capacity of the pad per volume, and C the heat capacity of the target per area. The lag at x is
+    the integral of flux over conductivity k. Its mean is (q/k) (c rho t^2/3 + C t/2) (Carslaw and Jaeger, Conduction of
+    Heat in Solids, 3.8). Tissue at the target also warms it, so this is an upper bound.
     """
     heat = compensation_figure("silicone heat") * (density or compensation_figure("silicone density"))
     target = compensation_figure("metal heat") * metal

@@ -25,6 +25,7 @@ from sitscad.estimates.performance_values import (
     unit_of,
 )
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.thermistor import CALIBRATED, DESIGN
 
 
 @record(eq=False)
@@ -55,7 +56,8 @@ class PerformanceReport:
         if not self.points:
             return []
         whole = Table(("sensor", ""), list(sensor_rows(self.documents())))
-        return [axis_table(self), whole, error_table(self.points), drift_table(self.points)]
+        return [axis_table(self), whole, error_table(self.points), drift_table(self.points),
+                *compensation_tables(self.points)]
 
 
 def axis_table(report: PerformanceReport) -> Table:
@@ -167,6 +169,24 @@ def drift_table(points: Sequence[Performance]) -> Table:
         sign = "+-" if cause == "capacitors" else ""
         rows.append((cause, *(sign + amount(row[name], name) for name in names)))
     return Table(("by a kelvin after the one tare", *(AXIS_WORDS[name] for name in names)), rows)
+
+
+COEFFICIENTS = {DESIGN: "design coefficients", CALIBRATED: "calibrated at two temperatures"}
+"""Text of each source of a compensation's coefficients."""
+
+
+def compensation_tables(points: Sequence[Performance]) -> list[Table]:
+    """Return a table of the drift that a compensation leaves at full load, by its parts. Empty if there is none."""
+    full = points[-1]
+    rows = []
+    for source, parts in full.drift_left.items():
+        whole = {name: math.hypot(*(part[name] for part in parts.values())) for name in full.axes}
+        for what, row in {"root sum of squares": whole, **parts}.items():
+            rows.append((f"{COEFFICIENTS[source]}: {what}", *(amount(row[name], name) for name in full.axes)))
+    if not rows:
+        return []
+    head = f"left by a compensation after {full.compensation['warming_K']:.3g} K, by {full.compensation['by']}"
+    return [Table((head, *(AXIS_WORDS[name] for name in full.axes)), rows)]
 
 
 SIDEWAYS = "the pad gives way sideways"  # Limit of a normal force before the pad's largest strain

@@ -23,6 +23,7 @@ from sitscad.estimates.performance.tables import (
     PerformanceReport,
     amount,
     axis_table,
+    compensation_tables,
     drift_table,
     error_table,
     sensor_rows,
@@ -78,7 +79,7 @@ def render(
         _lines(axis_table(report)), sensor(performance, layout, estimates, cells), cells,
         [] if calibration is None else list(calibration.error_rows),
         "" if calibration is None else calibration.errors_are, _lines(error_table(performance)),
-        _lines(drift_table(performance)),
+        [row for table in (drift_table(performance), *compensation_tables(performance)) for row in _lines(table)],
         contact_rows(layout), acceptance(bench.all_coils, bench.metered, bench.temperature),
         tuple(notes(performance, calibration)), plots, bool(forced),
     )

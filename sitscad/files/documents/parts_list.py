@@ -46,8 +46,13 @@ from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import place_text
 from sitscad.spec.presets import board_kind
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
+from sitscad.spec.thermistor import BOARD, CONTROLLER, TAIL
 
 USUAL_CHIP = "chip-0603"  # Package of a tank capacitor if the spec names none: can be soldered by hand
+
+SENSOR_PLACES = {BOARD: "glued on the board beside the pad", TAIL: "glued on the tail's stiffener",
+                 CONTROLLER: "on the board of the converter"}
+"""Text of each place of the temperature sensor."""
 
 LIQUIDS = "two liquids"
 
@@ -168,6 +173,9 @@ def _converter(
     yield from _converter_circuit(readout, coils)
     runs = "firmware/: Arduino, MicroPython or Linux" if readout.device.has_driver else "a program of your own"
     yield Item("controller", 1, "with I2C", "", "", f"runs {runs}")
+    if (sensor := readout.thermistor) is not None:
+        yield Item("temperature sensor", 1, sensor.part.product, "", sensor.part.package,
+                   f"{SENSOR_PLACES[sensor.at]}, with wires of its own to the controller")
     if readout.cable is not None:
         size = f"{in_mm(readout.cable.length)} mm"
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")

@@ -246,7 +246,7 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
 
 
 def _compensation(part: ReadoutSpec, has_tail: bool, remarks: Remarks) -> Compensation | None:
-    """Return the compensation of drift with its defaults. None if nothing tells the temperature."""
+    """Return the compensation of drift with its defaults. None if the spec has no temperature sensor."""
     sensor = part.thermistor
     if sensor is None:
         if part.compensation is not None:

@@ -1,0 +1,219 @@
+"""Drift that a compensation by temperature leaves: its parts by formula, and by sensors that are solved anew."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad import Design
+from sitscad.checks.fixes.pads import temperature_sensors
+from sitscad.estimates.performance.compensation import (
+    EXPANSION,
+    METAL,
+    PAD_MODULUS,
+    Compensation,
+    TemperatureReading,
+    pad_lag,
+    reference_reading,
+    root_sum_square,
+    thermistor_reading,
+)
+from sitscad.estimates.performance.tables import compensation_tables
+from sitscad.estimates.performance.warming import FLAT
+from sitscad.estimates.performance_values import along
+from sitscad.spec import presets
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+COLD, WARM = 20.0, 37.0
+NEEDS = {"requirements.temperature": "20 degC", "requirements.temperature_range": [COLD, WARM],
+         "readout.capacitance": "100 pF"}
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml").replace(NEEDS))
+
+
+@pytest.fixture(scope="module")
+def compensated(plain):
+    return Design(plain.spec.replace("readout.thermistor.part", "tmp117"))
+
+
+@pytest.mark.parametrize("name", ["ncp18xh103f03rb", "ntcle100e3103"])
+def test_error_of_a_thermistor_is_that_of_its_resistance_law(name):
+    part = presets.thermistor(name)
+
+    def error(celsius, resistance, b):
+        kelvin = celsius + 273.15
+        measured = resistance * math.exp(b * (1.0 / kelvin - 1.0 / 298.15))
+        return 1.0 / (1.0 / 298.15 + math.log(measured / part.resistance) / part.b) - kelvin
+
+    change = [error(WARM, *case) - error(COLD, *case) for case in (
+        (part.resistance * (1.0 + part.resistance_tolerance), part.b),
+        (part.resistance, part.b * (1.0 + part.b_tolerance)))]
+    reading = thermistor_reading(part, "board", 0.5, COLD, WARM)
+    assert reading.by_tolerance == approx(math.hypot(*change) / math.sqrt(3.0), rel=0.02)
+    assert (reading.noise, reading.difference) == (part.noise, 0.5)
+
+
+def test_error_of_a_digital_sensor_counts_at_both_ends():
+    reading = thermistor_reading(presets.thermistor("tmp117"), "tail", 2.0, COLD, WARM)
+    assert reading.by_tolerance == approx(0.1 * math.sqrt(2.0 / 3.0), rel=1e-9)
+
+
+def test_reference_coil_reads_by_its_own_drift():
+    reading = reference_reading(-50e-6, 3e-6, 8.66e-6, 0.5, 17.0)
+    assert reading.noise == approx(0.06, rel=1e-9)
+    assert reading.by_tolerance == approx(17.0 * math.hypot(0.1, 8.66 / 50.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("metal", [0.0, 0.2e-3, 1e-3])
+def test_lag_is_that_of_the_heat_equation(metal):
+    """Finite volumes of pad and target over a board that warms steadily, until the lag stays."""
+    thickness, density, rate, count = 1.5e-3, 1070.0, 0.1, 60
+    conductivity, heat = (presets.compensation_figure(name) for name in ("silicone conductivity", "silicone heat"))
+    cell = thickness / count
+    capacity = np.full(count, density * heat * cell)
+    capacity[-1] += presets.compensation_figure("metal heat") * metal
+    conductance = np.full(count, conductivity / cell)
+    conductance[0] *= 2.0  # from the board to the middle of the first cell
+    flow = np.diag(conductance) + np.diag(np.append(conductance[1:], 0.0))
+    flow -= np.diag(conductance[1:], 1) + np.diag(conductance[1:], -1)
+    lag = np.linalg.solve(flow, rate * capacity)
+    assert pad_lag(thickness, density, metal, rate) == approx(lag.mean(), rel=0.02)
+    bare, thick = (pad_lag(times * thickness, density, 0.0, rate) for times in (1.0, 2.0))
+    assert thick == approx(4.0 * bare, rel=1e-9)
+
+
+def test_parts_are_zero_if_their_cause_is():
+    """A perfect reading leaves only the coefficients, and a cold sensor leaves nothing."""
+    causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
+    perfect = TemperatureReading("", 0.0, 0.0, 0.0)
+    left = Compensation(10.0, perfect, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    assert root_sum_square(left) == approx(10.0 * math.hypot(2.0 * 0.1, 0.15, 0.5 * 0.3), rel=1e-9)
+    assert not root_sum_square(Compensation(0.0, perfect, 0.0).left(causes, np.zeros(1), np.zeros(1), False)).any()
+    beside = Compensation(10.0, replace(perfect, difference=0.5), 0.1).left(causes, np.zeros(1), np.zeros(1), True)
+    assert root_sum_square(beside) == approx(math.hypot(0.5 * 3.5, 0.1 * 1.5), rel=1e-9)
+
+
+def test_sensor_without_thermistor_has_no_compensation(plain):
+    point = plain.sensing.solved.warmed[-1]
+    assert point.compensation is None and point.drift_left == {} and np.array_equal(point.drift, point.plain_drift)
+    assert "compensation" not in plain.performance[-1].document() and not compensation_tables(plain.performance)
+
+
+def test_drift_without_compensation_is_that_of_the_sensor_without_thermistor(plain, compensated):
+    for before, after in zip(plain.performance, compensated.performance, strict=True):
+        for axis, performance in after.axes.items():
+            uncompensated = [error for cause, error in performance.errors.items() if "without comp" in cause]
+            drifts = [error for cause, error in before.axes[axis].errors.items() if "drift" in cause]
+            assert len(drifts) == 2 and uncompensated == approx(drifts, rel=1e-9)
+
+
+def test_documents_name_each_part_that_is_left(compensated):
+    full, point = compensated.performance[-1], compensated.sensing.solved.warmed[-1]
+    (table,) = compensation_tables(compensated.performance)
+    parts = [part for source in full.drift_left.values() for part in source]
+    assert len(table.rows) == len(parts) + 2
+    document = full.document()["compensation"]
+    assert set(document["left"]) == {"design", "calibrated"} and document["warming_K"] == WARM - COLD
+    combined = math.hypot(*(row["normal"] for row in full.drift_left["design"].values()))
+    assert combined == approx(point.drift[0], rel=1e-9) and combined < 0.2 * point.plain_drift[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.more)])
+def test_simulated_units_keep_what_is_predicted(compensated, count):
+    """Units with coefficients, capacitors and temperatures of their own are warmed, solved anew and compensated."""
+    bench, point = compensated.sensing.solved.bench, compensated.sensing.solved.warmed[-1]
+    spec, pad, warming = compensated.spec, bench.pad, WARM - COLD
+    material, reading, lag = spec.elastomer.material, point.compensation.reading, point.compensation.lag
+    capacitor = 0.5 * spec.readout.device.limit("capacitor_temperature")
+    loads = along(point.load, "shear_x", np.array([0.0, bench.full["shear_x"]]))
+    tare = np.log(bench.rest)
+
+    def readings(celsius, warmer, expansion, stiffening):
+        """Readings under full load, without and with shear, of metal at a temperature and a pad warmer by kelvins."""
+        rise = FLAT * material.expansion * expansion * warmer * pad.thickness
+        stiff = 1.0 + material.modulus_temperature_coefficient * stiffening * warmer
+        warm_pad = replace(pad, thickness=pad.thickness + rise, shear_modulus=pad.shear_modulus * stiff)
+        poses = bench.poses(loads, warm_pad)
+        poses[:, 2] += rise
+        model = Design(spec.replace("requirements.temperature", f"{celsius} degC")).response
+        return np.log(model.on_pad(poses).frequency) - tare
+
+    map_to_newtons = compensated.sensing.solved.working.map
+    cold = map_to_newtons(bench.readings(bench.poses(loads)))
+    assert cold[:, 0] == approx(loads[:, 0], rel=0.02) and cold[1, 1] == approx(loads[1, 1], rel=0.02)
+
+    def error(read, sensed):
+        forces = map_to_newtons(read - sum(point.reading_drift.values()) * sensed)
+        return forces * (1.0 + material.modulus_temperature_coefficient * sensed) - cold
+
+    generator = np.random.default_rng(47)
+    quantiles = np.array([NormalDist().inv_cdf((k + 0.5) / count) for k in range(count)])
+    draws = np.transpose([generator.permutation(quantiles) for _ in range(6)])
+    drifts = generator.uniform(-capacitor, capacitor, (count, len(tare)))
+    errors, plain = [], []
+    for (by_metal, by_expansion, by_modulus, beside, tolerance, noise), drift in zip(draws, drifts, strict=True):
+        warmer = warming + beside * reading.difference
+        read = readings(COLD + warmer * (1.0 + by_metal * presets.compensation_figure(METAL)), warmer - lag,
+                        1.0 + by_expansion * presets.compensation_figure(EXPANSION),
+                        1.0 + by_modulus * presets.compensation_figure(PAD_MODULUS)) + drift * warming
+        sensed = warming + tolerance * reading.by_tolerance + noise * math.sqrt(2.0) * reading.noise
+        errors.append(error(read, sensed))
+        plain.append(error(read, 0.0))
+    found, before = (np.sqrt(np.mean(np.square(each), axis=0)) for each in (errors, plain))
+    assert found[0, 0] == approx(point.drift[0], rel=0.25) and found[0, 0] < 0.2 * before[0, 0]
+    # the coefficients are those without shear: under full shear, the map turns readings into other newtons
+    assert np.all(found[1] < 2.5 * point.drift) and found[1, 1] > 0.5 * point.drift[1]
+
+
+def test_hints_add_a_sensor_and_then_a_calibration(plain, compensated):
+    """Each change is written into the text and read again, and each leaves less drift."""
+    design, calibrated = temperature_sensors(plain.spec)
+    assert [edit.key for edit in design.edits] == ["readout.thermistor.part"]
+    assert [edit.key for edit in calibrated.edits] == ["readout.thermistor.part", "readout.compensation.coefficients"]
+    drifts = [Design(spec).sensing.solved.warmed[-1].drift[0] for spec in (plain.spec, design.spec, calibrated.spec)]
+    assert drifts == sorted(drifts, reverse=True) and drifts[2] < 0.6 * drifts[1]
+    assert [edit.key for fix in temperature_sensors(compensated.spec) for edit in fix.edits] == [
+        "readout.compensation.coefficients"]
+    assert not list(temperature_sensors(calibrated.spec))
+
+
+def test_required_drift_is_judged_after_the_compensation(plain, compensated):
+    """A limit between both drifts is kept with the sensor only."""
+    with_sensor, without = (each.sensing.solved.warmed[-1].drift[0] for each in (compensated, plain))
+    limit = {"requirements.temperature_error": math.sqrt(with_sensor * without)}
+    broken = [finding.measured for finding in sitscad.check(plain.spec.replace(limit), hints="none").findings
+              if finding.rule == "SIT406"]
+    assert broken == approx([without], rel=1e-6)
+    result = sitscad.check(compensated.spec.replace(limit), hints="none")
+    assert not [finding for finding in result.findings if finding.rule == "SIT406"]
+    (reached,) = (each for each in result.reached if each.requirement == "temperature_error")
+    assert reached.measured == approx(with_sensor, rel=1e-6)
+
+
+@pytest.mark.parametrize("at", ["board", "tail", "controller"])
+def test_difference_of_temperature_is_by_place_or_as_written(plain, at):
+    spec = plain.spec.replace("readout.thermistor", {"part": "tmp117", "at": at})
+    assert spec.readout.compensation.difference == presets.compensation_figure(f"difference at {at}")
+    written = spec.replace("readout.compensation.difference", "0.1 K")
+    assert written.readout.compensation.difference == approx(0.1, rel=1e-9)
+
+
+@pytest.mark.parametrize(("changes", "key"), [
+    ({"readout.compensation": {"difference": "1 K"}}, "readout.compensation"),
+    ({"readout.thermistor": {"part": "tmp117", "at": "tail"}, "fpc.tail": None}, "readout.thermistor.at"),
+])
+def test_compensation_that_cannot_be_is_refused(plain, changes, key):
+    with pytest.raises(sitscad.SpecError) as caught:
+        plain.spec.replace(changes)
+    assert (caught.value.findings[0].rule, caught.value.findings[0].key) == ("SIT009", key)
