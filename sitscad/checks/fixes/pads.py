@@ -212,7 +212,7 @@ def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
 
 
 SENSOR = "tmp117"
-"""Temperature sensor that a hint proposes: the one with the least error of all in `data/thermistors.csv`."""
+"""Temperature sensor in hints. Its error is the least in `data/thermistors.csv`."""
 
 NEXT = 5
 """Number of thinner pads and number of thicker pads that are tried."""

@@ -401,7 +401,7 @@ class Disturbed:
 
     @property
     def drift_causes(self) -> Mapping[str, Array]:
-        """Parts of `drift`: what a compensation leaves (N, N m), or the drift by cause (per K)."""
+        """Parts of `drift` after a compensation (N, N m). Without a compensation, causes of the drift (per K)."""
         settings = self.bench.spec.readout.compensation
         return self.drift_left[settings.coefficients] if self.drift_left and settings is not None else self.by_kelvin
 
