@@ -17,7 +17,7 @@ from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.examples import rule_example
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
-from sitscad.checks.reading import drive, electrical, other_jaw, response, thin_target, timing
+from sitscad.checks.reading import drive, electrical, other_jaw, reference, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
 from sitscad.estimates.design import Design
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
-          drive, electrical, other_jaw, response, thin_target, timing, performance, moments, usual_ranges)
+          drive, electrical, other_jaw, reference, response, thin_target, timing, performance, moments, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

@@ -1,6 +1,6 @@
 """Specs from paths, folders and standard input, each with its configuration, and parallel processes for them.
 
-Rules are loaded only if a configuration names rules.
+Rules are loaded only if a configuration names rules, or a spec cannot be read.
 """
 
 from __future__ import annotations
@@ -9,12 +9,14 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, TypeVar
 
-from sitscad.checks.findings import RuleTexts
+from sitscad.basics.finding import NotChecked
+from sitscad.checks.findings import CheckedSpec, RuleTexts
 from sitscad.checks.policy import Policy, nearest_policy
 from sitscad.spec.load import load, load_text, read_text
-from sitscad.spec.reading import decoded
+from sitscad.spec.reading import SpecError, decoded
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -33,11 +35,16 @@ def policy_for(path: str) -> Policy:
     return nearest_policy(Path(path).parent, _rules())
 
 
-def _rules() -> Iterator[RuleTexts]:
-    """Yield every active rule. Rules are loaded at the first access."""
-    from sitscad.checks.judging import all_rules
+def _judging() -> ModuleType:
+    """Return the module with all rules. A build of an unchanged package does not load it, nor NumPy."""
+    from sitscad.checks import judging
 
-    yield from all_rules()
+    return judging
+
+
+def _rules() -> Iterator[RuleTexts]:
+    """Yield every active rule."""
+    yield from _judging().all_rules()
 
 
 def opened(path: str, policy: Policy | None = None) -> SensorSpec:
@@ -46,6 +53,19 @@ def opened(path: str, policy: Policy | None = None) -> SensorSpec:
     if path == STDIN:
         return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
     return load(path, profiles)
+
+
+def unreadable(path: str, error: SpecError, hints: str = "decisive", text: str | None = None) -> CheckedSpec:
+    """Return the findings of a spec that could not be loaded. All other rules are listed as not checked.
+
+    `hints` has the same values as in `check`. `text` is the spec's text. If it is left out, it is read from the file.
+    """
+    reported = {finding.rule for finding in error.findings}
+    skipped = (rule.id for rule in _rules() if rule.id not in reported)
+    not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
+    source_text = error.source.text if error.source is not None else ""
+    shown = text if text is not None else source_text if path == STDIN else beginning(path)
+    return CheckedSpec(path, shown, _judging().mended(error, hints), not_checked, error.texts)
 
 
 STUDY = "sitscad_study:"

@@ -293,6 +293,5 @@ def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
     fix, _ = result.mending[0]
     fixes = as_written([Remedy(fix.edits)], spec.source)
     cases = {"SIT014": "room-for-coils", "SIT016": "room-for-turns"}
-    hints = (text_of(cases[finding.rule], "hint", {"change": fix.words}) for finding in error.findings)
-    return tuple(replace(finding, fixes=fixes, hint=further(hint))
-                 for finding, hint in zip(error.findings, hints, strict=True))
+    advice = {rule: further(text_of(case, "hint", {"change": fix.words})) for rule, case in cases.items()}
+    return tuple(replace(finding, fixes=fixes, hint=advice[finding.rule]) for finding in error.findings)

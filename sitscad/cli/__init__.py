@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import io
 import os
@@ -14,7 +15,9 @@ from typing import NoReturn
 import click
 
 import sitscad
+from sitscad.basics.errors import ExpectedError
 from sitscad.cli.terminal import print_message
+from sitscad.data import DataError
 
 ISSUES = "the project's issue tracker"
 
@@ -91,8 +94,6 @@ def keep_freed_memory() -> bool:
     """
     if not sys.platform.startswith("linux"):
         return False
-    import ctypes  # numpy loads it anyway
-
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     return mallopt is not None and all([mallopt(_MMAP_THRESHOLD, MAPPED), mallopt(_TRIM_THRESHOLD, KEPT)])
 
@@ -126,27 +127,23 @@ def report_error(error: Exception) -> int:
     """Print a sentence for an expected error, or a request to report an unexpected error. Return the exit code."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
-    from sitscad.checks.policy import PolicyError
-    from sitscad.data import DataError
-
-    if isinstance(error, (DataError, sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
+    if isinstance(error, (DataError, ExpectedError)):
         print_message(str(error))
     elif isinstance(error, UnicodeEncodeError):
         what = ascii(error.object[error.start : error.end])
-        print_message(f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set "
-                      f"PYTHONUTF8=1")
+        print_message(
+            f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set PYTHONUTF8=1")
     elif type(error).__name__ == "BrokenProcessPool":  # from concurrent.futures, which few commands load
-        print_message("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 "
-                      "shows more")
+        print_message(
+            "a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")
     elif isinstance(error, sitscad.PartsError):
         print_message(f"a part cannot be made: {error}")
         return 1
     else:
         print_message(
-                      f"internal error: {type(error).__name__}: {error}\n"
-                      f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in "
-            f"{ISSUES}, with "
-                      "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
+            f"internal error: {type(error).__name__}: {error}\n"
+            f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in {ISSUES}, with "
+            "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
         )
     return 2
 
@@ -154,31 +151,50 @@ def report_error(error: Exception) -> int:
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-MODULES = {
-    "new": "explaining", "check": "checking", "watch": "reading", "coil": "lone_coil", "estimate": "estimating",
-    "response": "estimating", "calibrate": "estimating", "read": "reading", "sweep": "designing", "design": "designing",
-    "build": "building", "explain": "explaining", "rules": "explaining", "measures": "designing",
-    "schema": "explaining", "verify": "building",
+COMMANDS = {
+    "new": ("starting", "Write a commented spec to start from."),
+    "check": ("checking", "Check SPECS against every rule that applies."),
+    "watch": ("reading", "Report what every save of SPEC changes, until Ctrl-C."),
+    "coil": ("lone_coil", "Print inductance, resistance and quality factor of one planar coil."),
+    "estimate": ("estimating", "Print the electrical figures of SPEC."),
+    "response": ("estimating", "Print the coil readings at poses and under loads."),
+    "calibrate": ("calibrating", "Plan a calibration, or fit the points of DATA."),
+    "read": ("reading", "Set up a board's converters and print a line for each scan, or a diagnosis."),
+    "sweep": ("designing", "Print figures of every design of a product of ranges."),
+    "design": ("designing", "Find the designs that meet STUDY best."),
+    "build": ("building", "Check SPECS, then write their packages."),
+    "explain": ("explaining", "Explain RULES: their condition, reason, remedy and source."),
+    "rules": ("explaining", "List every rule with its severities."),
+    "measures": ("designing", "List the figures of a design for sweeps and studies."),
+    "schema": ("starting", "Print the JSON Schema of the spec."),
+    "verify": ("verifying", "Read a finished package back and compare its parts."),
 }
-"""Modules of the commands, in the usual order of use."""
+"""Module and first sentence of each command, in the usual order of use.
+
+A command line imports the module of its own command only. `sitscad --help` imports none: they take 0.4 s together.
+"""
 
 
 class Commands(click.Group):
-    """The commands of `MODULES`. A command line imports its own command only."""
+    """The commands of `COMMANDS`, with their first sentences only until one is run."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands, in the usual order of use."""
-        return list(MODULES)
+        return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return the command. None if no command has this name."""
-        for name in (cmd_name,) if cmd_name in MODULES else MODULES:  # click suggests similar names
-            self.add_command(getattr(import_module(f"sitscad.cli.{MODULES[name]}"), name))
-        return super().get_command(ctx, cmd_name)
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Import and return the command that the arguments begin with."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if name is not None:
+            command = getattr(import_module(f"sitscad.cli.{COMMANDS[name][0]}"), name)
+        return name, command, rest
 
 
 @click.group(
     cls=Commands, context_settings=SETTINGS,
+    commands={name: click.Command(name, help=text) for name, (_, text) in COMMANDS.items()},
     epilog="\b\nExample:\n  sitscad new grasper_4layer && sitscad build grasper_4layer.yaml",
 )
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")

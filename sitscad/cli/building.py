@@ -1,35 +1,24 @@
-"""`sitscad build` and `sitscad verify`: write packages, and read them back."""
+"""`sitscad build`: write packages. NumPy and the rules are loaded only if files have to be made."""
 
 from __future__ import annotations
 
 import functools
 import shlex
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.cli.terminal import (
-    BASELINE,
-    JOBS,
-    PLUGIN,
-    Example,
-    Names,
-    baseline_of,
-    coloured,
-    print_message,
-    print_result,
-    show_findings,
-    show_unreadable,
-    specs_of,
-    warn_of_unknown_specs,
-)
-
-if TYPE_CHECKING:
-    from sitscad import BuildResult, SensorSpec
-    from sitscad.checks.policy import Policy
+from sitscad.checks.opening import each_of, opened, policy_for
+from sitscad.checks.policy import Policy
+from sitscad.cli.specs import baseline_of, show_findings, show_unreadable, specs_of, warn_of_unknown_specs
+from sitscad.cli.terminal import BASELINE, JOBS, PLUGIN, Example, Names, coloured, print_message, print_result
+from sitscad.package.building import build as build_package
+from sitscad.package.building import require_distinct_names, stale
+from sitscad.package.manifest import BuildResult
+from sitscad.spec.reading import SpecError
+from sitscad.spec.sensor import SensorSpec
 
 
 @click.command(cls=Example, example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
@@ -57,9 +46,6 @@ def build(
     An error in the checks, with --strict also a warning, stops a build before any file is made. Exit code: 0 written, 1
     stopped, 2 a spec cannot be read or a package cannot be written.
     """
-    from sitscad.checks.opening import each_of, opened, policy_for
-    from sitscad.package.building import require_distinct_names
-
     if force and strict:
         raise click.UsageError("--force builds in spite of errors, --strict not even with warnings: one of both.")
     loaded, code = [], 0
@@ -67,7 +53,7 @@ def build(
         try:
             policy = policy_for(path)
             loaded.append((opened(path, policy), policy))
-        except sitscad.SpecError as error:
+        except SpecError as error:
             show_unreadable(path, error)
             code = 2
     require_distinct_names([spec for spec, _ in loaded])
@@ -88,14 +74,12 @@ def build(
 
 def _build_one(compares: bool, request: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     """Build one package, or compare it with the result of a build."""
-    from sitscad.package.building import stale
-
     spec, policy = request
     if compares:
         return stale(spec, **how, policy=policy)
     if how["progress"] is _print_stage:
         how["progress"] = functools.partial(_print_stage, spec.name)
-    return sitscad.build(spec, **how, policy=policy)
+    return build_package(spec, **how, policy=policy)
 
 
 LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration", "report")
@@ -150,25 +134,3 @@ def _print_build(result: BuildResult, only: tuple[str, ...], again: str, named: 
     is_new = result.written and not result.is_unchanged
     print_result(f"{result.directory}: {files} files ({text if is_new else 'unchanged'})")
     return result.checked.exit_code if is_stopped else 0
-
-
-@click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
-@click.argument("directory", type=click.Path())
-@click.option("--rebuild", is_flag=True,
-              help="Build it again from its spec and compare every byte, computed figures by value.")
-@PLUGIN
-def verify(directory: str, rebuild: bool) -> int:
-    """Read a finished package back and compare its parts.
-
-    Files are compared with the manifest, the nets of the copper with the intended nets, layers and holes with job file
-    and netlist. The order archive is compared with the files beside it, and every board of a panel with the
-    single board.
-    A person who changes a file can also rewrite its hash: --rebuild detects this, too. It compares computed figures by
-    value, because their last digits depend on the processor. It cannot check that the spec in the package is yours.
-    Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
-    """
-    result = sitscad.verify(directory, rebuild)
-    for difference in result.differences:
-        print_result(difference)
-    print_result(f"{'ok' if result.ok else 'differs'}: {', '.join(result.looked_at)}")
-    return 0 if result.ok else 1

@@ -5,35 +5,29 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from typing import TYPE_CHECKING
 
 import click
 
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import counted
+from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, job_summary
+from sitscad.checks.judging import HINTS, all_rules
+from sitscad.checks.opening import each_of
+from sitscad.cli.explaining import rules_for
+from sitscad.cli.specs import baseline_of, layout_of, show_findings, specs_of, warn_of_unknown_specs
 from sitscad.cli.terminal import (
     BASELINE,
     JOBS,
     PLUGIN,
     Example,
     Names,
-    baseline_of,
-    layout_of,
     print_message,
     print_result,
     report_work,
     row_of,
-    rules_for,
-    show_findings,
-    specs_of,
-    warn_of_unknown_specs,
     write_output,
 )
-
-if TYPE_CHECKING:
-    from sitscad.checks.findings import CheckedSpec
-    from sitscad.package.inspection import Inspection, MendedSpec
-
+from sitscad.package.inspection import CheckOptions, Inspection, MendedSpec, inspect, mend
 
 CHECK_WORDS = """
 \b
@@ -92,11 +86,6 @@ def check(
     Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
     With --fix, the exit code is for the findings that remain; with --diff, it is at least 1 if there is a change.
     """
-    from sitscad.checks.findings import FINDING_FORMATS
-    from sitscad.checks.judging import HINTS, all_rules
-    from sitscad.checks.opening import each_of
-    from sitscad.package.inspection import CheckOptions, inspect, mend
-
     show = row_of(FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
@@ -218,8 +207,6 @@ SUMMARY_LIMIT = 1_000_000
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
     """Append the page of a job, without pictures if it would be too long."""
-    from sitscad.checks.findings.ci import job_summary
-
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}
     for shown_pictures in (pictures, {}):

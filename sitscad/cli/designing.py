@@ -10,36 +10,36 @@ import sys
 import time
 from collections import defaultdict
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import click
 
-import sitscad
-from sitscad.basics.units import counted
-from sitscad.cli.terminal import (
-    Example,
-    print_message,
-    print_result,
-    progress_of,
-    row_of,
-    show_findings,
-    show_unreadable,
-    spec_of,
-    write_output,
+from sitscad.apps.study.answer_text import answer_json, answer_text, search_text, yields_text
+from sitscad.apps.study.evaluating import dask_cluster
+from sitscad.apps.study.page import answer_files, page_so_far
+from sitscad.apps.study.running import Progress as StudyProgress
+from sitscad.apps.study.running import StudyResults, StudyState
+from sitscad.apps.study.space import RangeError
+from sitscad.apps.study.spreads import DRAWS
+from sitscad.apps.study.study import Study, StudyAnswer
+from sitscad.apps.study.sweeping import (
+    MEASURE_FORMATS,
+    SWEEP_FILES,
+    SWEEP_FORMATS,
+    parse_range,
+    sweep_as_written,
+    value_text,
 )
-
-if TYPE_CHECKING:
-    from sitscad.apps.study.running import Progress as StudyProgress
-    from sitscad.apps.study.running import StudyResults, StudyState
-    from sitscad.apps.study.study import StudyAnswer
+from sitscad.basics.units import counted
+from sitscad.checks.opening import unreadable
+from sitscad.cli.specs import show_findings, show_unreadable, spec_of
+from sitscad.cli.terminal import Example, print_message, print_result, progress_of, row_of, write_output
+from sitscad.spec.reading import SpecError
 
 
 @click.command(cls=Example, example="sitscad measures")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def measures(format_name: str) -> int:
     """List the figures of a design for sweeps and studies."""
-    from sitscad.apps.study.sweeping import MEASURE_FORMATS
-
     print_result(row_of(MEASURE_FORMATS, format_name, "--format")())
     return 0
 
@@ -74,8 +74,6 @@ def sweep(
     A picture (.svg) shows a curve with its band of error for one key, and a field with the edges of the refused designs
     for two keys. Exit code: 0, or 2 if the spec or a range cannot be read.
     """  # noqa: D301 - click needs the control character itself
-    from sitscad.apps.study.space import RangeError
-    from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, parse_range, sweep_as_written
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
         write = row_of(SWEEP_FILES, os.path.splitext(output)[1].lower(), "-o")
@@ -91,7 +89,7 @@ def sweep(
         content = write(table) if write is not None else b""
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error
-    except sitscad.SpecError as error:
+    except SpecError as error:
         show_unreadable(spec, error)
         return 2
     except ValueError as error:
@@ -137,14 +135,10 @@ def design(
 
     Exit code: 0 a design meets everything, 1 none was found, 2 the study cannot be read.
     """
-    from sitscad.apps.study.answer_text import answer_json, answer_text, search_text, yields_text
-    from sitscad.apps.study.spreads import DRAWS
-    from sitscad.package.inspection import unreadable
-
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:
-        loaded = sitscad.Study.load(study)
-    except sitscad.SpecError as error:
+        loaded = Study.load(study)
+    except SpecError as error:
         inspection = unreadable(study, error, "none")  # no command applies fixes to a study
         findings = tuple(replace(finding, fixes=()) for finding in inspection.findings)
         show_findings([replace(inspection, findings=findings)])
@@ -153,8 +147,6 @@ def design(
     executor = None
     reported: list[StudyAnswer] = []
     if scheduler is not None:
-        from sitscad.apps.study.evaluating import dask_cluster
-
         try:
             executor, jobs = dask_cluster(scheduler)
         except ValueError as error:
@@ -166,8 +158,7 @@ def design(
         if format_name == "text":
             print_result(search_text(answer))
         print_message(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each "
-                      f"(--no-yield "
-                      "leaves it out)")
+                      "(--no-yield leaves it out)")
 
     try:
         answer = loaded.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
@@ -182,8 +173,8 @@ def design(
         return 130
     _write(answer, folder)
     if answer.found.damaged:
-        print_message(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; these designs were "
-                      f"judged again")
+        print_message(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; "
+                      "these designs were judged again")
     if answer.found.reused:
         print_message(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
     print_message(f"wrote {folder}")
@@ -196,7 +187,6 @@ def design(
 
 def _write(answer: StudyAnswer, folder: str) -> None:
     """Write the files of an answer, and remove files of an earlier answer."""
-    from sitscad.apps.study.page import answer_files
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
     for name in files:
@@ -208,9 +198,8 @@ def _write(answer: StudyAnswer, folder: str) -> None:
             os.unlink(os.path.join(folder, "designs", name))  # kept by an earlier answer only
 
 
-def _write_so_far(loaded: sitscad.Study, unfinished: StudyResults, folder: str) -> None:
+def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
     """Write the page of an interrupted search."""
-    from sitscad.apps.study.page import page_so_far
     path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
     write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
     print_message(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
@@ -228,8 +217,6 @@ def _study_progress() -> StudyProgress:
 
     It prints the rate, the number of designs that keep all limits, the best values, and the time left.
     """
-    from sitscad.apps.study.sweeping import value_text
-
     on_terminal, spent, finished = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
     last = last_report = time.monotonic()
 

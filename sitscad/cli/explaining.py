@@ -1,52 +1,24 @@
-"""`sitscad new`, `explain`, `rules` and `schema`: a spec to start from, the rules, and the schemas of files."""
+"""`sitscad explain` and `rules`: the texts of the rules."""
 
 from __future__ import annotations
 
-import functools
-import json
-from typing import Any
-
 import click
 
-import sitscad
-from sitscad.cli.terminal import PLUGIN, Example, print_message, print_result, row_of, rules_for
+from sitscad.checks.findings.text import RULE_FORMATS
+from sitscad.checks.judging import Rule, all_rules
+from sitscad.checks.judging import explain as explain_rule
+from sitscad.checks.policy import stands_for
+from sitscad.cli.terminal import PLUGIN, Example, print_result, row_of, suggestion
 
 
-@click.command(cls=Example, example="sitscad new grasper_4layer -o sensor.yaml")
-@click.argument("template", required=False)
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="The file to write (default: TEMPLATE.yaml).")
-@click.option("--list", "list_them", is_flag=True, help="List the templates and write nothing.")
-@click.option("--force", is_flag=True, help="Write over an existing file.")
-@click.option("--study", is_flag=True, help="Write a study, and its base spec if that is missing.")
-def new(template: str | None, output: str | None, list_them: bool, force: bool, study: bool) -> int:
-    """Write a commented spec to start from.
-
-    TEMPLATE is grasper_4layer by default; --list lists all templates. With --study, write a study of the template for
-    `sitscad design`.
-    """
-    from sitscad.package.folder import list_templates, profile_lines, write_schema, write_study, write_template
-
-    named = {} if template is None else {"name": template}
-    if study and not list_them:
-        from sitscad.apps.study.document import first_study_text
-
-        path = write_study(first_study_text, path=output, force=force, **named)
-        print_result(str(path))
-        print_message(f"wrote {path}; next: sitscad design {path}")
-        return 0
-    if list_them:
-        described = list_templates()
-        width = max(map(len, described), default=0)
-        print_result("\n".join(f"{name:<{width}}  {text}" for name, text in described.items()))
-        return 0
-    path = write_template(path=output, force=force, **named)
-    print_result(str(path))
-    if (schema := write_schema(path.parent)) is not None:
-        print_message(f"wrote {schema}, from which editors complete and validate specs")
-    for line in profile_lines(path):
-        print_message(line)
-    print_message(f"wrote {path}; next: sitscad check {path}")
-    return 0
+def rules_for(pattern: str) -> list[Rule]:
+    """Return the rules that match a pattern. Raises a usage error if there are none."""
+    rules = all_rules()
+    matching = [rule for rule in rules if stands_for(pattern, rule.id, rule.name)]
+    if not matching:
+        near = suggestion(pattern, (rule.name for rule in rules))
+        raise click.UsageError(f"There is no rule {pattern!r}.{near} `sitscad rules` lists them all.")
+    return matching
 
 
 @click.command(cls=Example, example="sitscad explain SIT201 coil-trace")
@@ -58,10 +30,8 @@ def explain(rules: tuple[str, ...]) -> int:
     A rule is an identifier (SIT103), its number (103) or its name (coil-trace). The beginning of identifiers (SIT2)
     means all rules with this beginning.
     """
-    from sitscad.checks import judging
-
     identifiers = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
-    print_result("\n\n\n".join(map(judging.explain, identifiers)))
+    print_result("\n\n\n".join(map(explain_rule, identifiers)))
     return 0
 
 
@@ -73,34 +43,5 @@ def rules(format_name: str) -> int:
 
     json and markdown have the complete texts.
     """
-    from sitscad.checks.findings.text import RULE_FORMATS
-    from sitscad.checks.judging import all_rules
-
     print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
-    return 0
-
-
-@click.command(cls=Example, example="sitscad schema > sitscad.schema.json")
-@click.option(
-    "--of", "document", default="spec", show_default=True, metavar="spec|check|calibration|study",
-    help="check: output of check --format json; calibration: calibration.json; study: a study's file.",
-)
-def schema(document: str) -> int:
-    """Print the JSON Schema of the spec.
-
-    Editors use it to complete and validate specs. --of prints the schema of a study's file, or of the JSON that `check`
-    or `calibrate` writes.
-    """
-    from sitscad.data import json_file
-
-    def study_schema() -> Any:
-        from sitscad.apps.study.study import study_schema  # loads the code that evaluates designs
-
-        return study_schema()
-
-    schemas = {
-        "spec": sitscad.json_schema, "check": functools.partial(json_file, "check.schema"),
-        "calibration": functools.partial(json_file, "calibration.schema"), "study": study_schema,
-    }
-    print_result(json.dumps(row_of(schemas, document, "--of")(), indent=1))
     return 0

@@ -7,8 +7,14 @@ import sys
 
 import click
 
+from sitscad.apps.coil.drawn import drawn_coil
+from sitscad.apps.coil.spiral import spiral
+from sitscad.apps.coil.text import COIL_FORMATS, DRAWN_COIL_FORMATS
 from sitscad.cli.measured import measured_options, print_comparison
 from sitscad.cli.terminal import Example, coloured, print_message, print_result, row_of, write_output
+from sitscad.estimates.states.at_frequency import FrequencyError
+from sitscad.spec.drawn.copper import DrawnCoilError
+from sitscad.spec.reading import SpecError
 
 
 class Size(click.ParamType):
@@ -123,11 +129,6 @@ def coil(
     if "outer_diameter" not in dimensions:
         raise click.UsageError("give the coil's dimensions (--outer-diameter 8 --turns 14 ...), or a FILE in which it "
                                "is drawn")
-    from sitscad.apps.coil.spiral import spiral
-    from sitscad.apps.coil.text import COIL_FORMATS
-    from sitscad.estimates.states.at_frequency import FrequencyError
-    from sitscad.spec.reading import SpecError
-
     show = row_of(COIL_FORMATS, format_name, "--format")
     try:
         result = spiral({"shape": "circle", "layers": 1, **dimensions}, stackup, frequencies, temperature)
@@ -154,11 +155,6 @@ def _print_drawn(
     frequencies: tuple[str, ...], temperature: float, format_name: str, svg: str | None, kicad_mod: str | None,
 ) -> int:
     """Print the figures of a coil drawn in a file. Return the exit code."""
-    from sitscad.apps.coil.drawn import drawn_coil
-    from sitscad.apps.coil.text import DRAWN_COIL_FORMATS
-    from sitscad.estimates.states.at_frequency import FrequencyError
-    from sitscad.spec.drawn.copper import DrawnCoilError
-
     if dimensions or kicad_mod:
         options = [*dimensions, *(["kicad_mod"] if kicad_mod else [])]
         names = ", ".join("--" + name.replace("_", "-") for name in options)

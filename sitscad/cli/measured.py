@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from sitscad.apps.coil.comparison import compare
+from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
+from sitscad.apps.coil.measurement import MeasurementError
+from sitscad.apps.coil.spiral import Spiral
+from sitscad.assembly.solids import MissingExtra
 from sitscad.cli.terminal import InRange, coloured, print_message, print_result, row_of, write_output
-
-if TYPE_CHECKING:
-    from sitscad.apps.coil.spiral import Spiral
-    from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout
 
 
 def measured_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -34,11 +36,6 @@ def print_comparison(
     coil: Spiral | Layout, data: str, name: str | None, meter_error: float, format_name: str, overlay: str | None
 ) -> int:
     """Print the comparison of a coil with the measurement in a file. Return the exit code."""
-    from sitscad.apps.coil.comparison import compare
-    from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
-    from sitscad.apps.coil.measurement import MeasurementError
-    from sitscad.assembly.solids import MissingExtra
-
     show = row_of(COMPARISON_FORMATS, format_name, "--format")
     try:
         comparison = compare(coil, data, name, 0.01 * meter_error)

@@ -12,17 +12,30 @@ import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-import sitscad
+from sitscad.apps.hardware.bench_board import Board
+from sitscad.apps.hardware.diagnosis import (
+    NOT_MET,
+    TARES,
+    Forces,
+    Scan,
+    diagnose_board,
+    scan_document,
+    scan_lines,
+    scan_table,
+    scans,
+    verdict_lines,
+)
+from sitscad.apps.hardware.source import SERIAL, design_of, source_of
+from sitscad.apps.watch.server import LOOPBACK, PageServer, PageState, server
+from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
+from sitscad.apps.watch.work import Event
+from sitscad.calibration import map_of
 from sitscad.cli.terminal import DAY, Example, InRange, print_message, print_result, write_output
-
-if TYPE_CHECKING:
-    from sitscad.apps.hardware.bench_board import Board
-    from sitscad.apps.hardware.diagnosis import Forces, Scan
-    from sitscad.apps.watch.server import PageServer, PageState
+from sitscad.estimates.circuits.bands import STATUS
+from sitscad.files.report.moving import live_page
 
 
 @click.command(
@@ -75,15 +88,12 @@ def read(
 
     Exit code: 0 good, 1 --diagnose found a requirement that is not met, 2 there is no such source, or no answer.
     """  # noqa: D301 - click needs the control character itself
-    from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnose_board, scan_lines, scans, verdict_lines
-    from sitscad.apps.hardware.source import SERIAL, design_of, source_of
-
     keeps_scans = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
     try:
         origin, board_design = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         maps = _maps(calibration)
-        forces = Forces([sitscad.map_of(path) for path in maps], tare)
+        forces = Forces([map_of(path) for path in maps], tare)
         board = origin.board(board_design)
         origin.paced = origin.paced or serve
         with live(board, forces, maps, port) if serve else nullcontext() as show:
@@ -107,8 +117,8 @@ def read(
     if board.said:
         print_message(board.said)
     if tare and calibration and forces.mean is None:
-        print_message(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} "
-                      f"came")
+        print_message(f"no newtons: a tare is the mean of {TARES} scans with good readings, "
+                      f"and {len(forces.taken)} came")
     if log:
         _write_log(Path(log), board, rows, source)
     if diagnose or not serve:
@@ -131,7 +141,6 @@ def _maps(place: Path | None) -> list[Path]:
 
 def _write_log(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings to readings.csv, and the data that explain them to readings.json."""
-    from sitscad.apps.hardware.diagnosis import scan_document, scan_table
     folder.mkdir(parents=True, exist_ok=True)
     write_output(folder / "readings.csv", scan_table(board, rows))
     write_output(folder / "readings.json", scan_document(board, source))
@@ -153,13 +162,9 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
     The page computes newtons from the calibrations (paths of calibration.json). Raises ClickException if the server
     cannot listen.
     """
-    from sitscad.apps.watch.server import PageState
-    from sitscad.estimates.circuits.bands import STATUS
-    from sitscad.files.report.moving import live_page
-
     maps = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
     showing = PageState(live_page(board.design.spec, board.design.estimates, maps, served=True))
-    server, _ = start_server(showing, "127.0.0.1", port)
+    page_server, _ = start_server(showing, "127.0.0.1", port)
     last, newest = -math.inf, dict[int, tuple[int, int]]()
 
     def show(scan: Scan) -> None:
@@ -173,7 +178,7 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
     try:
         yield show
     finally:
-        server.shutdown()
+        page_server.shutdown()
 
 
 @click.command(cls=Example, example="sitscad watch sensor.yaml --serve --open")
@@ -196,10 +201,6 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 
     SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated and reported.
     """
-    from sitscad.apps.watch.server import PageState
-    from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
-    from sitscad.apps.watch.work import Event
-
     showing, page_server = PageState(), None
     serve = serve or opens
     if serve:
@@ -230,8 +231,6 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 
 def start_server(showing: PageState, host: str, port: int) -> tuple[PageServer, str]:
     """Start a server of the page, print its address and return both. Raises ClickException if it cannot listen."""
-    from sitscad.apps.watch.server import LOOPBACK, server
-
     try:
         page_server = server(showing, host, port)
     except (OSError, UnicodeError) as error:  # UnicodeError: the host is not a valid name

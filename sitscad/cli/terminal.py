@@ -1,12 +1,9 @@
-"""Parts shared by all commands: options, errors of usage, results to stdout, messages and progress to stderr.
-
-The work of a command is in other modules, which its function imports when it runs. The help of all commands, and a
-command that needs few modules, therefore start at once. The same holds for large modules of the standard library.
-"""
+"""Parts shared by all commands: options, errors of usage, results to stdout, messages and progress to stderr."""
 
 from __future__ import annotations
 
 import contextlib
+import difflib
 import inspect
 import os
 import sys
@@ -14,19 +11,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 import sitscad
-from sitscad.basics.finding import Severity
-from sitscad.basics.units import counted, printable
-
-if TYPE_CHECKING:
-    from sitscad import SensorSpec
-    from sitscad.checks.findings import CheckedSpec, OutputOptions
-    from sitscad.checks.policy import Baseline
-
+from sitscad.basics.units import printable
+from sitscad.package.folder import write_file
 
 HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help texts away."
 """Help text of every command if Python runs without docstrings."""
@@ -90,59 +81,16 @@ BASELINE = click.option(
 )
 
 
-def specs_of(paths: Iterable[str]) -> list[str]:
-    """Return the paths of the named specs, and of all specs in named folders."""
-    from sitscad.checks.opening import specs_in
-
-    def skip(path: str) -> None:
-        print_message(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
-
-    try:
-        return specs_in(list(paths), skip)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-
-
-def baseline_of(path: str | None) -> Baseline | None:
-    """Return the findings in a baseline file. None if no file is named."""
-    from sitscad.checks.policy import read_baseline
-
-    return None if path is None else read_baseline(path)
-
-
-def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSpec]) -> None:
-    """Print a message on each spec with findings that the baseline does not list."""
-    for spec in checked:
-        if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
-            which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
-            print_message(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
-
-
-def rules_for(pattern: str) -> list[Any]:
-    """Return the rules that match a pattern. Raises a usage error if there are none."""
-    from sitscad.checks.judging import all_rules
-    from sitscad.checks.policy import stands_for
-
-    rules = all_rules()
-    matching = [rule for rule in rules if stands_for(pattern, rule.id, rule.name)]
-    if not matching:
-        suggestion = _suggestion(pattern, (r.name for r in rules))
-        raise click.UsageError(f"There is no rule {pattern!r}.{suggestion} `sitscad rules` lists them all.")
-    return matching
-
-
 def row_of(table: Any, name: str, option: str) -> Any:
     """Return a row of a table of formats or methods. Raises a usage error that lists the names for any other name."""
     if name not in table:
-        message = f"{name!r} is not one of {', '.join(table)}.{_suggestion(name, table)}"
+        message = f"{name!r} is not one of {', '.join(table)}.{suggestion(name, table)}"
         raise click.BadParameter(message, param_hint=option)
     return table[name]
 
 
-def _suggestion(name: str, names: Iterable[str]) -> str:
+def suggestion(name: str, names: Iterable[str]) -> str:
     """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
-    import difflib  # loaded for misspelled words only
-
     near = difflib.get_close_matches(name.lower(), list(names), n=1)
     return f" Did you mean {near[0]}?" if near else ""
 
@@ -176,7 +124,7 @@ def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
             line = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
-                click.echo(f"\r\033[K  {printable(line)[: max(_columns() - 3, 20)]}", err=True, nl=False)
+                click.echo(f"\r\033[K  {printable(line)[: max(columns() - 3, 20)]}", err=True, nl=False)
             else:
                 print_message(line)
 
@@ -198,8 +146,6 @@ def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
 
 def write_output(path: str | Path, content: bytes) -> None:
     """Write a file of a command's result."""
-    from sitscad.package.folder import write_file
-
     write_file(path, content)
 
 
@@ -213,53 +159,11 @@ def coloured(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def _columns() -> int:
-    """Return the number of columns of the terminal."""
-    import shutil  # loads archive modules
-
-    return shutil.get_terminal_size().columns
-
-
-def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions:
-    """Return the layout of findings on a stream: colours and line width.
-
-    Lines are wrapped at the terminal's width, or at the number of columns in COLUMNS. In a pipe they are not wrapped,
-    so that a search finds a finding on one line.
-    """
-    from sitscad.checks.findings import OutputOptions
-
-    is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
-    width = _columns() if is_folded else None
-    return OutputOptions(coloured(stream), named=named, width=width, **options)
-
-
-def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
-    """Print findings as text to stderr, as messages besides a result. Each line names its spec if `named`."""
-    from sitscad.checks.findings import FINDING_FORMATS
-
-    click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
-
-
-def show_unreadable(path: str, error: sitscad.SpecError) -> None:
-    """Print the errors of a spec that cannot be read, as text to stderr."""
-    from sitscad.package.inspection import unreadable
-
-    show_findings([unreadable(path, error)])
-
-
-def spec_of(path: str) -> SensorSpec | None:
-    """Return the spec of a file, under the configuration above it. None, with a message, if it cannot be read."""
-    from sitscad.checks.opening import opened, policy_for
-
-    try:
-        return opened(path, policy_for(path))
-    except sitscad.SpecError as error:
-        show_unreadable(path, error)
-        return None
-
-
-def exit_code_of(checked: CheckedSpec, path: str) -> int:
-    """Return the exit code of a check. Print a message if the check found errors."""
-    if not checked.ok:
-        print_message(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
-    return checked.exit_code
+def columns() -> int:
+    """Return the number in COLUMNS, or the number of columns of the terminal. 80 if there is none."""
+    number = os.environ.get("COLUMNS", "")
+    if number.isdigit() and int(number):
+        return int(number)
+    with contextlib.suppress(OSError):
+        return os.get_terminal_size().columns or 80
+    return 80

@@ -261,13 +261,14 @@ class Layout:
 
     @property
     def reference_alone(self) -> Layout | None:
-        """Board with its reference coil only, which has no target. None if there is no reference coil."""
-        reference = self.reference
-        if reference is None:
-            return None
-        spec = replace(self.spec, array=ArraySpec("single", (reference.placement,)), cells=None, target=None,
+        """Board with its reference coil only. None if there is no reference coil."""
+        return None if self.reference is None else self.without_target(self.reference)
+
+    def without_target(self, coil: Coil) -> Layout:
+        """Return the board with one of its coils only, without the target."""
+        spec = replace(self.spec, array=ArraySpec("single", (coil.placement,)), cells=None, target=None,
                        elastomer=None, loads=())
-        return replace(self, spec=spec, coils=(reference,))
+        return replace(self, spec=spec, coils=(coil,))
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:

@@ -168,16 +168,22 @@ def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
     edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
         return None
-    (_, low, _, high), coil, room = bounding_box([edge]), artwork.coil.outline.boundary(artwork.coil.size, 0.0), {}
-    for placement in artwork.array.placements:
-        turns = coil.rotated(placement.rotation).shifted(*placement.centre)
-        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
+    (_, low, _, high), room = bounding_box([edge]), edge_room(artwork, edge)
     name = min(room, key=lambda name: room[name])
     wider = 0.0 if tail is None else max(tail.half_width - high, tail.half_width + low)
     if clearance - room[name] > max(wider, SLACK):
         what = f"{name}, with the {show(clearance, 'm')} that copper keeps from the edge, is"
         return _lacking(artwork.fpc, what, room[name], clearance)
     return _lacking(artwork.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
+
+
+def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
+    """Return the distance (m) from each coil's turns to the edge of the body, by the coil's name."""
+    coil, room = artwork.coil.outline.boundary(artwork.coil.size, 0.0), dict[str, float]()
+    for placement in artwork.array.placements:
+        turns = coil.rotated(placement.rotation).shifted(*placement.centre)
+        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
+    return room
 
 
 def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:

@@ -63,6 +63,10 @@ class Bridge:
         return piece.at((self.begin + self.end) / 2.0 / piece.length)
 
 
+_Place = tuple[Bridge, Point]
+"""A possible bridge, and its middle on the outline."""
+
+
 def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
     """Return a closed outline without its bridges, as open paths. The outline itself if there are no bridges."""
     runs: list[list[Segment]] = [[]]
@@ -97,29 +101,27 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
     plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
     free = list(_places(edge, width, partial(_is_free, plate, layout.bend_zone, layout.all_pads), _STEP))
 
-    def apart_from(marks: list[Point], places: list[Bridge]) -> list[Bridge]:
-        return [place for place in places if all(place.middle(edge).distance(mark) > least for mark in marks)]
+    def apart_from(marks: list[_Place], places: list[_Place]) -> list[_Place]:
+        return [(bridge, at) for bridge, at in places if all(at.distance(mark) > least for _, mark in marks)]
 
-    chosen: list[Bridge] = []
+    chosen: list[_Place] = []
     if layout.pads:  # on the stiffener where there is one: without these two a long tail would hang free
         centres = [pad.centre for pad in layout.pads]
         middle = Point(*(math.fsum(values) / len(centres) for values in zip(*centres, strict=True)))
         is_at_end = partial(_is_at_end, plate, layout.bend_zone, layout.all_pads)
         places = list(_places(edge, width, is_at_end, _FINE_STEP)) or free
         while places and len(chosen) < 2:
-            chosen.append(min(places, key=lambda place: round(place.middle(edge).distance(middle), 6)))
-            places = apart_from([chosen[-1].middle(edge)], places)
+            chosen.append(min(places, key=lambda place: round(place[1].distance(middle), 6)))
+            places = apart_from(chosen[-1:], places)
     missing = max(FEWEST_BRIDGES, math.ceil(edge.length / BRIDGE_RUN) - len(chosen))
-    straight = [place for place in free if isinstance(edge.segments[place.segment], Line)]
-    marks = [bridge.middle(edge) for bridge in chosen]
-    places = apart_from(marks, straight if len(straight) >= missing else free)
+    straight = [place for place in free if isinstance(edge.segments[place[0].segment], Line)]
+    places = apart_from(chosen, straight if len(straight) >= missing else free)
     while places and missing > 0:
         missing -= 1
-        distances = [min((place.middle(edge).distance(mark) for mark in marks), default=0.0) for place in places]
+        distances = [min((at.distance(mark) for _, mark in chosen), default=0.0) for _, at in places]
         chosen.append(places[max(range(len(places)), key=lambda i: (round(distances[i], 6), -i))])
-        marks.append(chosen[-1].middle(edge))
-        places = apart_from(marks[-1:], places)
-    return tuple(sorted(chosen, key=lambda b: (b.segment, b.begin)))
+        places = apart_from(chosen[-1:], places)
+    return tuple(sorted((bridge for bridge, _ in chosen), key=lambda b: (b.segment, b.begin)))
 
 
 def narrower_bridge(layout: Layout) -> float | None:
@@ -132,19 +134,21 @@ def narrower_bridge(layout: Layout) -> float | None:
     return next((width for width in widths if len(bridges(layout, width)) >= FEWEST_BRIDGES), None)
 
 
-def _places(outline: Path, width: float, is_fit: Callable[[Path], bool], step: float) -> Iterator[Bridge]:
+def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step: float) -> Iterator[_Place]:
     """Yield the possible bridges of a width (m) on fit parts of the edge, at steps (m) along each segment."""
     for index, segment in enumerate(outline):
-        room = segment.length - 2.0 * width
+        length = segment.length
+        room = length - 2.0 * width
         for i in range(int(room / step + 1e-9) + 1 if room >= 0 else 0):
             begin = width / 2.0 + i * step
-            if is_fit(Path(tuple(_piece(segment, begin, begin + width)))):
-                yield Bridge(index, begin, begin + width)
+            end = begin + width
+            if is_fit(part_of(segment, segment.at(begin / length), segment.at(end / length))):
+                yield Bridge(index, begin, end), segment.at((begin + end) / 2.0 / length)
 
 
-def _is_free(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Path) -> bool:
+def _is_free(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Segment) -> bool:
     """Whether a piece of the edge lies on the film, away from contacts, stiffener and bend zone."""
-    at, keep = edge.segments[0].at(0.5), FREE_OF_BRIDGES
+    at, keep = edge.at(0.5), FREE_OF_BRIDGES
     if bend_zone is not None and bend_zone[0] - keep < at.x < bend_zone[1] + keep:
         return False
     return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(pads, at, keep)
@@ -160,9 +164,9 @@ def _is_near(box: Box, at: Point, keep: float) -> bool:
     return x0 - keep < at.x < x1 + keep and y0 - keep < at.y < y1 + keep
 
 
-def _is_at_end(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Path) -> bool:
+def _is_at_end(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Segment) -> bool:
     """Whether a piece of the edge and its surroundings are stiffened or never bent, and lie off the contacts."""
-    at = edge.segments[0].at(0.5)
+    at = edge.at(0.5)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
     if plate is not None:
         x0, y0, x1, y1 = plate

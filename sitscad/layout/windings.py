@@ -230,37 +230,29 @@ class _StubRoom:
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
         """Whether a stub is `wanted` from the turns away from its end, and `asked` near its end."""
         turns, points = self.points[end.layer], _spread(corners)
+        beside = _in_box(turns, points, max(self.wanted, self.asked))
+        squares = np.square(turns[beside, :1] - points[:, 0])
+        squares += np.square(turns[beside, 1:] - points[:, 1])
+        near = squares < (self.asked - ROUNDING) ** 2
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
-        if off.any() and _nearer(turns[_near_points(turns, points[off], self.wanted)], points[off], self.wanted).any():
+        if (squares[:, off] < (self.wanted - ROUNDING) ** 2).any():
             return False
-        beside = _near_points(turns, points[~off], self.asked)
-        near = _nearer(turns[beside], points[~off], self.asked)
+        near[:, off] = False
         if not near.any():
             return True
         steps = np.hypot(*(points - np.concatenate([[end.point], points[:-1]])).T)
-        way = self._stub_paths[end.layer][beside, None] + np.cumsum(steps)[~off]
+        way = self._stub_paths[end.layer][beside, None] + np.cumsum(steps)
         return not np.any(near & (way >= ALONG * self.asked))
 
 
-def _near_points(points: Array, centres: Array, reach: float) -> Index:
+def _in_box(points: Array, centres: Array, reach: float) -> Index:
     """Return the indices of `points` in the bounding box of `centres`, grown by `reach` (m).
 
     Only these points can be within the reach.
     """
-    if not len(centres):
-        return np.empty(0, dtype=np.intp)
     (low_x, low_y), (high_x, high_y) = (centres.min(axis=0) - reach).tolist(), (centres.max(axis=0) + reach).tolist()
     x, y = points.T
     return np.flatnonzero((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y))
-
-
-def _nearer(first: Array, second: Array, distance: float) -> Flags:
-    """Return which pairs of points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
-    across, up = (first[:, axis, None] - second[:, axis] for axis in (0, 1))
-    across *= across
-    up *= up
-    across += up
-    return np.asarray(across < (distance - ROUNDING) ** 2)
 
 
 def _stub_paths(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
@@ -415,8 +407,10 @@ def _all_apart(
     hole = first[0].hole
     holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
     distances = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
-    keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
     apart = distances >= hole_distance(hole, hole, rules, spacing) - 1e-9
+    if not apart.any():
+        return np.asarray(apart)
+    keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
     return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
 
 

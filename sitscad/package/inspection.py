@@ -6,14 +6,14 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.basics.finding import Finding, Remedy, Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.fixes.mending import Applied, RolledBack, mended_text
 from sitscad.checks.fixes.search import DECISIVE
-from sitscad.checks.judging import CheckResult, all_rules, mended
+from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import judged as reviewed
-from sitscad.checks.opening import STDIN, beginning, opened, policy_for
+from sitscad.checks.opening import opened, policy_for, unreadable
 from sitscad.checks.policy import Baseline, Policy, chosen_rules, ignored_anyway, judged
 from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
@@ -246,16 +246,3 @@ def mend(
                 for each in result.said.findings)
     said_last = replace(result.said, findings=tuple(findings)) if failed else result.said
     return MendedSpec(path, text, result.text, Inspection(said_last), result.applied, result.rolled_back)
-
-
-def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | None = None) -> CheckedSpec:
-    """Return the findings of a spec that could not be loaded. All other rules are listed as not checked.
-
-    `text` is the spec's text. If it is left out, it is read from the file.
-    """
-    reported = {finding.rule for finding in error.findings}
-    skipped = (rule.id for rule in all_rules() if rule.id not in reported)
-    not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    source_text = error.source.text if error.source is not None else ""
-    shown = text if text is not None else source_text if path == STDIN else beginning(path)
-    return CheckedSpec(path, shown, mended(error, hints), not_checked, error.texts)

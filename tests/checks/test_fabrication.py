@@ -256,6 +256,22 @@ def test_array_without_room_for_leads_names_its_gap_and_the_needed_gap():
     assert {"lead-room", "lead-room-coils", "lead-room-gap"} & set(found.cases)
 
 
+@pytest.mark.parametrize("added", [0.12, 0.2])
+def test_single_coil_without_room_for_leads_names_the_room_that_its_body_needs(added):
+    """Only arrays had a length. A body with the needed room, and a twentieth of a millimetre more, has room."""
+    text = """
+    {{sitscad: 1, name: a, fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 20, connector: solder-pads}},
+     body: {{shape: rectangle, size: [{side}, {side}]}}}}, coil: {{shape: circle, outer_diameter: 5, turns: 2,
+     layers: 4, start_angle: 180 deg, trace_width: {width}, trace_spacing: {width}}}}}
+    """
+    spec = load_text(text.format(side=5.5 + added, width=added))
+    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
+    assert found.cases[0] == "lead-room-body" and found.key == "fpc.body" and found.unit == "m"
+    assert found.measured == approx((0.25 + added / 2) * 1e-3, rel=1e-6)
+    larger = load_text(text.format(side=5.0 + 2.0 * (1e3 * found.limit + 0.05), width=added))
+    assert not any(lack.what is Missing.LEAD_ROOM for lack in lay_out(larger).shortfalls)
+
+
 def test_a_shortfall_of_the_layout_is_reported_in_its_words(judge, good):
     spec, layout = good
     told = Shortfall(Missing.LEAD_ROOM, have=1.0, need=2.0)

@@ -27,7 +27,7 @@ from sitscad.estimates.design import Design
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.tables import PerformanceReport, axis_table
 from sitscad.estimates.performance_values import combined_error
-from sitscad.package.folder import write_template
+from sitscad.package.example_specs import write_template
 from sitscad.package.inspection import as_configured
 from sitscad.spec import templates
 from sitscad.spec.load import load_text, rewritten_spec

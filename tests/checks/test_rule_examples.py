@@ -11,7 +11,7 @@ import sitscad.data
 from sitscad.checks.examples import rule_example
 from sitscad.spec.reading import RULE_TEXTS
 
-SLOW = {"SIT219", "SIT221", "SIT403", "SIT405", "SIT407", "SIT414"}
+SLOW = {"SIT219", "SIT221", "SIT224", "SIT403", "SIT405", "SIT407", "SIT414"}
 """Rules whose examples take about a second each."""
 
 STATED = {"SIT219": "the crosstalk of cells is stated as a note if it keeps its limit"}

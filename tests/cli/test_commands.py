@@ -158,7 +158,7 @@ def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
     def faulty(*_args, **_kwargs):
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("sitscad.package.inspection.inspect", faulty)
+    monkeypatch.setattr("sitscad.cli.checking.inspect", faulty)
     done = run("check", "good.yaml")
     assert done.code == 2
     assert "Traceback" not in done.err
@@ -173,7 +173,7 @@ def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
     def interrupted(*_args, **_kwargs):
         raise error
 
-    monkeypatch.setattr("sitscad.package.inspection.inspect", interrupted)
+    monkeypatch.setattr("sitscad.cli.checking.inspect", interrupted)
     assert run("check", "good.yaml").code == code
 
 
@@ -181,7 +181,7 @@ def test_a_missing_extra_is_one_sentence_with_the_command_that_mends_it(run, mon
     def missing(*_args, **_kwargs):
         raise sitscad.MissingExtra("solids need build123d: pip install 'sitscad[all]'")
 
-    monkeypatch.setattr(sitscad, "build", missing)
+    monkeypatch.setattr("sitscad.cli.building.build_package", missing)
     done = run("build", "good.yaml")
     assert done.code == 2
     assert done.err == "sitscad: solids need build123d: pip install 'sitscad[all]'\n"

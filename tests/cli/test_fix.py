@@ -187,7 +187,7 @@ def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slip
         asked.append(hints)
         return mend(path, may, "none", options, progress=progress)
 
-    monkeypatch.setattr(inspection, "mend", noted)
+    monkeypatch.setattr("sitscad.cli.checking.mend", noted)
     for words in (("--unsafe-fixes",), ("--unsafe-fixes", "--hints", "decisive"), ()):
         run("check", "--diff", *words, "slips.yaml")
     assert asked == ["full", "decisive", "decisive"]

@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 import sitscad
-from sitscad.package.folder import write_template
+from sitscad.cli import COMMANDS, cli
+from sitscad.package.example_specs import write_template
 
 HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
@@ -53,6 +55,25 @@ def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_pat
     assert said == findings
     assert any(line.startswith("signal: ") for line in said)
     assert not {"numpy", "sitscad.checks.judging", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
+
+
+def test_the_list_of_commands_has_the_first_sentence_of_each():
+    context = click.Context(cli)
+    for name, (module, sentence) in COMMANDS.items():
+        _, command, rest = cli.resolve_command(context, [name, "-v"])
+        assert (command.name, rest) == (name, ["-v"])
+        assert command.callback.__module__ == f"sitscad.cli.{module}"
+        assert command.get_short_help_str(200) == sentence
+
+
+def test_the_list_of_commands_imports_none():
+    source = str(Path(sitscad.__file__).parents[1])
+    code = "import atexit, sys; atexit.register(lambda: print(*sys.modules, file=sys.stderr)); " \
+           "from sitscad.cli import main; main(['--help'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={"PYTHONPATH": source})
+    imported = {name for name in done.stderr.split() if name.startswith("sitscad.cli.")}
+    assert imported == {"sitscad.cli.terminal"}
+    assert all(f"  {name} " in done.stdout for name in COMMANDS)
 
 
 def test_importing_sitscad_imports_nothing_else():

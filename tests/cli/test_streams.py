@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import sitscad
-from sitscad.cli import MODULES
+from sitscad.cli import COMMANDS
 
 SPEC = """sitscad: 1
 name: plain
@@ -70,7 +70,7 @@ def test_check_output_does_not_depend_on_python_options(spec, flags):
 
 
 def test_help_of_every_command_without_docstrings_names_the_reason(spec):
-    names = list(MODULES)
+    names = list(COMMANDS)
     code = f"from sitscad.cli import run\nfor name in {names}: run([name, '--help'])"
     line = [sys.executable, "-OO", "-c", code]
     found = subprocess.run(line, capture_output=True, text=True, timeout=120, check=True)

@@ -29,7 +29,7 @@ from tolerance import approx
 import sitscad
 from sitscad.apps.coil.drawn import estimate_drawn_coil, heights_of, read_drawn_coil
 from sitscad.cli import cli
-from sitscad.files.formats.kicad import render
+from sitscad.files.formats.kicad.project_files import render
 from sitscad.spec.drawn.copper import DrawnCoilError
 
 

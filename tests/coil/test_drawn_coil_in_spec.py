@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.cli import cli
-from sitscad.files.formats.kicad import render
+from sitscad.files.formats.kicad.project_files import render
 from sitscad.layout.board import Role
 
 PLATES = """target: {size: 8, thickness: 0.2, material: copper}

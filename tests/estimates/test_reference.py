@@ -5,6 +5,10 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.record import replace
+from sitscad.estimates import estimated
+from sitscad.estimates.states.other_jaw import reference_change
+from sitscad.estimates.states.reference import reference_signal
 from sitscad.spec.reading import SpecError
 
 TEMPLATE = "templates/grasper_4layer.yaml"
@@ -72,3 +76,31 @@ def test_offset_onto_another_coil_is_refused(without):
 def test_default_place_follows_the_coils(without):
     spec = without.spec.replace({"array.reference": {}, "array.pitch": "5 mm"})
     assert spec.reference_placement.centre[0] == approx(2.5e-3 + 3.95e-3 + 0.5e-3, rel=2e-3)
+
+
+def test_target_signal_on_the_reference_coil_falls_with_the_distance(root):
+    spec = sitscad.load(root / "tests" / "report" / "broken" / "SIT223.yaml")
+    shares = []
+    for x in (9.0e-3, 11.0e-3, 17.0e-3):
+        design = sitscad.Design(spec.replace("array.reference.offset", (x, 0.0)))
+        signal = reference_signal(design.layout, design.estimates)
+        sensing = design.estimates.coils[0].states
+        assert signal.coil == "C1"
+        assert signal.sensing == approx(sensing["pressed"].target_change - sensing["rest"].target_change, rel=0.02)
+        shares.append(signal.share)
+    assert 0.01 < shares[0] < 0.1 and shares[0] > 5.0 * shares[1] and shares[2] < 1e-4
+
+
+def test_other_jaw_changes_the_reference_coil_as_a_plate_over_a_coil_without_target(design):
+    estimates = design.estimates
+    changes = [reference_change(design.layout, estimates, grasped) for grasped in (0.0, 1e-3, 4e-3, 20e-3)]
+    assert changes == sorted(changes) and changes[-1] == approx(0.0, abs=2e-12)
+    # a plate of steel at the height of the other jaw, in the place of a target over the reference coil
+    alone = design.layout.reference_alone
+    jaw, top = design.spec.jaw, design.spec.elastomer.thickness + design.spec.target.thickness
+    wide = {"shape": "square", "size": (40e-3, 40e-3)}
+    plate = replace(design.spec.target, thickness=jaw.height, material=jaw.material, **wide)
+    pad = replace(design.spec.elastomer, thickness=top + 0.05e-3 + 1e-3, **wide)
+    spec = replace(alone.spec, target=plate, elastomer=pad, encapsulation=None)
+    covered = estimated(replace(alone, spec=spec), is_solved=False).coils[0].states["rest"]
+    assert covered.target_change == approx(changes[1], rel=0.1)

@@ -32,7 +32,7 @@ from sitscad.estimates.tolerances.scatter import CAPACITOR, DIAMETER, DISTANCE, 
 from sitscad.estimates.windings.methods import equivalent_spirals, winding_geometry
 from sitscad.files.report import numbers
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
-from sitscad.kernels.electromagnetics.loss.proximity import winding_loss
+from sitscad.kernels.electromagnetics.loss.proximity import suited_resolution, winding_loss
 from sitscad.kernels.electromagnetics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.layout import lay_out
 from sitscad.spec.circuit import LayerKind
@@ -114,6 +114,23 @@ def test_slopes_of_the_resistance_are_its_differences(frequency):
         found = (_resistance(changed(spec, **{key: step}), frequency)
                  - _resistance(changed(spec, **{key: -step}), frequency)) / (2 * step)
         assert circuit_slopes[name] == approx(found, abs=0.12 * _resistance(spec, frequency)), name
+
+
+@pytest.mark.parametrize(("width", "frequency"), [(60e-6, 2e6), (150e-6, 1e6), (150e-6, 5e6), (300e-6, 6e6)])
+def test_width_slope_of_the_resistance_is_the_difference_of_fine_solutions(width, frequency):
+    """Skin depths: narrow tracks by rough solutions, wide tracks by usual ones, and a mean of both in between."""
+    first = SpiralLayer(4e-3, 2.0 * width, 6, 0.0, 1, True, 0.0, width, 35e-6)
+    layers = first, replace(first, z=-75e-6, sense=-1, inward=False)
+    resolution = suited_resolution(layers, COPPER_CONDUCTIVITY, 0.01)
+    narrow, wide = (
+        winding_loss([replace(layer, width=way * width) for layer in layers], COPPER_CONDUCTIVITY, 0.01, resolution)
+        for way in (0.98, 1.02)
+    )
+    less, more = (loss.direct * (loss.resistance_ratio(frequency) - 1.0) for loss in (narrow, wide))
+    exponents = width_power(layers, COPPER_CONDUCTIVITY)(frequency), math.log(more / less) / math.log(1.02 / 0.98)
+    ratio = winding_loss(layers, COPPER_CONDUCTIVITY).resistance_ratio(frequency)
+    slope, expected = ((exponent * (ratio - 1.0) - 1.0) / ratio for exponent in exponents)
+    assert slope == approx(expected, rel=0.05, abs=0.02)
 
 
 def _loss(spec):

@@ -16,7 +16,7 @@ import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.files.formats.kicad.sexpr import (
     copper_names,
     curve,
@@ -394,7 +394,7 @@ def test_an_arc_flatter_than_the_grid_is_a_line():
 
 RENDER = """
 import hashlib, layouts
-from sitscad.files.formats import kicad as project
+from sitscad.files.formats.kicad import project_files as project
 for name, content in sorted(project.render(layouts.two_coils()).items()):
     print(name, hashlib.sha256(content).hexdigest())
 """

@@ -10,7 +10,7 @@ import layouts
 import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
-from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.files.formats.kicad.coil import coil_footprints, winding
 from sitscad.files.formats.kicad.sexpr import copper_names, layer_table, node
 from sitscad.kernels.geometry.path import Line, Point, polar

@@ -10,10 +10,10 @@ from dataclasses import replace
 import pytest
 from kicad_oracle import needs_kicad, rule_check, write
 
-from sitscad.files.formats import kicad
 from sitscad.files.formats.kicad import library as kicad_footprint
 from sitscad.files.formats.kicad import library as kicad_symbol
 from sitscad.files.formats.kicad import pcb as kicad_board
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.files.formats.kicad import sexpr as kicad_stackup
 from sitscad.layout import lay_out
 from sitscad.spec.design_rules import FINISHES

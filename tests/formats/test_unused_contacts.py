@@ -10,7 +10,7 @@ from layouts import order_set
 
 import sitscad
 from sitscad.files.extraction.differences import compare, extract
-from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad import project_files as kicad
 
 
 @pytest.fixture(scope="module", params=["zif-0.3mm", "zif-0.5mm"])

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from sitscad.package.folder import write_schema, write_template
+from sitscad.package.example_specs import write_schema, write_template
 
 MODELINE = re.compile(r"# yaml-language-server:\s*\$schema=(\S+)")
 """How the YAML language server of editors reads it."""

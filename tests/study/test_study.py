@@ -41,7 +41,7 @@ from sitscad.apps.study.answer_text import (
     yield_table,
     yields_text,
 )
-from sitscad.apps.study.document import Goal, Requirement, StudyDocument
+from sitscad.apps.study.document import Goal, Requirement, StudyDocument, study_schema
 from sitscad.apps.study.evaluating import (
     IN_FULL,
     NOT_COMPUTED,
@@ -68,7 +68,7 @@ from sitscad.apps.study.running import (
 )
 from sitscad.apps.study.space import Space, Variable, code_version, value_at_key
 from sitscad.apps.study.spreads import SPREADS, latin_hypercube, unit_spec, wilson_interval, yield_of
-from sitscad.apps.study.study import StudyAnswer, study_schema
+from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import parse_range
 from sitscad.cli import designing, run
 from sitscad.spec import templates

@@ -21,7 +21,7 @@ from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import INNER, TURNS, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
-from sitscad.spec.format.section import Section, key
+from sitscad.spec.format.section import Section, key, schema_of
 from sitscad.spec.load import meet
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
@@ -528,3 +528,8 @@ def _usual_goals(is_tactile: bool, shear_force: float | None, jaw: Jaw | None, b
         yield "minimize: resolution.shear_x"
     elif body is None:
         yield "minimize: board.area"
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a study's file."""
+    return schema_of(StudyDocument, "sitscad study", "urn:sitscad:study:1", "*.study.yaml")

@@ -29,7 +29,6 @@ from sitscad.estimates.design import Design
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.package.inspection import as_configured
-from sitscad.spec.format.section import schema_of
 from sitscad.spec.load import plain_data, read_text, yaml_text
 from sitscad.spec.reading import (
     Flaw,
@@ -268,8 +267,3 @@ def _read(text: str, path: str) -> Study:
         raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in remarks.flaws]), source=source)
     stem = os.path.splitext(os.path.basename(path))[0]
     return Study(stem, request)
-
-
-def study_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a study's file."""
-    return schema_of(StudyDocument, "sitscad study", "urn:sitscad:study:1", "*.study.yaml")

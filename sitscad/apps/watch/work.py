@@ -27,7 +27,7 @@ from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
 from sitscad.basics.units import quantity
 from sitscad.checks.findings import CheckedSpec
-from sitscad.checks.opening import is_study, opened, policy_for
+from sitscad.checks.opening import is_study, opened, policy_for, unreadable
 from sitscad.checks.policy import PolicyError
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.design import Design
@@ -37,7 +37,6 @@ from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
 from sitscad.package.building import cached_solutions
 from sitscad.package.contents import Contents, nominal_calibration, read_by
-from sitscad.package.inspection import unreadable
 from sitscad.package.stages import page_of
 from sitscad.spec.reading import SpecError
 

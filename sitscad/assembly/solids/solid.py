@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.bodies import PartsError as PartsError
 from sitscad.basics.arrays import Array
+from sitscad.basics.errors import ExpectedError
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, rounded
 
@@ -30,7 +31,7 @@ _MEND = "pip install 'sitscad[all]'"
 _SYSTEM_LIBRARIES = "libgl1 libxrender1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
 
 
-class MissingExtra(ImportError):
+class MissingExtra(ExpectedError, ImportError):
     """An error for a package of the extra that is missing or cannot be loaded. The text gives the remedy."""
 
 

@@ -20,6 +20,7 @@ from sitscad.kernels.geometry.path import Path, bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.layout.clearance import hole_keep_out, joined_hole
+from sitscad.layout.outline import edge_room
 from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
@@ -79,23 +80,39 @@ def lead_gap(
     return gap, max(2.0 * keep, gap) + width + rules.trace_spacing
 
 
+def body_gap(artwork: ArtworkSpec) -> tuple[float, float] | None:
+    """Return two lengths (m): the room between the coils and the body's edge, and the room for one more lead or via.
+
+    None if the spec gives no outline of the body.
+    """
+    edge = artwork.body_outline
+    if edge is None:
+        return None
+    rules, pitch = artwork.fpc.rules, artwork.coil.trace_width + artwork.fpc.rules.trace_spacing
+    gap, hole = min(edge_room(artwork, edge).values()), joined_hole(rules, artwork.coil.trace_width)
+    via = hole_keep_out(hole, rules, rules.trace_spacing) + 0.5 * hole.pad + rules.copper_to_edge
+    lead = rules.copper_to_edge + pitch
+    return gap, min(room for room in (lead, via, max(gap, via) + pitch) if room > gap + ROUNDING)
+
+
 def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
     lack, body = _with_need(spec.artwork, shortfall), spec.fpc.body
     is_known, is_single = lack.need is not None, len(spec.array.placements) == 1
-    is_sized = body is not None and body.size is not None
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
     leads = "lead-room" if is_single else "lead-room-coils"
     have, need, unit = lack.have, lack.need, lack.unit
-    gap = lead_gap(spec.array.placements, spec.coil, spec.fpc.rules)
-    if lack.what is Missing.LEAD_ROOM and not is_sized and have is None and gap is not None:
-        leads, have, need, unit = "lead-room-gap", *gap, "m"
+    between, beside = lead_gap(spec.array.placements, spec.coil, spec.fpc.rules), body_gap(spec.artwork)
+    is_in_body = beside is not None and (between is None or beside[0] * between[1] < between[0] * beside[1])
+    gap = beside if is_in_body else between
+    if lack.what is Missing.LEAD_ROOM and have is None and gap is not None:
+        leads, have, need, unit = "lead-room-body" if is_in_body else "lead-room-gap", *gap, "m"
     # case, key and source (None: the rule's)
     texts: dict[Missing, tuple[str, str, str | None]] = {
         Missing.WAY_OUT: ("way-out", "coil.layers", None),
         Missing.INNER_ROOM: ("inner-room", "coil.turns", f"via pad {of_rules}"),
-        Missing.LEAD_ROOM: ("lead-room-body" if is_sized else leads, "fpc.body" if is_sized else "coil.start_angle" if
-                            is_single else spec.array.distance_key, f"via pad {of_rules}"),
+        Missing.LEAD_ROOM: (leads, "fpc.body" if is_in_body else "coil.start_angle" if is_single else
+                            spec.array.distance_key, f"via pad {of_rules}"),
         Missing.TAIL_LAYERS: ("tail-pairs", "fpc.tail.layers", None),
         Missing.TAIL_ROOM: ("tail-room" if is_known else "tail-room-unknown",
                             "fpc.tail.connector" if spec.fpc.tail else "fpc",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from typing import Any
 
 from sitscad.checks.findings.document import (
     CheckedSpec,
@@ -21,16 +22,16 @@ from sitscad.checks.findings.text import OutputOptions, RuleTexts, as_text, styl
 
 __all__ = [
     "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
-    "excerpt", "finding_json", "in_order", "json_document", "numbered_places", "printable", "styled", "summary",
-    "to_json",
+    "excerpt", "finding_json", "in_order", "job_summary", "json_document", "numbered_places", "printable", "styled",
+    "summary", "to_json",
 ]
 
 Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]
 
 
-def _late(name: str) -> Format:
-    """Return a format of module `ci`, imported at its first use, because a check in text or JSON does not need it."""
-    return lambda checked, output: getattr(import_module("sitscad.checks.findings.ci"), name)(checked, output)
+def _late(name: str) -> Callable[..., Any]:
+    """Return a function of module `ci`, imported at its first call: checks in text or JSON do not need it."""
+    return lambda *arguments: getattr(import_module("sitscad.checks.findings.ci"), name)(*arguments)
 
 
 FINDING_FORMATS: Mapping[str, Format] = {
@@ -38,3 +39,5 @@ FINDING_FORMATS: Mapping[str, Format] = {
     "github": _late("github"),
 }
 """Output formats of ``check``: each takes the checked specs and the output options."""
+
+job_summary: Callable[[Sequence[CheckedSpec], Mapping[str, str]], str] = _late("job_summary")

@@ -21,12 +21,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from sitscad.basics.errors import ExpectedError
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import RuleTexts
 
 
-class PolicyError(ValueError):
+class PolicyError(ExpectedError, ValueError):
     """A configuration or baseline that cannot be used. The message gives the place and the reason."""
 
 

@@ -32,7 +32,7 @@ from sitscad.estimates.tolerances.scatter import (
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
-from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, USUAL, winding_loss
+from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, USUAL, suited_resolution, winding_loss
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_impedance, reflected_inductances
 from sitscad.layout.board import Coil
@@ -51,8 +51,8 @@ f. The factors were fitted to differences of full solutions of eleven templates,
 ln x within 0.15. Round coils without metal use `width_power` for the width, except in screening.
 """
 
-WIDER = 0.1
-"""Relative change of the track width, up and down, for the numerical derivative in `width_power`."""
+WIDER = 0.02
+"""Relative change of the track width for the numerical derivative in `width_power`."""
 
 ROUGHLY_SOLVED = 4.0
 """Largest track width, in skin depths, at which `width_power` uses rough solutions alone (within 2 %).
@@ -164,21 +164,20 @@ def slopes_of(
 def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float], float]:
     """Return a function of frequency (Hz): exponent of the track width in the extra loss of a winding without metal.
 
-    The conductivity is in S/m. The exponent comes from two solutions with different widths, which are rough for narrow
-    tracks.
+    The conductivity is in S/m. The exponent comes from solutions of the winding and of wider tracks with equal modes
+    and cuts. They are rough for narrow tracks.
     """
+    wider = tuple(replace(layer, width=(1.0 + WIDER) * layer.width) for layer in layers)
 
     @lru_cache(maxsize=2)
     def solved(tolerance: float) -> tuple[ProximityLoss, ProximityLoss]:
-        narrow, wide = (
-            winding_loss([replace(layer, width=way * layer.width) for layer in layers], conductivity, tolerance)
-            for way in (1.0 - WIDER, 1.0 + WIDER)
-        )
-        return narrow, wide
+        resolution = suited_resolution(layers, conductivity, tolerance)
+        first, second = (winding_loss(tracks, conductivity, resolution=resolution) for tracks in (layers, wider))
+        return first, second
 
     def by(tolerance: float, frequency: float) -> float:
         less, more = (winding.direct * (winding.resistance_ratio(frequency) - 1.0) for winding in solved(tolerance))
-        return (more - less) / (0.5 * (more + less) * 2.0 * WIDER)
+        return math.log(more / less) / math.log(1.0 + WIDER)
 
     def power(frequency: float) -> float:
         depths = layers[0].width / skin_depth(frequency, conductivity)

@@ -82,6 +82,26 @@ def changes_in_front(
     return changes
 
 
+def reference_change(layout: Layout, estimates: Estimates, grasped: float) -> float | None:
+    """Return the inductance change (H) of the reference coil by the other jaw's metal.
+
+    `grasped` (m) is the thickness of an object between the sensor's top and the other jaw. None if the sensor has no
+    jaw of metal, no target or no reference coil at rest.
+    """
+    spec = warmed(layout.spec, estimates.temperature)
+    plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
+    state = None if estimates.reference is None else estimates.reference.states.get(REST)
+    if plate is None or target is None or state is None or not math.isfinite(state.frequency):
+        return None
+    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, sigmas(spec)))
+    assert spectrum is not None
+    face = float(at_rest(spec)[2]) + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
+    none, with_jaw = (
+        float(reflected_inductances(spectrum, np.array([state.frequency]), front, behind, (0.0,))[0, 0].real)
+        for front in (None, Reflector(face, (plate,))))
+    return with_jaw - none
+
+
 def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Mapping[str, float]:
     """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
 

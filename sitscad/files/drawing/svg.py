@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from xml.sax.saxutils import escape
+from functools import partial
+from html import escape as html_escape
 
 from sitscad.basics.units import decimal
 from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, text_width
@@ -16,6 +17,7 @@ LINE = 30
 With a wider substitute for Helvetica, the notes of a drawing ran over its frame.
 """
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
+escape = partial(html_escape, quote=False)
 
 
 def svg(sheet: Sheet) -> str:
@@ -144,4 +146,4 @@ def _named(name: str, kind: str) -> str:
 
 
 def _attribute(text: str) -> str:
-    return escape(text, {"'": "&apos;"})
+    return escape(text).replace("'", "&apos;")

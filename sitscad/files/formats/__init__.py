@@ -10,7 +10,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("drill map", "files.formats.gerber:render_drill_map", "gerber"),
     Writer("ipc356", "files.formats.ipc356", "gerber"), Writer("job file", "files.formats.gerber:render_job", "gerber"),
     Writer("panel", "files.formats.gerber.panel_files", "gerber", ("panel", "files")),
-    Writer("kicad", "files.formats.kicad", "kicad"),
+    Writer("kicad", "files.formats.kicad.project_files", "kicad"),
     Writer("wiring", "files.formats.kicad.schematic", "firmware", ("layout", "estimates")),
     Writer("laser dxf", "files.formats.laser:render_dxf", "laser", ("layout", "forced"), is_cut),
     Writer("laser svg", "files.formats.laser:render_svg", "laser", ("layout", "forced"), is_cut),

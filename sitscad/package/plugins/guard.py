@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from sitscad.basics.errors import ExpectedError
 from sitscad.basics.record import record
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from sitscad.files.writer import Writer
 
 
-class PluginError(RuntimeError):
+class PluginError(ExpectedError, RuntimeError):
     """Raised if a plugin cannot be used, or fails while it runs. The text names the plugin."""
 
 

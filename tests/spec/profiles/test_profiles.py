@@ -20,7 +20,7 @@ from sitscad.cli import cli
 from sitscad.data import FOLDER
 from sitscad.estimates.design import without_text
 from sitscad.files.documents import order_notes as fabrication_notes
-from sitscad.files.formats import kicad as kicad_rules
+from sitscad.files.formats.kicad import project_files as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.spec import presets, profiles

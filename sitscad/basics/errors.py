@@ -1,0 +1,5 @@
+"""The base of errors that the user can resolve."""
+
+
+class ExpectedError(Exception):
+    """An error whose text names the cause and the remedy. A command prints the text only."""

@@ -1,0 +1,94 @@
+"""SIT223 and SIT224: the target's signal on the reference coil, and metal that only this coil sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.finding import Severity
+from sitscad.checks.fixes.search import Fix, setting
+from sitscad.checks.reading.other_jaw import LITTLE, MUCH, THIN
+from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.estimates import estimated
+from sitscad.estimates.design import Design
+from sitscad.spec.coil import Reference
+from sitscad.spec.sensor import SensorSpec
+
+KEY = "array.reference.offset"
+
+STEPS = (0.25, 0.5, 1.0)
+"""Distances by which the reference coil is moved in trials, in coil sizes."""
+
+
+def reference_signal(design: Design) -> Iterator[Verdict]:
+    """Yield a finding if the reference coil sees more of a full-scale reading than the limit."""
+    if design.estimates.is_rough:
+        return
+    from sitscad.estimates.states.reference import reference_signal  # loads a solver
+
+    signal, limit = reference_signal(design.layout, design.estimates), own_limits()["reference_signal"]
+    if signal is None:
+        yield not_checked("reference-unsolved", state=PRESSED)
+    elif signal.share > limit.value:
+        yield violated(
+            "reference-signal", KEY, signal.share, limit.value, source=limit.source,
+            severity=None if signal.share > own_limits()["reference_signal_most"].value else Severity.WARNING,
+            fixes=(lambda: _moved(design.spec),), coil=design.layout.coils[-1].name, other=signal.coil,
+            change=abs(signal.reference), at_rest=abs(signal.at_rest),
+        )
+
+
+def _moved(spec: SensorSpec) -> Sequence[Fix]:
+    """Return changes that move the reference coil farther from the other coils, the nearest first."""
+    placement, (x, y) = spec.reference_placement, spec.array.middle
+    assert placement is not None
+    dx, dy, fixes = placement.centre[0] - x, placement.centre[1] - y, []
+    for step in STEPS:
+        farther = round(dx + (step if dx >= 0.0 else -step) * spec.coil.size[0], 5)
+        written = f"[{1e3 * farther:.6g}, {1e3 * dy:.6g}]"
+        fixes.append(setting(spec, "array.reference", Reference(offset=(farther, dy)), f"{{offset: {written}}}"))
+    return fixes
+
+
+def reference_metal(design: Design) -> Iterator[Verdict]:
+    """Yield findings on metal that changes the reference coil with the jaws' opening, or behind this coil alone."""
+    estimates, layout = design.estimates, design.layout
+    if estimates.is_rough or estimates.reference is None or REST not in estimates.reference.states:
+        return
+    from sitscad.estimates.states.other_jaw import reference_change  # imported only for jaws
+    from sitscad.estimates.states.reference import metal_share
+
+    name = estimates.reference.name
+    signal = max((abs(coil.states[PRESSED].inductance - coil.states[REST].inductance)
+                  for coil in estimates.coils if PRESSED in coil.states and REST in coil.states), default=0.0)
+    closed, near = (reference_change(layout, estimates, grasped) for grasped in (0.0, THIN))
+    if closed is not None and near is not None and signal and abs(closed) >= LITTLE * signal:
+        ratio = abs(near) / signal
+        yield violated(
+            "reference-front", "mount.jaw", ratio, MUCH, severity=None if ratio > MUCH else Severity.NOTE, coil=name,
+            near=abs(near), closed=abs(closed), thin=THIN,
+            share=abs(near) / estimates.reference.states[REST].inductance,
+        )
+    jaw = design.spec.jaw
+    if jaw is not None and jaw.fenestration is not None:
+        # the sensing coils without their target, before the same jaw
+        bare = [estimated(layout.without_target(coil)).coils[0] for coil in layout.sensing.coils[:1]]
+        shares = metal_share(estimates.reference), metal_share(bare[0])
+        difference = abs(shares[0] - shares[1])
+        if difference > UNEQUAL * abs(shares[1]):
+            yield violated(
+                "reference-behind", KEY, difference / abs(shares[1]), UNEQUAL, severity=Severity.NOTE, coil=name,
+                other=bare[0].name, by_reference=abs(shares[0]), by_other=abs(shares[1]))
+
+
+UNEQUAL = 0.1
+"""Largest difference of the effects of metal behind the reference coil and another coil, over the latter."""
+
+
+RULES: tuple[Rule, ...] = (
+    rule_of("SIT223", reference_signal, "reference", "target", "elastomer", "normal force",
+            limit=100.0 * own_limits()["reference_signal"].value,
+            most=100.0 * own_limits()["reference_signal_most"].value),
+    rule_of("SIT224", reference_metal, "reference", "target", "jaw", much=f"{100.0 * MUCH:.0f} %",
+            unequal=f"{100.0 * UNEQUAL:.0f} %"),
+)

@@ -1,0 +1,58 @@
+"""Unwanted effects of target and metal on the reference coil."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE, REST
+from sitscad.basics.record import record, replace
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
+from sitscad.estimates.states.solved_target import own_changes
+from sitscad.layout.board import Layout
+
+
+@record
+class ReferenceSignal:
+    """Inductance changes (H) of the reference coil, and of the sensing coil `coil` that changes most, when pressed.
+
+    `at_rest` (H) is the change of the reference coil by the target at rest.
+    """
+
+    coil: str
+    reference: float
+    sensing: float
+    at_rest: float
+
+    @property
+    def share(self) -> float:
+        """Part of a full-scale reading that the reference coil sees."""
+        return abs(self.reference / self.sensing) if self.sensing else math.inf
+
+
+def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | None:
+    """Return the solved signal of the target on the reference coil, from rest to the required force.
+
+    With cells, it is the signal of the nearest cell's target. None if there is no reference coil, if
+    the target's effect is not solved for the states, or if no state is pressed.
+    """
+    reference, z = layout.reference, estimates.pressed_place
+    if reference is None or estimates.reference is None or z is None or not estimates.is_solved:
+        return None
+    cells = [layout.sensing.cell(k + 1) for k in range(len(layout.spec.cell_placements))]
+    near = min(cells, key=lambda cell: math.dist(cell.spec.array.middle, reference.placement.centre))
+    board = replace(near, coils=(*near.coils, reference))
+    poses = np.zeros((2, 6))
+    poses[1, 2] = z
+    rest, pressed = own_changes(board, poses, estimates.reference.sensor_frequency).real.tolist()
+    *changes, seen = (after - before for before, after in zip(rest, pressed, strict=True))
+    number = max(range(len(changes)), key=lambda k: abs(changes[k]))
+    return ReferenceSignal(near.coils[number].name, seen, changes[number], rest[-1])
+
+
+def metal_share(coil: CoilEstimate) -> float:
+    """Return the relative inductance change of a coil without a target by the metal behind it, 0 without metal."""
+    if REST not in coil.states or FREE not in coil.states:
+        return 0.0
+    return coil.states[REST].inductance / coil.states[FREE].inductance - 1.0
