@@ -340,7 +340,7 @@ class Estimates:
     `metered` are meter readings of the bare board, empty unless requested (`Incoming.board`). `is_rough` marks
     screening estimates.
 
-    `coils` and matrices leave out the reference coil, and `metered` has it last. `reference` is this coil, without a
+    `coils` leaves out the reference coil; matrices and `metered` have it last. `reference` is this coil, without a
     target and without the effect of its idle neighbours. None if there is no reference coil.
     """
 

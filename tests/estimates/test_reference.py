@@ -104,3 +104,24 @@ def test_other_jaw_changes_the_reference_coil_as_a_plate_over_a_coil_without_tar
     spec = replace(alone.spec, target=plate, elastomer=pad, encapsulation=None)
     covered = estimated(replace(alone, spec=spec), is_solved=False).coils[0].states["rest"]
     assert covered.target_change == approx(changes[1], rel=0.1)
+
+
+def test_reference_coil_on_a_second_converter_is_checked_for_coupling(design):
+    spec = design.spec.replace("readout.device", "ldc1612")
+    finding = next(each for each in sitscad.check(spec).findings if each.rule == "SIT211")
+    matrix = sitscad.Design(spec).estimates.inductance_matrix
+    assert finding.measured == approx(abs(matrix[1][2]) / matrix[1][1], rel=1e-6)
+
+
+def test_reference_coil_too_long_for_its_jaw_is_refused_with_the_missing_length(design):
+    spec = design.spec.replace("mount.jaw", {"based_on": "generic-5mm", "length": 13e-3})
+    finding = next(each for each in sitscad.check(spec).findings if each.rule == "SIT302")
+    assert finding.severity == "error" and finding.measured > finding.limit == 13e-3
+    assert "array.reference" in finding.hint
+
+
+@pytest.mark.parametrize("changes", [{}, {"readout.capacitor_at": None, "readout.capacitors_on_board": "chip-0402"}])
+def test_every_coil_of_a_board_with_a_reference_coil_ends_at_its_contacts(design, changes):
+    layout = sitscad.lay_out(design.spec.replace(changes) if changes else design.spec)
+    assert {pad.pin for pad in layout.pads if pad.pin} == {f"C{k}.{end}" for k in (1, 2, 3) for end in "AB"}
+    assert [each.coil for each in layout.capacitors] == (["C1", "C2", "C3"] if changes else [])

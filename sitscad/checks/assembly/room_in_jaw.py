@@ -180,6 +180,7 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     excess = measure.worst - jaw.length
     less = _less_margin(design.spec, 0, excess)
     hint = "length-pitch" if len(design.spec.array.placements) > 1 else "length-coils"
+    hint = hint if design.spec.array.reference is None else "length-reference"
     yield violated(
         "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
         hint="length-margin" if less else hint, details=("with-tolerances", *unverified(jaw)), severity=severity,

@@ -132,7 +132,7 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
 
     The relative loss is the square of the coupling factor.
     """
-    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+    matrix, coils = design.estimates.inductance_matrix, design.estimates.all_coils
     places = design.spec.readout.device.places(len(coils))
     pairs = [
         (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)

@@ -155,8 +155,10 @@ def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
     """
     windings = tuned.wound
     spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
-    boards, readout = [tuned], tuned.readout
+    boards, readout, matrix, matrix_errors = [tuned], tuned.readout, windings.matrix, windings.matrix_errors
     if reference is not None:
+        every = (*windings.layout.coils, *reference.wound.layout.coils)
+        matrix, matrix_errors = beside_each_other(spec.coil, every, windings.winding, rough)
         circuits = [*tuned.circuits, *reference.circuits]
         readout = settle(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]
@@ -177,9 +179,9 @@ def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
     return Estimates(
         coils=coils,
         reference=others[0] if others else None,
-        inductance_matrix=tuple(map(tuple, windings.matrix.tolist())),
+        inductance_matrix=tuple(map(tuple, matrix.tolist())),
         readout=readout,
-        inductance_matrix_error=tuple(map(tuple, windings.matrix_errors.tolist())),
+        inductance_matrix_error=tuple(map(tuple, matrix_errors.tolist())),
         compression=assembly.compression,
         compression_scatter=assembly.scatters.get(PRESSED),
         gaps=assembly.gaps,

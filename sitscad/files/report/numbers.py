@@ -117,7 +117,7 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
         part_table(coils),
         _by_state(coils, temperature, "What the converter resolves", STEPS, "quantum"),
         other_table(coils, temperature, estimates.normal_force), spread_table(coils, temperature),
-        matrix_table(estimates.coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
+        matrix_table(coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
     ]
 
 
