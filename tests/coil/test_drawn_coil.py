@@ -142,6 +142,52 @@ def test_third_run_without_arcs_leads_back_to_the_top(tmp_path):
     assert drawn.inductance == approx(sitscad.coil(**TWO, frequency="5 MHz").inductance, rel=5e-3, abs=0)
 
 
+def test_arcs_of_kicad_5_are_the_arcs_of_later_versions(tmp_path):
+    """Footprint generators for KiCad 5 write the centre, the first point and an angle, clockwise on the screen."""
+    arcs = {"five": "", "six": ""}
+    radius = 4.0
+    for half in range(20):
+        x, side = 0.0 if half % 2 == 0 else -0.1, 1 if half % 2 == 0 else -1
+        first, last = x + side * radius, x - side * radius
+        arcs["five"] += f'(fp_arc (start {x} 0) (end {first} 0) (angle 180) (layer F.Cu) (width 0.1))'
+        arcs["six"] += (f'(fp_arc (start {first} 0) (mid {x} {side * radius}) (end {last} 0) (layer "F.Cu") '
+                        '(stroke (width 0.1) (type solid)))')
+        radius -= 0.1
+    drawn = []
+    for name, text in arcs.items():
+        pads = "".join(f'(pad {number} smd circle (at {at} 0) (size 0.1 0.1) (layers F.Cu))'
+                       for number, at in ((1, 4.0), (2, last)))
+        (tmp_path / f"{name}.kicad_mod").write_text(f"(module coil (layer F.Cu) {text} {pads})")
+        drawn.append(sitscad.drawn_coil(str(tmp_path / f"{name}.kicad_mod"), stackup="flex-2l-30um"))
+    five, six = drawn
+    assert five.inductance == approx(six.inductance, rel=1e-9, abs=0)
+    assert [turns for _, turns in five.conductor.turns()] == approx([-10.0], rel=0.01, abs=0)
+
+
+@pytest.mark.parametrize(("dx", "dy"), [(0.07, 0.0), (0.06, 0.05), (0.0, -0.08)])
+def test_ends_whose_copper_touches_are_joined(dx, dy, tmp_path):
+    """A lead drawn by hand rarely ends on the last point of a generated spiral."""
+    x, y = TOP[0]
+    (tmp_path / "exact.kicad_pcb").write_text(two_layers())
+    lead = segments([(x + dx, y + dy), (x + 2.0, y + dy)], "F.Cu") + pad("3", x + 2.0, y + dy)
+    text = two_layers(more=lead).replace('"1" smd rect', '"1" np_thru_hole rect')
+    (tmp_path / "lead.kicad_pcb").write_text(text)
+    exact = sitscad.drawn_coil(str(tmp_path / "exact.kicad_pcb"), net="COIL")
+    joined = sitscad.drawn_coil(str(tmp_path / "lead.kicad_pcb"), net="COIL")
+    assert joined.conductor.length - exact.conductor.length == approx(2e-3, rel=0.06, abs=0)
+    assert joined.inductance == approx(exact.inductance, rel=2e-3, abs=0)
+
+
+def test_turns_of_a_wedge_are_counted_about_its_innermost_turn(tmp_path):
+    """The middle of the copper of a wedge lies outside of its inner turns, which are near its round side."""
+    corners = np.array([(-4.0, 4.0), (0.0, -2.0), (4.0, 4.0)])
+    points = np.array([(0.0, 3.0) + (1.0 - k / 36.0) * (corners[k % 3] - (0.0, 3.0)) for k in range(33)])
+    (tmp_path / "wedge.kicad_pcb").write_text(board(segments(points, "F.Cu", width=0.05), pad("1", *points[0]),
+                                                    pad("2", *points[-1])))
+    ((_, turns),) = sitscad.drawn_coil(str(tmp_path / "wedge.kicad_pcb"), net="COIL").conductor.turns()
+    assert abs(turns) == approx(32 / 3, rel=0.05, abs=0)
+
+
 @pytest.mark.slow
 def test_dead_end_is_left_out_and_named(tmp_path):
     file = tmp_path / "board.kicad_pcb"

@@ -26,8 +26,11 @@ MOST_TRACKS = 20_000
 JOINED = 1e-6
 """Largest distance (m) between track ends that are the same point: files round to 1 um or finer."""
 
-OVERLAP = 0.25
-"""Largest distance between two track ends that count as joined, divided by the width of the narrower track."""
+OVERLAP = 0.5
+"""Largest distance between two track ends that count as joined, divided by the width of the track that is added.
+
+KiCad also joins an end to a track whose copper covers it.
+"""
 
 
 @record
@@ -97,17 +100,36 @@ class DrawnConductor:
 
     def turns(self) -> list[tuple[str, float]]:
         """Return layer and turns of each run about the centre, counter-clockwise positive, along the current."""
-        centre, rows = self.centre, []
-        for run in self.runs:
-            points = [point - centre for point in run.path.flattened(SAMPLED)]
-            angle = math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(points))
-            rows.append((run.layer, angle / (2.0 * math.pi)))
-        return rows
+        polylines = [run.path.flattened(SAMPLED) for run in self.runs]
+        # the median of the turns of a wedge lies outside of its inner turns
+        inner = [_innermost(points) for points in polylines]
+        counts = [[_winding_number(points, centre) for points in polylines] for centre in (self.centre, *inner)]
+        best = max(counts, key=lambda each: (round(abs(math.fsum(each))), -counts.index(each)))
+        return [(run.layer, number) for run, number in zip(self.runs, best, strict=True)]
 
 
 SAMPLED = 10e-6
 """Distance (m) between arcs and their chords when turns are counted."""
 
+
+def _winding_number(points: Sequence[Point], centre: Point) -> float:
+    """Return the turns of a polyline about a centre, counter-clockwise positive."""
+    moved = [point - centre for point in points]
+    return math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(moved)) / math.tau
+
+
+def _innermost(points: Sequence[Point]) -> Point:
+    """Return the centroid of the first or last turn of a polyline, whichever encloses less area."""
+    turns = []
+    for way in (points, points[::-1]):
+        bend = 0.0
+        for k in range(1, len(way) - 1):
+            (ax, ay), (bx, by) = way[k] - way[k - 1], way[k + 1] - way[k]
+            bend += math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+            if abs(bend) >= math.tau:
+                break
+        turns.append(_enclosed(way[: k + 2]) if len(way) > 2 else (math.inf, way[0]))
+    return min(turns)[1]
 
 
 LEAST_BEND = 1.5 * math.pi
@@ -284,30 +306,47 @@ class _Graph:
         return a, b, track
 
     def _join_ends_on_tracks(self) -> None:
-        """Split tracks at the ends of other tracks on their centre line."""
+        """Join each loose end of a track to the nearest other track whose copper touches it."""
         for node in [node for node, edges in self.at.items() if len(edges) == 1 and node >= len(self.pads)]:
-            (own_edge,) = self.at[node] or {0}
+            if len(self.at[node]) != 1:  # another end was joined to it
+                continue
+            (own_edge,) = self.at[node]
             point, layer = self.places[node]
-            for number, (a, b, track) in list(self.edges.items()):
-                if number == own_edge or track.layer != layer or node in (a, b):
+            own = self.edges[own_edge]
+            nearest, least = 0, 0.0
+            for number, (a, b, track) in self.edges.items():
+                if track.layer != layer or {a, b} & set(own[:2]):
                     continue
+                reach = (track.width + own[2].width) / 2 - JOINED
                 x0, y0, x1, y1 = track.line.box
-                half = track.width / 2
-                if not (x0 - half <= point.x <= x1 + half and y0 - half <= point.y <= y1 + half):
+                if not (x0 - reach <= point.x <= x1 + reach and y0 - reach <= point.y <= y1 + reach):
                     continue
-                if track.line.distance(point) <= half:
-                    self._split(number, node, point)
-                    break
+                distance = track.line.distance(point)
+                if distance <= reach and (not nearest or distance < least):
+                    nearest, least = number, distance
+            if nearest:
+                self._split(nearest, node, point)
 
     def _split(self, number: int, node: int, point: Point) -> None:
-        a, b, track = self._remove(number)
+        """Join a node to a track: to its end, if this is nearest, or between two parts of the track."""
+        a, b, track = self.edges[number]
         near = _nearest(track.line, point)
+        for other, end in ((a, track.line.start), (b, track.line.end)):
+            if near.distance(end) <= 1e-9:
+                return self._merge(node, other)
+        self._remove(number)
         for first, last, start, end in ((a, node, track.line.start, near), (node, b, near, track.line.end)):
-            if start.distance(end) > 1e-9:
-                new = max(self.edges, default=0) + 1
-                self.edges[new] = first, last, replace(track, line=part_of(track.line, start, end))
-                self.at[first].add(new)
-                self.at[last].add(new)
+            new = max(self.edges, default=0) + 1
+            self.edges[new] = first, last, replace(track, line=part_of(track.line, start, end))
+            self.at[first].add(new)
+            self.at[last].add(new)
+
+    def _merge(self, node: int, other: int) -> None:
+        """Attach the tracks of a node to another node, whose copper covers it."""
+        for number in self.at.pop(node):
+            a, b, track = self.edges[number]
+            self.edges[number] = other if a == node else a, other if b == node else b, track
+            self.at[other].add(number)
 
     def pad(self, node: int) -> DrawnPad | None:
         """Return the pad or via of a node. None for joined ends of tracks."""
@@ -448,7 +487,7 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
                 _link(runs[-1], hub.centre, before[2].width)
                 vias.append(hub)
                 runs.append((track.layer, [], []))
-                if hub.centre.distance(track.line.start) > 1e-9:
+                if hub.centre.distance(track.line.start) > JOINED:
                     runs[-1][1].append(Line(hub.centre, track.line.start))
                     runs[-1][2].append(track.width)
             else:
@@ -462,10 +501,19 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
 
 
 def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
-    """Add a straight piece from the end of a run to a point, unless they coincide."""
-    if run[1] and run[1][-1].end.distance(point) > 1e-9:
-        run[1].append(Line(run[1][-1].end, point))
-        run[2].append(width)
+    """Add a straight piece from the end of a run to a point, unless they coincide.
+
+    If the last piece of the run passes the point, it is cut there, because the current leaves it there.
+    """
+    _, pieces, widths = run
+    if not pieces:
+        return
+    near = _nearest(pieces[-1], point)
+    if min(near.distance(pieces[-1].start), near.distance(pieces[-1].end)) > JOINED:
+        pieces[-1] = part_of(pieces[-1], pieces[-1].start, near)
+    if pieces[-1].end.distance(point) > JOINED:
+        pieces.append(Line(pieces[-1].end, point))
+        widths.append(width)
 
 
 def _require_no_zone(copper: DrawnCopper, chain: Sequence[Edge]) -> None:

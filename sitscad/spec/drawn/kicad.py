@@ -225,14 +225,21 @@ def _tracks(node: Node, nets: dict[str, str], move: Any) -> Iterator[DrawnTrack]
 
 
 def _line_of(node: Node, move: Any) -> Segment | None:
-    """Return the centre line of a segment or an arc. None if it has no length."""
-    start, end = move(_point(node, "start")), move(_point(node, "end"))
-    if node[0].endswith("arc"):
-        if not _child(node, "mid"):
-            raise DrawnCoilError(f"an arc at {place_text(start)} has no point in its middle: save the file with KiCad "
-                                 "6 or a later version")
-        return _arc(start, move(_point(node, "mid")), end)
-    return Line(start, end) if start.distance(end) > 1e-9 else None
+    """Return the centre line of a segment or an arc. None if it has no length.
+
+    An arc of KiCad 6 and later has three points. An arc of KiCad 5 has its centre under ``start``, its first point
+    under ``end``, and an angle (degrees, clockwise positive).
+    """
+    start, end = _point(node, "start"), _point(node, "end")
+    if not node[0].endswith("arc"):
+        return Line(move(start), move(end)) if start.distance(end) > 1e-9 else None
+    if _child(node, "mid"):
+        return _arc(move(start), move(_point(node, "mid")), move(end))
+    angles = _numbers(_child(node, "angle"))
+    if not angles:
+        raise DrawnCoilError(f"an arc at {place_text(move(start))} has neither a point in its middle nor an angle")
+    middle, last = (_moved(end - start, start, -math.radians(part * angles[0])) for part in (0.5, 1.0))
+    return _arc(move(end), move(middle), move(last))
 
 
 def _arc(start: Point, middle: Point, end: Point) -> Segment | None:
