@@ -17,8 +17,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
-from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, ProximityLoss, joined, losses, mode_system
-from sitscad.kernels.electromagnetics.loss.mode_matrix import NearAndFar, mode_matrix
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined, losses, mode_system, path_drive
 from sitscad.kernels.electromagnetics.loss.path_field import Filaments, box_of, path_field
 from sitscad.kernels.electromagnetics.loss.proximity import arc_field, smooth_rings
 from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
@@ -154,18 +153,19 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
                   steps: int, end: int | None) -> list[ProximityLoss]:
     """Return the losses (ohm, H) of a group of sides. With an `end` (0 or 1), only this half of the sides is cut."""
     if sides.curvature[index[0]]:
-        return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
+        return losses([mode_system(*_driven_cut(sides, index, 0.5, 1.0, modes), conductivity, modes)], steps)
     spans = sides.end[index] - sides.start[index]
     corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
-    matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
+    straight = mode_system(_cut(sides, index, 0.5, 1.0), None, conductivity, modes)
     fractions, weights = _crowded(cuts // 2, corner)
     if end is not None:
         chosen = (fractions > 0.5) == bool(end)
         fractions, weights = fractions[chosen], 2.0 * weights[chosen]
-    return losses([
-        _cut_system(sides, index, fraction, weight, conductivity, modes, matrix)
-        for fraction, weight in zip(fractions, weights, strict=True)
-    ], steps)
+    systems = []
+    for fraction, weight in zip(fractions.tolist(), weights.tolist(), strict=True):
+        cut, flux = _driven_cut(sides, index, fraction, weight, modes)
+        systems.append(straight.lengthened(weight, path_drive(cut, flux, conductivity, modes)))
+    return losses(systems, steps)
 
 
 def _crowded(count: int, scale: float) -> tuple[Array, Array]:
@@ -328,9 +328,8 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
-def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
-                modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
-    """Return the modes of the sides at a cut, driven by the flux (Wb/m/A) of bends and of the rest of the path.
+def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, modes: ModeSet) -> tuple[Cut, Array]:
+    """Return the cut of some sides as `_cut` does, and the flux (tracks, points; Wb/m/A) of bends and the whole path.
 
     Biot and Savart for straight filaments.
     """
@@ -349,7 +348,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
     flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
-    return mode_system(cut, flux, conductivity, modes, matrix)
+    return cut, flux
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from sitscad.basics.arrays import Array
-from sitscad.basics.record import record
+from sitscad.basics.record import record, replace
 from sitscad.kernels.electromagnetics.loss.mode_matrix import NearAndFar, mode_matrix
 from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, local_points, mode_conductances, projection
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
@@ -158,6 +158,12 @@ class ModeSystem:
         net = np.matmul(self.carrier[:, None, :], table)
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
+    def lengthened(self, factor: float, drive: Array) -> ModeSystem:
+        """Return the system of straight tracks `factor` times as long, with a `drive` (modes,) by the path added."""
+        root = math.sqrt(factor)
+        return replace(self, coupling=root * self.coupling + drive, source=root * self.source, shift=root * self.shift,
+                       direct=factor * self.direct, change=factor * self.change)
+
     def loss(self, steps: int) -> ProximityLoss:
         """Return R (ohm) and L (H) at every frequency, by a Lanczos run of at most `steps` steps.
 
@@ -191,7 +197,7 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
 
 def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
-                matrix: Array | NearAndFar | None = None, current: Array | None = None) -> ModeSystem:
+                current: Array | None = None) -> ModeSystem:
     """Return the equations of the modes of a cut's tracks in series.
 
     Parameters
@@ -199,15 +205,11 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     cut : Cut
         tracks where a plane crosses them
     smooth : array (tracks, points) or None
-        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks. It is the vector potential along
-        each track per ampere, times the length of the path there over the centre line's length. From this,
-        -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines is taken off
+        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks, as in `path_drive`
     conductivity : float
         S/m
     modes : ModeSet
         modes of each cross-section
-    matrix : optional
-        `mode_matrix` of a cut of the same places, if it is known
     current : array (tracks,), optional
         +1 or -1 along one direction in space; all +1 if left out
 
@@ -216,7 +218,7 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     In a curved track direct current is proportional to 1 / radius.
     """
     current = np.ones(cut.across.size) if current is None else current
-    matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
+    matrix = mode_matrix(cut, conductivity, modes)
     roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
     amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
     # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
@@ -232,15 +234,25 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     coupling = matrix @ source
     change = 0.0
     if smooth is not None:
-        scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
-        stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
-        outside = ((smooth / stretch) @ projection(modes).T * scale).ravel()
+        outside = path_drive(cut, smooth, conductivity, modes)
         if shift.any():
             # direct current's inductance s' M s less an even one's, which has s - shift for s; and likewise outside
             change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
         coupling = coupling + outside
     direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
     return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
+
+
+def path_drive(cut: Cut, smooth: Array, conductivity: float, modes: ModeSet) -> Array:
+    """Return the drive (modes,) of a cut's modes by the flux that the real path adds to the flux of straight tracks.
+
+    `smooth` (tracks, points; Wb/m/A) is the vector potential along each track per ampere, times the length of the path
+    there over the centre line's length. From this, -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance /
+    `cut.unit`) to the other centre lines is taken off. The conductivity is in S/m.
+    """
+    scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
+    stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
+    return np.asarray(((smooth / stretch) @ projection(modes).T * scale).ravel())
 
 
 def _lanczos(
