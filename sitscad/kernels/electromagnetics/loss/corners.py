@@ -371,12 +371,12 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
     nodes, weights = gauss(STRANDS)
-    for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
-        here = place[i]
-        for x, weight in zip(nodes, weights, strict=True):
-            offset = 0.5 * x * filaments.width[j][:, None]
-            start = filaments.start[j] + offset * filaments.before[j]
-            end = filaments.end[j] + offset * filaments.after[j]
+    for x, weight in zip(nodes, weights, strict=True):
+        offset = 0.5 * x * filaments.width[j][:, None]
+        start = filaments.start[j] + offset * filaments.before[j]
+        end = filaments.end[j] + offset * filaments.after[j]
+        for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
+            here = place[i]
             field = normal_field(here, corners.height[i], start, end, filaments.height[j])
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
             for arms, far_ends, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
