@@ -13,9 +13,9 @@ import pytest
 import sitscad
 import sitscad.estimates
 import sitscad.layout
-from sitscad.checks.board.clearances import copper_in
-from sitscad.checks.judging import RULES, judged
-from sitscad.checks.performance import noted
+from sitscad.checks.board.clearances import cached_copper
+from sitscad.checks.judging import RULES, apply_rules
+from sitscad.checks.performance import estimated_values
 from sitscad.checks.rules import outcomes
 from sitscad.estimates import estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
@@ -61,7 +61,7 @@ def test_nothing_is_made_before_it_is_asked_for(made):
 @pytest.mark.parametrize("name", ["grasper_4layer", "three_axis_triangle"])
 def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
     design = template(name)
-    review = judged(design, hints="none")
+    review = apply_rules(design, hints="none")
     assert review.ok and review.findings and review.signals
     assert design.spec.requirements.temperature == ROOM_TEMPERATURE
     assert design.estimates is design.bare.estimates
@@ -70,14 +70,14 @@ def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
 
 @pytest.mark.slow
 def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
-    review = judged(template(WORKED_EXAMPLE), hints="none")
+    review = apply_rules(template(WORKED_EXAMPLE), hints="none")
     assert not review.ok and review.not_checked
     assert made == {"arrange": 1, "estimated": 1}
 
 
 def test_a_build_takes_the_design_that_was_reviewed(made, tmp_path):
     design = template("single_coil")
-    assert judged(design).ok
+    assert apply_rules(design).ok
     assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
     assert made == {"arrange": 1, "estimated": 1}
 
@@ -90,22 +90,22 @@ def test_a_bare_design_is_the_same_without_its_text():
 
 def test_a_design_that_is_judged_says_what_check_says():
     spec = sitscad.load(TEMPLATES / "single_coil.yaml")
-    assert judged(sitscad.Design(spec)) == sitscad.check(spec)
+    assert apply_rules(sitscad.Design(spec)) == sitscad.check(spec)
 
 
 @pytest.mark.slow
 def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever():
     design = template("grasper_4layer")
-    judged(design, hints="none")
+    apply_rules(design, hints="none")
     spec, rules = design.spec, design.spec.fpc.rules
     thicker = design.drawn(replace(spec, elastomer=replace(spec.elastomer, thickness=1.5 * spec.elastomer.thickness)))
-    assert copper_in(thicker) is copper_in(design)
-    assert judged(thicker, hints="none") == judged(Design(thicker.spec), hints="none")
+    assert cached_copper(thicker) is cached_copper(design)
+    assert apply_rules(thicker, hints="none") == apply_rules(Design(thicker.spec), hints="none")
     coarse = replace(rules, trace_spacing=1.05 * spec.coil.trace_spacing)
     stricter = design.drawn(replace(spec, fpc=replace(spec.fpc, rules=coarse)))
-    assert copper_in(stricter) is not copper_in(design)
-    said = {finding.rule for finding in judged(stricter, hints="none").findings}
-    assert said > {finding.rule for finding in judged(design, hints="none").findings}
+    assert cached_copper(stricter) is not cached_copper(design)
+    said = {finding.rule for finding in apply_rules(stricter, hints="none").findings}
+    assert said > {finding.rule for finding in apply_rules(design, hints="none").findings}
 
 
 def members_of(cls: ast.ClassDef) -> set[str]:
@@ -155,6 +155,6 @@ def test_rules_find_the_same_in_any_order_and_alone(felt):
 
 def test_figures_beside_requirements_do_not_wait_for_rules_to_run(felt):
     untouched, judged_before = felt(), felt()
-    reached = judged(judged_before, hints="none").reached
-    assert noted(untouched.cells) == reached
+    reached = apply_rules(judged_before, hints="none").reached
+    assert estimated_values(untouched.cells) == reached
     assert {"normal_resolution", "crosstalk", "tilt_error"} <= {result.requirement for result in reached}

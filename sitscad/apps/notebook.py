@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from sitscad.checks.findings.document import by_weight
+from sitscad.checks.findings.document import by_severity
 from sitscad.files.drawing.pictures.layout_picture import picture
 from sitscad.files.report.numbers import estimate_tables, html_table, page_tables
 from sitscad.files.report.response import response_rows
@@ -50,7 +50,7 @@ def show_response(response: Response) -> str:
 
 def show_check(result: CheckResult) -> str:
     """Return the findings as an HTML table, most severe first."""
-    rows = [[each.severity.value, each.rule, each.whole_message, each.hint] for each in by_weight(result.findings)]
+    rows = [[each.severity.value, each.rule, each.whole_message, each.hint] for each in by_severity(result.findings)]
     return html_table(["", "rule", "finding", "to mend it"], rows, "ok" if result.ok else "not ok") or "<p>ok</p>"
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from sitscad.basics.record import record
-from sitscad.basics.units import NONE, quantity
+from sitscad.basics.units import DASH, quantity
 
 UNIT = re.compile("_(H_per_N|Hz_per_N|H|ohm|F|Hz|V|A|s|m2?|Pa|N)$")
 """The SI unit at the end of a JSON key."""
@@ -46,7 +46,7 @@ class Quantity:
 
     def value(self, result: object) -> Any:
         """Return the value of a result. None if it is absent."""
-        return _read(result, self.field)
+        return _field_at_path(result, self.field)
 
     def number(self, result: object) -> Any:
         """Return the value for JSON. None if it is a number that is not finite."""
@@ -55,7 +55,7 @@ class Quantity:
 
     def deviation(self, result: object) -> float | None:
         """Return one standard deviation in the quantity's unit. None if it is unknown."""
-        sigma = _read(result, self.sigma) if self.sigma else None
+        sigma = _field_at_path(result, self.sigma) if self.sigma else None
         return None if sigma is None else float(sigma)
 
     def plain(self, result: object) -> str:
@@ -72,7 +72,7 @@ class Quantity:
         if isinstance(value, bool):
             return "yes" if value else "no"
         if value is None or isinstance(value, (int, str)):
-            return NONE if value is None else str(value)
+            return DASH if value is None else str(value)
         if self.is_share:
             return plus_minus(100.0 * value, None if sigma is None else 100.0 * sigma, "%", digits=self.digits)
         if self.unit == "m":
@@ -81,7 +81,7 @@ class Quantity:
         return plus_minus(value, sigma, unit, slash + per, self.digits)
 
 
-def _read(result: object, path: str) -> Any:
+def _field_at_path(result: object, path: str) -> Any:
     """Return a field, or a field of a field. None if a part of the path is None."""
     for name in path.split("."):
         result = None if result is None else getattr(result, name)
@@ -112,7 +112,7 @@ def deviations(result: object, quantities: Iterable[Quantity]) -> dict[str, floa
 
 def by_quantity(results: Sequence[object | None], quantities: Iterable[Quantity]) -> list[list[str]]:
     """Return a row for each labelled quantity that any result has: its label, then the text of each result."""
-    return [[each.label, *(NONE if result is None else each.text(result) for result in results)]
+    return [[each.label, *(DASH if result is None else each.text(result) for result in results)]
             for each in quantities
             if each.label and any(each.value(result) not in (None, "") for result in results)]
 
@@ -130,7 +130,7 @@ def finite(value: float | None) -> float | None:
 
 def percent(share: float | None) -> str:
     """Return a fraction in per cent, with two digits. A dash if it is absent or not finite."""
-    return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else NONE
+    return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else DASH
 
 
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
@@ -139,8 +139,8 @@ def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digi
     A much smaller deviation keeps its own unit.
     """
     shown = quantity(value, unit, digits)
-    if sigma is None or not math.isfinite(sigma) or shown == NONE:
-        return shown + (per if shown != NONE else "")
+    if sigma is None or not math.isfinite(sigma) or shown == DASH:
+        return shown + (per if shown != DASH else "")
     number, _, name = shown.partition(" ")
     scatter, _, other = quantity(sigma, unit, 2).partition(" ")
     if name == other:

@@ -118,7 +118,7 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise UnitError(f"{_shortened(value)} is no {dimension}", "type", f"write it like {EXAMPLES[dimension]}")
-    number, unit = _split(value, dimension)
+    number, unit = _number_and_unit(value, dimension)
     if unit:
         factor = UNITS[dimension].get(unit)
         if factor is None:
@@ -136,7 +136,7 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
     return result
 
 
-def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
+def _number_and_unit(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
     """Return the number and the unit of a written quantity. Raises UnitError if there is no number."""
     if not isinstance(value, str):
         if (isinstance(value, int) and abs(value) >= 10**30) or not math.isfinite(value):
@@ -294,7 +294,7 @@ def quantity_as(value: object, form: str) -> str:
     if not words and isinstance(value, (str, int)):
         return str(value)
     if words[:1] == ["count"] and isinstance(value, (int, float)):
-        return counted(int(value), " ".join(words[1:]))
+        return count_text(int(value), " ".join(words[1:]))
     digits = int(words.pop()) if words and words[-1].isdigit() else 4
     unit = " ".join(words)
     if not unit or not isinstance(value, (int, float)):
@@ -313,16 +313,16 @@ _JOINING = {"and": (", ", " and "), "or": (", ", " or "), "list": (", ", ", "), 
 """Separators of a sequence's texts, and of its last text, by the last word of a form."""
 
 
-NONE = "-"
+DASH = "-"
 """Text of a figure that is absent or not finite."""
 
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     """Return a number with its unit, as `show` does. A dash if it is absent or not finite."""
-    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+    return show(value, unit, digits) if value is not None and math.isfinite(value) else DASH
 
 
-def decimal(value: float, most: int = 4, least: int = 0) -> str:
+def fixed_decimals(value: float, most: int = 4, least: int = 0) -> str:
     """Return a number with `least` to `most` decimals, equal on every machine and never "-0".
 
     All files and drawings write their coordinates with this function.
@@ -334,8 +334,8 @@ def decimal(value: float, most: int = 4, least: int = 0) -> str:
 
 
 def in_mm(metres: float, most: int = 4, least: int = 0) -> str:
-    """Return a length (m) in millimetres without its unit, as `decimal` writes it."""
-    return decimal(metres * 1e3, most, least)
+    """Return a length (m) in millimetres without its unit, as `fixed_decimals` writes it."""
+    return fixed_decimals(metres * 1e3, most, least)
 
 
 def _plain(number: float, digits: int) -> str:
@@ -349,12 +349,12 @@ def _plain(number: float, digits: int) -> str:
     return text
 
 
-def counted(count: int, what: str) -> str:
+def count_text(count: int, what: str) -> str:
     """Return a count with its noun, in the plural unless the count is one."""
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def cell(value: float) -> str:
+def number_cell(value: float) -> str:
     """Return a number for a table that programs read, with ten digits. Empty if it is not finite."""
     return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
@@ -366,12 +366,12 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
     return text.getvalue()
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned_lines(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the lines of a table for people, with aligned columns and two spaces between them."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def printable(text: str) -> str:
+def escape_controls(text: str) -> str:
     """Return `text` with spaces for tabs, and with control characters escaped."""
     return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

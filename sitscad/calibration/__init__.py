@@ -56,8 +56,8 @@ def calibrate(
 
     from sitscad.assembly.places.motions import MOMENT, is_held
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
-    from sitscad.calibration.calibration import calibrate_by, plan_calibration, sensors_of, turned_otherwise
-    from sitscad.calibration.misfit import disagreement, noise_note, turned_fit
+    from sitscad.calibration.calibration import calibrate_by, forces_with_wrong_rotation, plan_calibration, sensors_of
+    from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
     from sitscad.estimates.loads.working_range import axes_felt
@@ -86,11 +86,13 @@ def calibrate(
     note, wrong = "", np.zeros(len(calibration.map.axes))
     # readings with the expected errors make no other rotation much likelier
     if calibration.fit.excess > SUSPECT and not has_moments:
-        other = turned_fit(sensors, lambda: sensors_of(design.response, not level), measured, calibration.fit)
+        other = fit_opposite_rotation(sensors, lambda: sensors_of(design.response, not level), measured,
+                                      calibration.fit)
         if other is not None:
             note, wrong = other.note, other.error(calibration.map)
     require_agreement(table, measured, sensors, calibration.fit, note)
-    turned, remarks = turned_otherwise(calibration, calibration.fit.errors), second_readings(table, measured, sensors)
+    turned, remarks = forces_with_wrong_rotation(calibration, calibration.fit.errors), second_readings(table, measured,
+                                                                                                       sensors)
     fit = calibration.fit
     notes = (note, disagreement(table, measured, sensors, fit), noise_note(table, measured, sensors, fit))
     stated_map = replace(calibration.map, error=np.hypot(calibration.map.error, wrong))

@@ -14,9 +14,9 @@ import numpy as np
 from sitscad.assembly.places.motions import FORCE, LOAD, MOMENT, POSE, ROTATIONS, TableError, table_text
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
-from sitscad.calibration.points import Points, noisier
+from sitscad.calibration.points import Points, noise_ratio
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 
 READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
 """Units of a coil's column, written after its name and an underscore, with their factors to SI or counts."""
@@ -252,8 +252,9 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
     used = [table.column(name) for name in sensors.coils]
     frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
     points = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
-    written = np.array([rounded(table, column).max() for column in used]) / math.sqrt(3.0)
-    return replace(points, noisier=noisier(points, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
+    written = np.array([rounding_error(table, column).max() for column in used]) / math.sqrt(3.0)
+    return replace(points, noisier=noise_ratio(points, np.hypot(sensors.of_mean(int(usual_value("readings"))),
+                                                                written)))
 
 
 FEWEST = 3  # Least number of points besides the tare
@@ -278,7 +279,7 @@ def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tup
 FINEST = 12  # Largest number of decimals that is recognised
 
 
-def rounded(table: BenchTable, column: Column) -> Array:
+def rounding_error(table: BenchTable, column: Column) -> Array:
     """Return half a unit of the last decimal of a coil's column, as a relative error of the frequency (n)."""
     values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)

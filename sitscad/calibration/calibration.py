@@ -13,7 +13,7 @@ from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, own_map
+from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, fit_unit_map
 from sitscad.calibration.misfit import unusual_unknowns
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Plan, Points, plan
@@ -209,17 +209,17 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
-    nominal, planned = own_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
+    nominal, planned = fit_unit_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
     # The error after a tare alone comes from simulated units, not from first order; points cannot increase it. The
     # map's own error remains with any points, and is no smaller on units that differ from the drawing.
     untold = np.maximum(error_on_others(sensors, nominal), nominal.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], nominal.error), untold)])
     nominal = replace(nominal, error=untold)
     calibration = Calibration(sensors, nominal, replace(planned, errors=errors))
-    return replace(calibration, turned=turned_otherwise(calibration, np.zeros(len(sensors.known))))
+    return replace(calibration, turned=forces_with_wrong_rotation(calibration, np.zeros(len(sensors.known))))
 
 
-def turned_otherwise(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
+def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
     """Return (axis, applied force, force by the map; N) for full shear on each axis, with the wrong rotation assumed.
 
     The map assumes a level target and the target tilts, or the reverse. The normal force is half of full scale. Empty
@@ -274,7 +274,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
     """Return the calibration of the measured sensor, from the fitted unknowns of the model."""
     sensors, fit = fit_by_surrogate(sensors, points)
-    fitted = own_map(sensors, fit.errors)
+    fitted = fit_unit_map(sensors, fit.errors)
     sigma, error = stated_error(sensors, fitted, fit)
     stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
     return Calibration(sensors, stated_map, None, points, fit, sigma=sigma)

@@ -58,7 +58,7 @@ class InverseMap:
 
     def mixed(self, readings: Array, tare: Array) -> Array:
         """Return v (n, axes), the approximate force over full scale, from readings (n, coils) and a tare."""
-        return np.asarray(changes(readings, tare, self.gain) @ self.mix.T)
+        return np.asarray(map_inputs(readings, tare, self.gain) @ self.mix.T)
 
     def __repr__(self) -> str:
         """Return a line with the sensor, the coils and the full scale of each axis."""
@@ -150,7 +150,7 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
         raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error
 
 
-def changes(readings: Array, rest: Array, gain: Array) -> Array:
+def map_inputs(readings: Array, rest: Array, gain: Array) -> Array:
     """Return u of an `InverseMap` for every coil (n, coils)."""
     share = (rest - readings) / readings
     return np.asarray(np.log(np.maximum(1.0 - gain * share * (2.0 + share), LEAST)))

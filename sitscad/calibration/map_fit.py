@@ -11,11 +11,11 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.calibration.inverse_map import InverseMap, changes
+from sitscad.calibration.inverse_map import InverseMap, map_inputs
 from sitscad.calibration.model_fit import ModelFit
 from sitscad.calibration.points import load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import stratified
+from sitscad.calibration.unknowns import draw_stratified_units
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
 
 SMALLEST = 1e-4
@@ -33,7 +33,7 @@ less than six.
 """
 
 SHARE = 0.5
-"""Fraction of the target's change of inductance at rest that enters the logarithm of a map (`gain`).
+"""Fraction of the target's change of inductance at rest that enters the logarithm of a map (`map_gain`).
 
 The remaining fraction counts as constant. The logarithm of the whole change has a pole where a distant target has no
 effect. Maps near that pole were wrong by half of full scale.
@@ -63,7 +63,7 @@ class Samples:
     forces: Array
 
 
-def gain(sensors: Sensors) -> Array:
+def map_gain(sensors: Sensors) -> Array:
     """Return `SHARE` times L(rest) / (L(without target) - L(rest)) of each coil (coils), for the drawn sensor.
 
     The inductances L are computed from frequencies. It is the gain of an `InverseMap`.
@@ -73,7 +73,7 @@ def gain(sensors: Sensors) -> Array:
     return np.asarray(SHARE * share / (1.0 - share))
 
 
-def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
+def sensor_samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
     """Return readings of one sensor under loads (n, 3 or 5; N, N m)."""
     frequency = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
@@ -88,7 +88,7 @@ def map_terms(axes: int, count: int) -> Exponents:
     return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
-def linear(signals: Array, forces: Array, noise: Array) -> Array:
+def fit_linear_map(signals: Array, forces: Array, noise: Array) -> Array:
     """Return the linear map (axes, coils) from `signals` (n, coils) to `forces` (n, axes), by least squares.
 
     `noise` (coils) is the standard deviation of the signals, which limits the coefficients.
@@ -102,9 +102,9 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
     `rest` (coils; Hz) is the reading without load.
     """
-    gains, spec, scope = gain(sensors), sensors.model.spec, sensors.range
-    signals = changes(learnt.readings, learnt.rest, gains)
-    mix = linear(signals, learnt.forces, 2.0 * sensors.noise * gains)
+    gains, spec, scope = map_gain(sensors), sensors.model.spec, sensors.range
+    signals = map_inputs(learnt.readings, learnt.rest, gains)
+    mix = fit_linear_map(signals, learnt.forces, 2.0 * sensors.noise * gains)
     mixed = signals @ mix.T
     powers = map_terms(len(mix), len(signals))
     coefficients = np.linalg.lstsq(monomials(mixed, powers), learnt.forces, rcond=SMALLEST)[0]
@@ -119,13 +119,13 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return the rms error (axes; N) of a map for the readings of simulated sensors, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
-    for errors in stratified(sensors.known, SCATTERED, SCATTER_SEED):
-        other = samples(sensors, errors, loads)
+    for errors in draw_stratified_units(sensors.known, SCATTERED, SCATTER_SEED):
+        other = sensor_samples(sensors, errors, loads)
         square.append((fitted(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
     return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
 
 
-def own_map(sensors: Sensors, errors: Array) -> InverseMap:
+def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     """Return the map of one sensor with these `errors` (zeros: as drawn), and its error.
 
     The samples come from the surrogate, corrected by some solved loads. The error has three parts. The first is the
@@ -137,9 +137,9 @@ def own_map(sensors: Sensors, errors: Array) -> InverseMap:
     learnt = np.vstack([sensors.range.inside(LEARNT), sensors.range.rim])
     corrected = sensors.range.inside(ASKED, LEARNT)
     loads, count = np.vstack([learnt, corrected]), len(learnt)
-    whole = samples(sensors, errors, loads)
+    whole = sensor_samples(sensors, errors, loads)
     solved = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
-    right, remainder = _set_right(sensors, errors, loads, solved)
+    right, remainder = _with_rest_corrected(sensors, errors, loads, solved)
     readings = whole.readings * right
     fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
@@ -158,7 +158,7 @@ def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
     return np.asarray(np.sqrt(square) * sensors.range.full_scales)
 
 
-def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
+def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
     """Return two factors: for readings of the surrogate under loads (n, coils), and for solved readings.
 
     The first corrects readings of the surrogate to agree with `solved` ones, at rest and under the first loads. The

@@ -20,7 +20,7 @@ from sitscad.calibration.map_fit import ASKED, LEARNT
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance_values import amount_text
 
@@ -66,7 +66,7 @@ CAUSES = {
 """Possible causes of an unusual value of an unknown, by the unknown's name without coil or direction."""
 
 
-def cause(name: str) -> str:
+def cause_text(name: str) -> str:
     """Return a text with the possible cause of an unusual unknown."""
     first = name.partition(".")[0]
     return CAUSES.get(first) or CAUSES[first.rpartition("_")[0]]
@@ -79,7 +79,8 @@ def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
         if abs(deviation) > UNUSUAL:
             amount = f"{fit.errors[k]:.3g} {'relative' if unknown.unit == '1' else unknown.unit}"
             yield (f"unusual: {unknown.name} is {deviation:+.1f} sigma of manufacture off ({amount}): "
-                   f"{cause(unknown.name)}? The forces are right for the loads of the table only if those are right")
+                   f"{cause_text(unknown.name)}? The forces are right for the loads of the table only if those are "
+                   f"right")
 
 
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
@@ -110,7 +111,7 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     """Return the standard deviation of a force near rest by noise of a row and its tare (full scales, worst axis)."""
     slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
-    noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual("readings")))
+    noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual_value("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
@@ -126,13 +127,13 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if rows without load scatter much more than the converter's noise (`NOISY`). Empty otherwise."""
     share = noise_share(points, sensors, fit)
-    if points.noisier <= 1.0 or share < NOISY * usual("force"):
+    if points.noisier <= 1.0 or share < NOISY * usual_value("force"):
         return ""
     return f"{noise_text(table, points, share)} In use noise comes on top of the stated error"
 
 
 @record(eq=False)
-class Turned:
+class OppositeRotationFit:
     """Fit of the same points with the opposite assumption on the target's rotation (level or free to tilt).
 
     `sensors` are the sensors with this rotation. `likelier` is the `cost` of the original fit minus the `cost` of this
@@ -165,7 +166,9 @@ class Turned:
         return np.asarray(np.sqrt(np.mean(off**2, axis=0)))
 
 
-def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:
+def fit_opposite_rotation(
+    sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit
+) -> OppositeRotationFit | None:
     """Return the fit of the same loads with the other rotation of the target. `other` returns the sensors with it.
 
     None for points with poses, and for loads without shear, because their readings do not depend on the rotation. Also
@@ -177,4 +180,4 @@ def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, f
         turned = fit_model(other(), points)
     except (NoFit, NoResponse):
         return None
-    return Turned(fit.cost - turned.cost, other(), turned)
+    return OppositeRotationFit(fit.cost - turned.cost, other(), turned)

@@ -20,8 +20,8 @@ from sitscad.calibration.points import (
     covariances,
     load_errors,
     load_slopes,
+    minus_tare,
     predicted_frequencies,
-    tared,
     whiteners,
 )
 from sitscad.calibration.sensors import Sensors
@@ -44,7 +44,7 @@ class NoFit(ValueError):
 
 
 @record(eq=False)
-class Fitted:
+class LeastSquaresFit:
     """The result of a fit.
 
     `values` (k) are the most likely values, in prior standard deviations, and `covariance` (k, k) is their covariance.
@@ -64,7 +64,7 @@ class Fitted:
         return float(self.residuals @ self.residuals + self.values @ self.values)
 
 
-def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
+def levenberg_marquardt(residuals: Residuals, start: Array) -> LeastSquaresFit:
     """Minimise the sum of squares of the residuals and of the values.
 
     The method is by Marquardt (SIAM J. Appl. Math. 11, 1963).
@@ -117,7 +117,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
     covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
     if not np.all(np.isfinite(covariance)):
         raise NoFit("a fit ended where nothing is known of its values")
-    return Fitted(values, covariance, remainder, slope, settled)
+    return LeastSquaresFit(values, covariance, remainder, slope, settled)
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
@@ -218,7 +218,7 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
     for number in range(ROUNDS):
         problem = _problem(sensors, points, aim, values, scatter)
         fit = levenberg_marquardt(problem.residuals, values)
-        likely = _likely(problem, fit)
+        likely = _draw_likely_sensors(problem, fit)
         near = np.abs(fit.values - values).max() < NEAR and abs(math.log(likely.scatter / scatter)) < SAME
         values, scatter = fit.values, likely.scatter
         if near and number:
@@ -258,8 +258,9 @@ class _Problem:
         return errors
 
     def off(self, errors: Array) -> Array:
-        """Return differences (n, coils) of measured and predicted ln f, `tared`, for a sensor with these `errors`."""
-        return tared(self.aim - np.log(predicted_frequencies(self.sensors, errors, self.points)), self.points.at_rest)
+        """Return differences (n, coils) of measured and predicted ln f, `minus_tare`, of a sensor with `errors`."""
+        return minus_tare(self.aim - np.log(predicted_frequencies(self.sensors, errors, self.points)),
+                          self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
         """Return the flat residuals (n times coils) in standard deviations. Infinite if a value exceeds `FARTHEST`."""
@@ -282,7 +283,7 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 
 
 @record(eq=False)
-class _Likely:
+class _LikelySensors:
     """Randomly drawn sensors, and the scatter, that agree with the readings.
 
     `sensors` (`LIKELY`, unknowns; prior standard deviations) are differences from the fitted sensor. `scatter` is the
@@ -296,7 +297,7 @@ class _Likely:
     odd: Array
 
 
-def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
+def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelySensors:
     """Return sensors and scatter that agree with the readings. The model is linearised about the fit.
 
     Unknowns that the fit does not change are included. The likelihood of a scatter is integrated over all unknowns, and
@@ -318,7 +319,7 @@ def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
         roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))
         costs.append(float(np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(normal)[1]
                            + remainder @ (remainder + slope @ centre)))
-        odd.append(_beside_others(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
+        odd.append(_given_other_points(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
     weights = _weights(np.array(costs))
     number = np.searchsorted(np.cumsum(weights), (np.arange(LIKELY) + 0.5) / LIKELY).clip(max=len(SCATTERS) - 1)
     normals = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
@@ -326,8 +327,8 @@ def _likely(problem: _Problem, fitted: Fitted) -> _Likely:
     alone, chance = (np.array(part) for part in zip(*odd, strict=True))
     scatter_weights = _weights(np.array(costs)[:, None] - alone)  # (scatters, n), from the other points
     chances = np.clip(np.sum(scatter_weights * chance, axis=0), 1e-300, 1.0 - 1e-12)
-    return _Likely(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
-                   -np.vectorize(NormalDist().inv_cdf)(chances))
+    return _LikelySensors(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
+                          -np.vectorize(NormalDist().inv_cdf)(chances))
 
 
 def _weights(costs: Array) -> Array:
@@ -336,7 +337,7 @@ def _weights(costs: Array) -> Array:
     return np.asarray(weights / weights.sum(axis=0))
 
 
-def _all_slopes(problem: _Problem, fitted: Fitted, errors: Array) -> Array:
+def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Array:
     """Return derivatives (n, coils, unknowns) of `_Problem.off` by every unknown, per prior standard deviation.
 
     Unknowns that are not fitted are included. Raises NoFit if a derivative is not finite.
@@ -356,7 +357,7 @@ def _all_slopes(problem: _Problem, fitted: Fitted, errors: Array) -> Array:
     return slopes
 
 
-def _beside_others(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
+def _given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
     """Return two values (n) for each point, given all other points.
 
     The first is minus twice the logarithm of the point's likelihood. The second is the probability of a larger
@@ -369,7 +370,7 @@ def _beside_others(white: Array, slope: Array, inverse: Array, remainder: Array)
     return square - np.linalg.slogdet(precision)[1], chi_square_chance(square, white.shape[1])
 
 
-def _model_fit(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
+def _model_fit(problem: _Problem, fitted: LeastSquaresFit, likely: _LikelySensors) -> ModelFit:
     """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = problem.errors(fitted.values)
@@ -379,7 +380,8 @@ def _model_fit(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
     force = None
     if points.loads is not None:
         slopes = problem.white @ load_slopes(sensors, errors, points.loads)
-        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), left_out(fitted, count)) * sensors.range.full_scales
+        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes),
+                          leave_one_out_residuals(fitted, count)) * sensors.range.full_scales
         force[points.at_rest] = np.nan
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
     moved[problem.chosen] = fitted.values
@@ -388,7 +390,7 @@ def _model_fit(problem: _Problem, fitted: Fitted, likely: _Likely) -> ModelFit:
                     fitted.settled, likely.cost)
 
 
-def left_out(fitted: Fitted, count: int) -> Array:
+def leave_one_out_residuals(fitted: LeastSquaresFit, count: int) -> Array:
     """Return the residuals (count, coils) of each point for a fit without this point, by the linearised model."""
     residuals = fitted.residuals.reshape(count, -1)
     slopes = fitted.slopes.reshape(count, residuals.shape[1], -1)

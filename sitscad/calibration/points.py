@@ -14,7 +14,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.performance_values import AXES, MOMENTS
 
 AT_REST = 1e-4  # Relative error of a frequency at rest; all others are relative to it
@@ -124,7 +124,7 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
-    """Return two covariances (n, coils, coils) of errors of `tared` ln f: expected, and for a scatter of 1.
+    """Return two covariances (n, coils, coils) of errors of `minus_tare` ln f: expected, and for a scatter of 1.
 
     Expected errors are noise of the converter, errors of the surrogate and errors of loads. The scatter is the standard
     deviation of additional errors. For loads it is in full scales on every axis. For poses it is relative to the change
@@ -135,7 +135,7 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
         sensors.frequencies(errors, sensors.placed(errors, np.zeros((1, 6))))
         if points.loads is None else sensors.under(errors, np.zeros((1, 3)))
     )
-    read = np.square(points.noisier * sensors.of_mean(int(usual("readings"))))
+    read = np.square(points.noisier * sensors.of_mean(int(usual_value("readings"))))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * read)
     expected, scatter = np.zeros((2, len(points), noise.shape[1], noise.shape[1]))
     diagonal = np.arange(noise.shape[1])
@@ -164,7 +164,7 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
         column = AXES.index(moment)
         inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may fail outwards
         put = moved.copy()
-        put[:, column] += inwards * usual("place") * moved[:, 0]
+        put[:, column] += inwards * usual_value("place") * moved[:, 0]
         changes.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
     return np.stack(changes, axis=2)
 
@@ -174,7 +174,7 @@ def whiteners(covariance: Array) -> Array:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
-def noisier(points: Points, expected: Array) -> float:
+def noise_ratio(points: Points, expected: Array) -> float:
     """Return the ratio of the readings' noise, from the residuals of the tares, to the `expected` noise.
 
     `expected` (coils) is one sigma of a row's ln f. The result is 1 if the ratio may be chance.
@@ -201,10 +201,10 @@ def chi_square_chance(square: Array, free: int) -> Array:
 def load_errors(sensors: Sensors, loads: Array) -> Array:
     """Return the standard deviation (n; full scales) of the error of each applied load. `loads` are as in `Points`."""
     size = np.linalg.norm(loads[:, sensors.range.columns] / sensors.range.full_scales, axis=1)
-    return np.asarray(np.hypot(usual("force") * size, LEAST_LOAD))
+    return np.asarray(np.hypot(usual_value("force") * size, LEAST_LOAD))
 
 
-def tared(values: Array, at_rest: Flags) -> Array:
+def minus_tare(values: Array, at_rest: Flags) -> Array:
     """Return values (n, ...) minus the mean of the rows `at_rest` (n). Rows at rest are set to this mean."""
     rest = values[at_rest].mean(axis=0)
     changes = values - rest
@@ -244,7 +244,7 @@ class Plan:
         return np.insert(self.loads, [0, len(self.loads) // 2, len(self.loads)], 0.0, axis=0)
 
 
-def offered(sensors: Sensors, count: int) -> Array:
+def candidate_loads(sensors: Sensors, count: int) -> Array:
     """Return the loads (n, 3 or 5; N, N m) from which the plan chooses, `count` or more, with three digits."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
@@ -266,21 +266,21 @@ def plan(sensors: Sensors, count: int) -> Plan:
     Each load adds most to the determinant of the information on the unknowns, after a tare (D-optimal; Fedorov, Theory
     of Optimal Experiments, 1972). Then each load is exchanged if another adds more.
     """
-    loads = offered(sensors, count)
+    loads = candidate_loads(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest
     none, put_on = np.zeros(len(sensors.known)), np.vstack([sensors.range.pressed(0.0), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.under(none, put_on), rest)
     white = whiteners(covariances(sensors, none, points)[0])
-    slopes = white @ tared(unknown_slopes(sensors, put_on), rest)
+    slopes = white @ minus_tare(unknown_slopes(sensors, put_on), rest)
     facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
-    pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ tared(place_changes(sensors, none, put_on), rest))
-    chosen = _exchanged(facts, _greedy(facts, [0], count))
-    order = _greedy(facts, [0], count, among=chosen[1:])
+    pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ minus_tare(place_changes(sensors, none, put_on), rest))
+    chosen = _exchange_points(facts, _choose_greedily(facts, [0], count))
+    order = _choose_greedily(facts, [0], count, among=chosen[1:])
     return Plan(loads[np.array(order[1:], dtype=int) - 1], *_predicted_errors(sensors, facts, pulls, order))
 
 
-def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
+def _choose_greedily(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
     """Return the numbers in `start` and `count` further points, each with the largest gain of information.
 
     `facts` (n, unknowns, unknowns) is the information by each point. Candidates are the points `among`; None for all.
@@ -295,17 +295,17 @@ def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None 
     return chosen
 
 
-def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
+def _exchange_points(facts: Array, chosen: list[int]) -> list[int]:
     """Return the `chosen` points after exchanges: each is replaced by another point if this adds information.
 
-    The first point is never replaced. `facts` is as in `_greedy`.
+    The first point is never replaced. `facts` is as in `_choose_greedily`.
     """
     chosen = list(chosen)
     for _ in range(len(chosen)):
         before = list(chosen)
         for place in range(1, len(chosen)):
             remaining = chosen[:place] + chosen[place + 1 :]
-            chosen[place] = _greedy(facts, remaining, 1)[-1]
+            chosen[place] = _choose_greedily(facts, remaining, 1)[-1]
         if chosen == before:
             break
     return chosen

@@ -14,8 +14,8 @@ import numpy as np
 
 from sitscad.assembly.places.motions import LOAD, POSE
 from sitscad.basics.arrays import Array
-from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounded
-from sitscad.calibration.misfit import cause, noise_share, noise_text, worst_row
+from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounding_error
+from sitscad.calibration.misfit import cause_text, noise_share, noise_text, worst_row
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, predicted_frequencies
 from sitscad.calibration.sensors import Sensors
@@ -122,7 +122,7 @@ def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: 
         if max(abs(sigmas), together) > farthest:
             amount = f"{sigmas * unknown.sigma:.3g} {'relative' if unknown.unit == '1' else unknown.unit}"
             why.append(f"{unknown.name} would be {sigmas:+.1f} sigma of manufacture off ({amount}{also}): "
-                       f"{cause(unknown.name)}?")
+                       f"{cause_text(unknown.name)}?")
         if fit.excess > SUSPECT or odd > CONTRADICTED:
             best = "" if fit.settled else ", without a best fit"
             why.append(f"loads and readings disagree by {fit.excess:.1f} times what is expected{best}, this row most: "
@@ -242,7 +242,7 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
     size = np.linalg.norm(measured)
     as_given, alternatives = None, []
     expected: dict[bytes, list[Array]] = {}
-    for order, signs, order_text in _orders(sensors, points.loads is not None):
+    for order, signs, order_text in _exchanged_readings(sensors, points.loads is not None):
         if signs.tobytes() not in expected:  # changes of ln f (n, coils) of the design with other moduli
             loads = None if points.loads is None else points.loads * signs
             poses = None if points.poses is None else points.poses * signs
@@ -266,7 +266,7 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
                          f"{100.0 * best[0]:.0f} %, as they stand they are {100.0 * as_given:.0f} % off")
 
 
-def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
+def _exchanged_readings(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
     """Yield orders of the coils and signs of the load or pose, each with the fault that it would reveal.
 
     The fault is empty for the given order.
@@ -304,7 +304,7 @@ def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tupl
         row = int(np.argmax(off))
         noise = float(sensors.noise[sensors.coils.index(used.name)])
         remark = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
-        if off[row] > BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]:
+        if off[row] > BEYOND * noise + rounding_error(table, used)[row] + rounding_error(table, other)[row]:
             remark += (f": its change from rest differs by up to {1e6 * off[row]:.3g} ppm of the frequency "
                      f"({table.where(row, other)}), {off[row] / noise:.0f} times the converter's noise: rows of "
                      "another run, or a changed formula")

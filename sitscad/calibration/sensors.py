@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
-from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
+from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, draw_units, errors_by_name, unknowns, usual_value
 from sitscad.estimates.loads.pad import NoResponse, pushed
 from sitscad.estimates.loads.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
@@ -47,7 +47,7 @@ BOTH_WAYS = 0.01  # Largest change of the other sign that a surrogate allows, re
 
 
 @record(eq=False)
-class Chart:
+class Surrogate:
     """Surrogate of the inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
     `lean` (2; rad/m) is the mean rotation of a target about x per travel along y, and about y per travel along x.
@@ -65,11 +65,11 @@ class Chart:
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
         """Return inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
-        change, loss = np.hsplit(self.through(upright(poses, self.lean)), 2)
+        change, loss = np.hsplit(self.through(minus_mean_rotation(poses, self.lean)), 2)
         return self.free * (1.0 - self.sign * np.exp(change)), loss
 
 
-def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
+def solve_terminal_impedance(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
     """Return the coils' inductances (H) and resistances (ohm) at (n, 6) poses. Each pose is solved, not interpolated.
 
     The target is held as in the performance.
@@ -81,8 +81,8 @@ def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
 AT_ONCE = 256  # Number of poses solved at once: few enough that none is interpolated
 
 
-def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
-    """Return poses (n, 6; m, rad) minus the rotations `lean` times lateral travel (see `Chart`).
+def minus_mean_rotation(poses: Array, lean: Array, sign: float = -1.0) -> Array:
+    """Return poses (n, 6; m, rad) minus the rotations `lean` times lateral travel (see `Surrogate`).
 
     With a `sign` of 1 these rotations are added.
     """
@@ -91,7 +91,7 @@ def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
     return plain
 
 
-def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most: float) -> Chart:
+def fit_surrogate(model: ResponseModel, free: Array, reached: Array, moved: Array, most: float) -> Surrogate:
     """Return the surrogate of a model over the box of reachable poses (m, rad).
 
     Parameters
@@ -122,10 +122,10 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     reached[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(shear, most))[..., None]
     all_reached = reached.reshape(-1, 6)
     lean = np.array([_slope(all_reached[:, 1], all_reached[:, 3]), _slope(all_reached[:, 0], all_reached[:, 4])])
-    alone = np.abs(upright(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
-    together, upright_poses = np.sqrt(np.sum(alone**2, axis=0)), upright(reached[0], lean)
+    alone = np.abs(minus_mean_rotation(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
+    together, upright_poses = np.sqrt(np.sum(alone**2, axis=0)), minus_mean_rotation(reached[0], lean)
     together[:, 3:] = 0.0  # larger rotations hardly matter, and a wider surrogate is less accurate
-    plain = np.vstack([upright(all_reached, lean), upright_poses - together, upright_poses + together])
+    plain = np.vstack([minus_mean_rotation(all_reached, lean), upright_poses - together, upright_poses + together])
     low, high = plain.min(axis=0), plain.max(axis=0)
     low[:2], high[:2] = np.maximum(low[:2], -most), np.minimum(high[:2], most)
     middle, half = 0.5 * (low + high), np.maximum(WIDER * 0.5 * (high - low), SMALLEST)
@@ -133,8 +133,8 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     count = int(POINTS_A_TERM * len(orders))
     places = middle + half * np.sin(0.5 * np.pi * (2.0 * spread(count, 6) - 1.0))  # denser at the ends
     checked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
-    poses = np.vstack([upright(places, lean, 1.0), checked.reshape(-1, 6)])
-    inductance, resistance = terminals(model, poses)
+    poses = np.vstack([minus_mean_rotation(places, lean, 1.0), checked.reshape(-1, 6)])
+    inductance, resistance = solve_terminal_impedance(model, poses)
     count = len(places)
     relative = 1.0 - inductance[:count] / free
     sign = np.sign(relative.sum(axis=0))
@@ -144,7 +144,7 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     change = np.log(np.maximum(sign * relative, LEAST))
     through = least_squares(places, np.hstack([change, resistance[:count]]), orders, middle - half, middle + half,
                             chebyshev)
-    fitted = Chart(lean, through, free, sign, 0.0)
+    fitted = Surrogate(lean, through, free, sign, 0.0)
     predicted, true = (part.reshape(*checked.shape[:2], -1) for part in (fitted(poses[count:])[0], inductance[count:]))
     moves = true[:, 1:] - true[:, :1]
     off = predicted[:, 1:] - predicted[:, :1] - moves
@@ -226,19 +226,21 @@ class Sensors:
         return tuple(coil.name for coil in self.model.layout.coils)
 
     @cached_property
-    def chart(self) -> Chart:
+    def chart(self) -> Surrogate:
         """Surrogate over all poses of simulated sensors in the working range."""
-        errors_drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
+        errors_drawn = self._middle + np.vstack([np.zeros(len(self.known)),
+                                                 self.wide * draw_units(self.known, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
         reached = np.stack([self.poses(errors, loads) for errors in errors_drawn])
         most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))
-        return chart(self.model, self.alone[0], reached, self._moved(loads), most)
+        return fit_surrogate(self.model, self.alone[0], reached, self._moved(loads), most)
 
     @cached_property
     def alone(self) -> tuple[Array, Array]:
         """Inductances (H) and resistances (ohm) of the coils as drawn without the target, (coils,) each."""
-        inductance, resistance = terminals(self.model, np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
+        inductance, resistance = solve_terminal_impedance(self.model,
+                                                          np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
         return inductance[1], resistance[1]
 
     @property
@@ -278,7 +280,7 @@ class Sensors:
 
         Loads are (n, 3; N: normal, shear along x, y), or (n, 5) with moments (N m).
         """
-        off = named(self.known, errors)
+        off = errors_by_name(self.known, errors)
         # travel (n, 6) of the target by the pad's law is cached for a while
         spec = self._own(off)
         pad = spec.elastomer
@@ -298,7 +300,7 @@ class Sensors:
 
     def gives_way(self, errors: Array, loads: Array) -> Flags:
         """Return flags: whether one sensor's pad fails sideways under each load (n, 3; N), so that no pose exists."""
-        off = named(self.known, errors)
+        off = errors_by_name(self.known, errors)
         notes = pushed(self._own(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
@@ -312,7 +314,7 @@ class Sensors:
 
     def placed(self, errors: Array, travel: Array) -> Array:
         """Return the poses (n, 6) of one sensor's target after `travel` (n, 6; m, rad) from rest."""
-        off = named(self.known, errors)
+        off = errors_by_name(self.known, errors)
         gap, glue, *rest = (off[name] for name in POSE_ERRORS)
         place = np.array([*rest[:2], gap + glue])
         turn = rotations(travel[:, 3:]) @ rotations(np.array([rest[2:]]))[0]
@@ -324,8 +326,8 @@ class Sensors:
         They come from the surrogate, or with `exact` from solved poses. Errors of the coils change inductances at the
         frequency of the coils as drawn. One per cent of frequency changes the inductances by 1e-5.
         """
-        inductance, resistance = terminals(self.model, poses) if exact else self.chart(poses)
-        off, free = named(self.known, errors), self.alone[0]
+        inductance, resistance = solve_terminal_impedance(self.model, poses) if exact else self.chart(poses)
+        off, free = errors_by_name(self.known, errors), self.alone[0]
         changed = free + (inductance - free) * math.exp(off["target_change"])
         delay = self.model.tank.converter.limit("drive_delay")
         more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
@@ -383,5 +385,5 @@ class Sensors:
 
         By default, `readings` is `usual("readings")`.
         """
-        many = int(usual("readings")) if readings is None else readings
+        many = int(usual_value("readings")) if readings is None else readings
         return frequency * (1.0 + self.of_mean(many) * generator.normal(size=frequency.shape))

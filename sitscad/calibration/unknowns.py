@@ -70,13 +70,13 @@ class Unknown:
 
 
 @cache
-def usual(name: str) -> float:
+def usual_value(name: str) -> float:
     """Return a usual value from `data/calibration.csv` by its name. Raises KeyError for an unknown name."""
     return {row["name"]: float(row["value"]) for row in rows("calibration")}[name]
 
 
 def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
-    """Return all possible errors of a sensor, in the order of the columns of `units`.
+    """Return all possible errors of a sensor, in the order of the columns of `draw_units`.
 
     Errors with a standard deviation of 0 are omitted. Standard deviations come from `estimates.tolerances.scatter`,
     from the pad's law and from the model. Tilts include the difference of a pad's thickness between its ends. It is
@@ -86,7 +86,7 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
     sigma_of, (x, y) = sigmas(spec), target.size
-    inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual("coil_inductance"))
+    inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual_value("coil_inductance"))
     by_metal, of_signal = behind_scatter(estimates.coils)
     listed = [
         Unknown("gap", "m", sigma_of[PAD]),
@@ -98,17 +98,17 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("twist", "rad", sigma_of[YAW]),
         Unknown("modulus", "1", sigma_of[MODULUS]),
         Unknown("shear_modulus", "1", law),
-        Unknown("pad_curve", "1", usual("pad_curve")),
+        Unknown("pad_curve", "1", usual_value("pad_curve")),
         Unknown("softening", "1", law),
-        Unknown("shear_curve", "1", usual("shear_curve")),
-        Unknown("exponent", "1", usual("exponent"), False),
+        Unknown("shear_curve", "1", usual_value("shear_curve")),
+        Unknown("exponent", "1", usual_value("exponent"), False),
         Unknown("inductance", "1", math.hypot(inductance, by_metal)),
         Unknown("target_change", "1", math.hypot(CHANGE_SIGMA, of_signal)),
         Unknown("clock", "1", sigma_of[CLOCK], False),
     ]
     for coil in estimates.coils:
         listed.append(Unknown(f"capacitor.{coil.name}", "1", sigma_of[CAPACITOR]))
-        listed.append(Unknown(f"inductance.{coil.name}", "1", usual("coil_inductance")))
+        listed.append(Unknown(f"inductance.{coil.name}", "1", usual_value("coil_inductance")))
     return tuple(each for each in listed if each.sigma > 0.0)
 
 
@@ -122,7 +122,7 @@ Both are in standard deviations of manufacture. Larger values are refused: they 
 """
 
 
-def units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
+def draw_units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Return random errors (count, unknowns; m, rad, relative) of simulated sensors. Equal seeds give equal errors.
 
     They are normally distributed, as the fit assumes, and limited to `WIDEST` standard deviations. Uniform
@@ -135,7 +135,7 @@ def units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     return np.asarray(normals * np.array([each.sigma for each in unknown_list]))
 
 
-def stratified(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
+def draw_stratified_units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Return errors (count, unknowns; m, rad, relative) of manufactured sensors that cover each distribution evenly.
 
     For each unknown, the normal distribution is divided into `count` equally likely parts. Each sensor has the middle
@@ -148,7 +148,7 @@ def stratified(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Arra
     return np.asarray(ranks * np.array([each.sigma for each in unknown_list]))
 
 
-def named(unknown_list: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
+def errors_by_name(unknown_list: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
     """Return the errors (unknowns) of one sensor by the names of the unknowns. Names without an unknown have 0."""
     by_name = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
     return by_name | {each.name: float(error) for each, error in zip(unknown_list, errors, strict=True)}

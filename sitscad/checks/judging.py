@@ -10,7 +10,7 @@ from sitscad.assembly.places.seating import mount_size
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.checks import moments, performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
@@ -79,7 +79,7 @@ class CheckResult:
         graver = [f"{finding.rule} {finding.severity}" for finding in self.findings
                   if finding.severity is not Severity.NOTE]
         rule_text = ", ".join(dict.fromkeys(graver))
-        notes = counted(len(self.findings) - len(graver), "note")
+        notes = count_text(len(self.findings) - len(graver), "note")
         return f"<CheckResult {'ok' if self.ok else 'not ok'}: {rule_text[:160]}{', ' if rule_text else ''}{notes}>"
 
     @property
@@ -131,11 +131,11 @@ def check(
     True
     """
     refuse_unusable(spec)
-    return judged(Design(spec, layout, estimates), hints)
+    return apply_rules(Design(spec, layout, estimates), hints)
 
 
 @remembering()
-def judged(
+def apply_rules(
     design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
     is_ignored: Callable[[Finding], bool] = lambda _: False,
 ) -> CheckResult:
@@ -156,7 +156,7 @@ def judged(
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-                       performance.noted(design.cells),
+                       performance.estimated_values(design.cells),
                        (*design.layout.body_size, *design.layout.size, *(mount_size(design.layout) or ())))
 
 

@@ -32,7 +32,7 @@ SHOWN = 1 << 18
 
 def policy_for(path: str) -> Policy:
     """Return the policy of the nearest configuration above a spec, or above the working folder for standard input."""
-    return nearest_policy(Path(path).parent, _rules())
+    return nearest_policy(Path(path).parent, _active_rules())
 
 
 def _judging() -> ModuleType:
@@ -42,12 +42,12 @@ def _judging() -> ModuleType:
     return judging
 
 
-def _rules() -> Iterator[RuleTexts]:
+def _active_rules() -> Iterator[RuleTexts]:
     """Yield every active rule."""
     yield from _judging().all_rules()
 
 
-def opened(path: str, policy: Policy | None = None) -> SensorSpec:
+def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
     """Return the spec at a path or from standard input. Raises `SpecError` with all findings if it is no valid spec."""
     profiles = None if policy is None else policy.profiles
     if path == STDIN:
@@ -61,10 +61,10 @@ def unreadable(path: str, error: SpecError, hints: str = "decisive", text: str |
     `hints` has the same values as in `check`. `text` is the spec's text. If it is left out, it is read from the file.
     """
     reported = {finding.rule for finding in error.findings}
-    skipped = (rule.id for rule in _rules() if rule.id not in reported)
+    skipped = (rule.id for rule in _active_rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
     source_text = error.source.text if error.source is not None else ""
-    shown = text if text is not None else source_text if path == STDIN else beginning(path)
+    shown = text if text is not None else source_text if path == STDIN else file_beginning(path)
     return CheckedSpec(path, shown, _judging().mended(error, hints), not_checked, error.texts)
 
 
@@ -103,7 +103,7 @@ def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = Non
 
 
 def _begins(path: str, word: str) -> bool:
-    return any(line.startswith(word) for line in beginning(path).splitlines())
+    return any(line.startswith(word) for line in file_beginning(path).splitlines())
 
 
 def _yaml_files(folder: str) -> list[str]:
@@ -118,7 +118,7 @@ def _yaml_files(folder: str) -> list[str]:
     return specs
 
 
-def beginning(path: str) -> str:
+def file_beginning(path: str) -> str:
     """Return the start of a file, up to the largest size of a spec.
 
     Empty for anything but plain files (a pipe may never end).
@@ -132,17 +132,17 @@ def beginning(path: str) -> str:
         return ""
 
 
-def each_of(work: Callable[[Given], Made], values: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
+def map_in_processes(work: Callable[[Given], Made], values: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
     """Yield `work(value)` for every value in order, computed by at most `jobs` processes (all processors if None).
 
     With a single process or value, the work is done in this process. `work`, values and results must be picklable. An
     exception in a process is raised here, at its place in the order.
     """
-    count = min(jobs or processors(), len(values))
+    count = min(jobs or usable_processors(), len(values))
     if count <= 1:
         yield from map(work, values)
         return
-    with processes(count) as pool:
+    with process_pool(count) as pool:
         running = [pool.submit(work, value) for value in values]
         try:
             yield from (each.result() for each in running)
@@ -151,7 +151,7 @@ def each_of(work: Callable[[Given], Made], values: Sequence[Given], jobs: int | 
                 each.cancel()
 
 
-def processors() -> int:
+def usable_processors() -> int:
     """Return the number of processors that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
@@ -159,17 +159,17 @@ def processors() -> int:
         return os.cpu_count() or 1
 
 
-def processes(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
+def process_pool(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
     """Return a pool of processes that end with this process, even if it is killed.
 
     `undisturbed` processes leave Ctrl-C to this process.
     """
     from concurrent.futures import ProcessPoolExecutor  # imported only for several processes
 
-    return ProcessPoolExecutor(count, initializer=_ready, initargs=(undisturbed,))
+    return ProcessPoolExecutor(count, initializer=_prepare_process, initargs=(undisturbed,))
 
 
-def _ready(undisturbed: bool) -> None:
+def _prepare_process(undisturbed: bool) -> None:
     if undisturbed:
         import signal  # imported only in a pool process
 

@@ -16,7 +16,7 @@ from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import each_read
+from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.fixes.pads import (
     other_metals,
     other_silicones,
@@ -26,7 +26,7 @@ from sitscad.checks.fixes.pads import (
     temperature_sensors,
 )
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, not_checked, rule_of, violated
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.performance.shear_reading import MAX_SHEAR_READING, shear_readings
 from sitscad.kernels.converters.figures import source_in_all
@@ -43,7 +43,7 @@ FELT_SOURCE = (
 
 
 def check_requirement(
-    case: str, design: Design, rule: str, key: str, most: Worst, unit: str = "N", *, slows: bool = False,
+    case: str, design: Design, rule: str, key: str, most: WorstValue, unit: str = "N", *, slows: bool = False,
     limit: float | None = None, shrinks: bool = False, details: tuple[str, ...] = (), first: tuple[Family, ...] = (),
     **values: Any,
 ) -> Iterator[Verdict]:
@@ -62,8 +62,8 @@ def check_requirement(
         smaller = (partial(smaller_pads, spec),) if shrinks else ()
         fixes = (*first, *slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
                  partial(other_thicknesses, spec), *smaller)
-        yield violated(case, f"requirements.{key}", most.value, limit_value, unit or None, details=details, fixes=fixes,
-                       axis=most.axis, at=most.at, **values)
+        yield violation_of(case, f"requirements.{key}", most.value, limit_value, unit or None, details=details,
+                           fixes=fixes, axis=most.axis, at=most.at, **values)
 
 
 def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, ...]:
@@ -76,27 +76,27 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
     return tuple(each for each in rule.apply(design) if isinstance(each, RequirementResult))
 
 
-def noted(cells: Cells) -> tuple[RequirementResult, ...]:
+def estimated_values(cells: Cells) -> tuple[RequirementResult, ...]:
     """Return the estimated value for each requirement, and the largest error sources.
 
     For a sensor with several cells, each is the worst value of the extreme cells, with the cell's number.
     """
     worst: dict[tuple[str, str], RequirementResult] = {}
     for number, cell in cells.extremes.items():
-        for result in _noted(cell):
+        for result in _cell_estimated_values(cell):
             # forces and moments are compared apart; beside a limit, by the ratio to it
             key = result.requirement, result.unit if result.limit is None else ""
-            if key not in worst or _size(result) > _size(worst[key]):
+            if key not in worst or _limit_ratio(result) > _limit_ratio(worst[key]):
                 worst[key] = replace(result, at=f"{result.at}{f', cell {number}' * (cell is not cells.whole)}")
     return tuple(worst.values())
 
 
-def _size(result: RequirementResult) -> float:
+def _limit_ratio(result: RequirementResult) -> float:
     """Return a result's ratio to its limit. Without a limit, return its value (N, N m)."""
     return result.measured / result.limit if result.limit else result.measured
 
 
-def _noted(design: Design) -> tuple[RequirementResult, ...]:
+def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
     """Return the estimated values of one cell for its requirements, then its largest error sources.
 
     Sources are the drift with temperature, hysteresis and creep of the pad, the required tilt or one degree, and the
@@ -154,7 +154,7 @@ def axis_text(axis: str) -> str:
     return AXIS_WORDS[axis]
 
 
-def _unfelt(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
+def _no_performance_reason(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
     """Return the reason why no sensing performance was estimated.
 
     `is_solved` and `is_rough` are properties of the estimates. `is_rough` estimates are for screening only.
@@ -163,7 +163,7 @@ def _unfelt(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
     return not_checked("performance-unsolved" if is_too_large and has_target else "performance-unknown")
 
 
-def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
+def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
     """Return a rule about a design, made from a rule about its estimated sensing performance.
 
     The new rule yields "not checked" if there is no performance, and for working points at which the pad buckles
@@ -175,7 +175,7 @@ def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
         sensing = design.sensing.analysis
         if sensing is None:
             numbers, target = design.estimates, design.spec.target
-            yield _unfelt(numbers.is_solved, numbers.is_rough, target is not None)
+            yield _no_performance_reason(numbers.is_solved, numbers.is_rough, target is not None)
         else:
             yield from rule(sensing, design)
             lost = [at for at, is_held in zip(POINTS, sensing.held, strict=True) if not is_held]
@@ -185,7 +185,7 @@ def where_felt(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
     return apply
 
 
-def where_held(rule: AnalysisRule) -> AnalysisRule:
+def only_if_pad_holds(rule: AnalysisRule) -> AnalysisRule:
     """Return a rule that is only applied if the pad holds the target in the whole working range.
 
     Otherwise the new rule yields "not checked".
@@ -206,7 +206,7 @@ POINTS = tuple(point.text for point in WORKING_POINTS)
 
 
 @record
-class Worst:
+class WorstValue:
     """Largest of several values, with the name of its axis and the text of its working point."""
 
     value: float
@@ -214,7 +214,7 @@ class Worst:
     at: str
 
 
-def worst(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
+def worst_value(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int], float]) -> WorstValue | None:
     """Return the largest value of `of(point, axis)` over some axes and all working points at which the pad holds.
 
     `point` and `axis` are indices of working points and of the array's axes. `axes` are names with one common unit.
@@ -222,7 +222,7 @@ def worst(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int]
     """
     names = sensing.bench.range.axes
     each = [
-        Worst(of(point, names.index(axis)), axis_text(axis), where)
+        WorstValue(of(point, names.index(axis)), axis_text(axis), where)
         for point, where in enumerate(POINTS)
         if sensing.held[point]
         for axis in axes
@@ -234,18 +234,18 @@ def worst(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int]
 FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y"), ("moment_x", "moment_y")
 
 
-@where_felt
+@rule_of_performance
 def normal_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the normal force at every working point."""
     yield from _resolution(sensing, design, "SIT401", "normal_resolution", ("normal",))
 
 
-@where_felt
+@rule_of_performance
 def shear_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the shear axes that the array can measure. A single coil measures no shear."""
     if not set(SHEARS) & set(sensing.bench.range.axes):
         lone = len(sensing.bench.range.axes) == 1
-        yield violated(
+        yield violation_of(
             "no-shear-coil" if lone else "no-shear-moments", "requirements.shear_resolution", None,
             design.spec.requirements.shear_resolution, "N", hint="more-coils" if lone else "moment-or-shear",
         )
@@ -253,7 +253,7 @@ def shear_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
     yield from _resolution(sensing, design, "SIT402", "shear_resolution", SHEARS)
 
 
-@where_felt
+@rule_of_performance
 def moment_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the required moments."""
     yield from _resolution(sensing, design, "SIT412", "moment_resolution", MOMENTS, "N m")
@@ -263,14 +263,14 @@ def _resolution(
     sensing: SensingAnalysis, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
     """Yield findings on the largest noise on some axes, against the required resolution `key`."""
-    most = worst(sensing, axes, lambda point, axis: float(sensing.points[point].noise[axis]))
+    most = worst_value(sensing, axes, lambda point, axis: float(sensing.points[point].noise[axis]))
     if most is not None:
         yield from check_requirement("noise", design, rule, key, most, unit, slows=True,
                                      rate=design.spec.readout.scan_rate)
 
 
-@where_felt
-@where_held
+@rule_of_performance
+@only_if_pad_holds
 def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error of each axis while another axis covers its full scale.
 
@@ -284,12 +284,12 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     tables = [crossed(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
 
     axes = sensing.bench.range.axes
-    most = worst(sensing, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
+    most = worst_value(sensing, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
     if most is not None:
         yield from check_requirement("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
 
 
-@where_felt
+@rule_of_performance
 def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error by the required tilt of the contact, on every axis with a limit."""
     from sitscad.estimates.performance_values import unit_of
@@ -298,7 +298,7 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     assert tilt is not None
     measured_axes = [name for name in limits if name in sensing.bench.range.axes]
 
-    each = ((name, worst(
+    each = ((name, worst_value(
         sensing, (name,), lambda point, axis: float(sensing.points[point].tilt_errors(tilt)[axis].max())))
             for name in measured_axes)
     ratios = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
@@ -315,8 +315,8 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
         yield not_checked("tilt-axes", axes=list(map(axis_text, untold)))
 
 
-@where_felt
-@where_held
+@rule_of_performance
+@only_if_pad_holds
 def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error of the ratio of shear to normal force at full load."""
     limit = design.spec.requirements.friction_error
@@ -324,18 +324,18 @@ def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict
     shear = next((name for name in sensing.bench.range.axes if name in SHEARS), None)
     if shear is None:
         lone = len(sensing.bench.range.axes) == 1
-        yield violated("no-friction-coil" if lone else "no-friction-moments", "requirements.friction_error", None,
-                       limit, hint="more-coils" if lone else "moment-or-shear")
+        yield violation_of("no-friction-coil" if lone else "no-friction-moments", "requirements.friction_error", None,
+                           limit, hint="more-coils" if lone else "moment-or-shear")
         return
     causes = sensing.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
     cause = max(causes, key=lambda source: causes[source])
-    most = Worst(error, "shear over normal", "at full load")
+    most = WorstValue(error, "shear over normal", "at full load")
     yield from check_requirement("friction-error", design, "SIT405", "friction_error", most, "", cause=cause,
                                  part=causes[cause])
 
 
-@where_felt
+@rule_of_performance
 def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the drift of the forces at full load over the temperature range.
 
@@ -354,7 +354,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
     axis = axis_text(sensing.bench.range.axes[k])
     cause = max(full.drift_causes, key=lambda name: abs(float(full.drift_causes[name][k])))
     at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
-    yield from check_requirement("drift", design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at),
+    yield from check_requirement("drift", design, "SIT406", "temperature_error", WorstValue(float(drift[k]), axis, at),
                                  first=(partial(temperature_sensors, design.spec),), kelvin=apart, cause=cause,
                                  tare=needs.temperature, plain=float(full.plain_drift[k]),
                                  details=() if full.compensation is None else ("drift-compensated",))
@@ -364,9 +364,9 @@ BESIDE_NOISE = 10.0
 """Ratio of two changes of the reading, by one degree of tilt and by noise, above which there is a note."""
 
 
-@where_felt
-@where_held
-def two_loads_one_reading(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
+@rule_of_performance
+@only_if_pad_holds
+def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a finding if two different loads within the requirements give the same reading."""
     ambiguous = design.sensing.ambiguous_loads
     if ambiguous is not None:
@@ -375,17 +375,17 @@ def two_loads_one_reading(sensing: SensingAnalysis, design: Design) -> Iterator[
         loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in sensing.bench.range.axes)
                  for load in ambiguous]
-        yield violated("loads-alike", "target.size", loads=loads, fixes=(
+        yield violation_of("loads-alike", "target.size", loads=loads, fixes=(
             partial(other_silicones, design.spec, is_softer=False), partial(other_thicknesses, design.spec)))
 
 
-@where_felt
-def tilt_beside_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
+@rule_of_performance
+def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a note if one degree of tilt changes the reading by more than `BESIDE_NOISE` times the noise."""
     from sitscad.estimates.performance.causes import DEGREE
     from sitscad.estimates.performance_values import unit_of
 
-    most = worst(sensing, sensing.bench.range.axes, lambda point, axis: float(
+    most = worst_value(sensing, sensing.bench.range.axes, lambda point, axis: float(
         sensing.points[point].tilt_errors(DEGREE)[axis].max() / sensing.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:
         point = sensing.points[POINTS.index(most.at)]
@@ -400,16 +400,16 @@ def tilt_beside_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
             hint = "tilt-advice-moments-judged" if absent else "tilt-advice-moments"
         else:
             hint = "tilt-advice-judged" if absent else "tilt-advice"
-        yield violated(
+        yield violation_of(
             "tilt-noise", "elastomer.thickness", most.value, BESIDE_NOISE, hint=hint, axis=most.axis, at=most.at,
             reading=show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2), absent=absent,
             noise=show(float(point.noise[k]), unit, 2),
         )
 
 
-@where_felt
-@where_held
-def errors_together(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
+@rule_of_performance
+@only_if_pad_holds
+def combined_errors(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the total error of every axis at full load.
 
     The limit is the allowed error, or else the required resolution.
@@ -421,14 +421,14 @@ def errors_together(sensing: SensingAnalysis, design: Design) -> Iterator[Verdic
         measured_axes = [name for name in axes if name in names]
         if not measured_axes and allowed is not None and kind == "shear":
             lone = len(names) == 1
-            yield violated("all-shear-error", "requirements.shear_error", None, allowed, unit,
-                           hint="more-coils" if lone else "moment-or-shear")
+            yield violation_of("all-shear-error", "requirements.shear_error", None, allowed, unit,
+                               hint="more-coils" if lone else "moment-or-shear")
         if not measured_axes or (allowed is None and resolution is None):
             continue
         value, name = max((float(np.hypot.reduce([error[k] for error in causes.values()])), name)
                           for k, name in enumerate(names) if name in measured_axes)
         part, cause = max((float(error[names.index(name)]), cause) for cause, error in causes.items())
-        unseen, most = _unseen_axis(cause), Worst(value, axis_text(name), where)
+        unseen, most = _unseen_axis(cause), WorstValue(value, axis_text(name), where)
         detail = ("errors-unseen" if unseen else "errors-cause",)
         cause = axis_text(unseen) if unseen else cause
         if allowed is not None:
@@ -437,7 +437,7 @@ def errors_together(sensing: SensingAnalysis, design: Design) -> Iterator[Verdic
             continue
         yield RequirementResult(f"{kind}_error", "SIT414", value, None, unit, most.axis, most.at)
         if value > resolution:
-            yield violated(
+            yield violation_of(
                 "errors-resolution", f"requirements.{kind}_resolution", value, resolution, unit, details=detail,
                 axis=most.axis, kind=kind, allowed=show(1.1 * value, unit, 2), cause=cause, part=show(part, unit, 3),
             )
@@ -462,8 +462,8 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     """
     requirements = design.spec.requirements
     is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)
-    note = violated("one-coil-shear", "requirements.shear_force", hint="more-coils", severity=Severity.NOTE,
-                    force=requirements.shear_force or 0.0)
+    note = violation_of("one-coil-shear", "requirements.shear_force", hint="more-coils", severity=Severity.NOTE,
+                        force=requirements.shear_force or 0.0)
     if not NEEDS["feeling"][0](design.spec):
         if is_note:
             yield note
@@ -476,7 +476,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
             yield note
         elif sensing is None:
             numbers, target = design.estimates, design.spec.target
-            yield _unfelt(numbers.is_solved, numbers.is_rough, target is not None)
+            yield _no_performance_reason(numbers.is_solved, numbers.is_rough, target is not None)
         elif not sensing.held[-1]:
             yield not_checked("performance-lost", where=POINTS[-1])
         return
@@ -498,7 +498,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         advice.append(f"write requirements.{error_key} if more is allowed")
     if is_note or is_too_much:
         expected = "unseen-required" if requirements.shear_force else "unseen-expected"
-        yield violated(
+        yield violation_of(
             "one-coil-reading" if is_note else "unseen-shear", "requirements.shear_force", worst.error, worst.limit,
             unit, hint="unseen-shear", severity=None if not is_note else Severity.WARNING if is_too_much
             else Severity.NOTE,
@@ -516,43 +516,45 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
         if not low <= requirements.temperature <= high:
             is_written = not written or "requirements.temperature" in written
             nearest = low if requirements.temperature < low else high
-            yield violated(
+            yield violation_of(
                 "temperature-range", "requirements.temperature" if is_written else "requirements.temperature_range",
                 requirements.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
                 severity=None if is_written else Severity.NOTE, low=low, high=high, nearest=f"{nearest:g} degC",
-                fixes=(partial(each_read, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
+                fixes=(partial(reread_changes, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
             )
     for load in design.spec.loads:
         shear = max(map(abs, load.shear))
         for force, most, name in ((load.normal, requirements.normal_force, "normal"),
                                   (shear, requirements.shear_force, "shear")):
             if force and most is not None and force > most * (1 + 1e-9):
-                yield violated("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
-                               load=load.name, kind=name)
+                yield violation_of("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
+                                   load=load.name, kind=name)
 
 
-def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:
+def _cached_per_design(
+    number: str, apply: Callable[[Design], Iterable[Verdict]]
+) -> Callable[[Design], Iterable[Verdict]]:
     """Return a rule's function that computes once per design, because findings and results are requested separately."""
     return lambda design: memo(design, f"verdicts of {number}", lambda: tuple(apply(design)))
 
 
-def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
+def _performance_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
     figures = {"felt": FELT_SOURCE, "beside_noise": BESIDE_NOISE}
-    return rule_of(number, _once(number, apply), "target", "elastomer", need, **figures)
+    return rule_of(number, _cached_per_design(number, apply), "target", "elastomer", need, **figures)
 
 
 RULES: tuple[Rule, ...] = (
-    _felt_rule("SIT401", normal_resolution, "normal resolution"),
-    _felt_rule("SIT402", shear_resolution, "shear resolution"),
-    _felt_rule("SIT403", crosstalk, "crosstalk"),
-    _felt_rule("SIT404", tilt_error, "tilt error"),
-    _felt_rule("SIT405", friction_error, "friction error"),
-    _felt_rule("SIT406", temperature_error, "temperature error"),
-    _felt_rule("SIT407", two_loads_one_reading, "feeling"),
-    _felt_rule("SIT408", tilt_beside_noise, "feeling"),
-    rule_of("SIT409", _once("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
+    _performance_rule("SIT401", normal_resolution, "normal resolution"),
+    _performance_rule("SIT402", shear_resolution, "shear resolution"),
+    _performance_rule("SIT403", crosstalk, "crosstalk"),
+    _performance_rule("SIT404", tilt_error, "tilt error"),
+    _performance_rule("SIT405", friction_error, "friction error"),
+    _performance_rule("SIT406", temperature_error, "temperature error"),
+    _performance_rule("SIT407", ambiguous_load_findings, "feeling"),
+    _performance_rule("SIT408", tilt_above_noise, "feeling"),
+    rule_of("SIT409", _cached_per_design("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
             much=f"{100.0 * MAX_SHEAR_READING:.0f} %"),
     rule_of("SIT410", requirements_agree),
-    _felt_rule("SIT412", moment_resolution, "moment resolution"),
-    _felt_rule("SIT414", errors_together, "errors"),
+    _performance_rule("SIT412", moment_resolution, "moment resolution"),
+    _performance_rule("SIT414", combined_errors, "errors"),
 )

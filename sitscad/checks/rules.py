@@ -34,7 +34,7 @@ class Violation:
     ``severity`` and ``source`` override the rule's values. ``fixes`` are families of changes that may mend it, the best
     first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns it. ``keeps_limit``
     is set if ``measured`` is on the right side of the limit, but near to it. If ``case`` is set, the texts are the
-    templates of this case with ``values`` (`violated`), and ``message``, ``hint`` and ``detail`` are empty.
+    templates of this case with ``values`` (`violation_of`), and ``message``, ``hint`` and ``detail`` are empty.
     """
 
     message: str = ""
@@ -64,7 +64,7 @@ class Violation:
         named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
         for name, value in (("measured_text", self.measured), ("limit_text", self.limit)):
             named[name] = "" if value is None else show(value, self.unit or "", 3)
-        return joined(*(text_of(case, part, named) for case in cases))
+        return join_texts(*(text_of(case, part, named) for case in cases))
 
     @cached_property
     def _hint_case(self) -> str:
@@ -75,7 +75,7 @@ class Violation:
         return tuple(dict.fromkeys((self.case, *self.details, *(self._hint_case,) * with_hint))) if self.case else ()
 
 
-def violated(
+def violation_of(
     case: str, key: str | None = None, measured: float | None = None, limit: float | None = None,
     unit: str | None = None, *, hint: str | Callable[[], str] = "", details: tuple[str, ...] = (),
     severity: Severity | None = None, source: str | None = None, place: Place | None = None,
@@ -109,7 +109,7 @@ def not_checked(case: str, **values: object) -> Undecided:
     return Undecided(text_of(case, "message", values), case)
 
 
-def joined(*texts: str) -> str:
+def join_texts(*texts: str) -> str:
     """Join all texts that are not empty by semicolons."""
     return "; ".join(filter(None, texts))
 
@@ -245,7 +245,7 @@ def apply_rule(
     None.
     """
     results, undecided = outcomes(rule, design, least)
-    return [located(outcome.finding, design.spec.source) for outcome in results], undecided
+    return [locate_finding(outcome.finding, design.spec.source) for outcome in results], undecided
 
 
 def outcomes(
@@ -289,14 +289,14 @@ def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[li
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
 
     number, cell_outcomes, unsaid = max(
-        each, key=lambda entry: max((_weight(outcome.finding) for outcome in entry[1]), default=()))
+        each, key=lambda entry: max((_severity_key(outcome.finding) for outcome in entry[1]), default=()))
     command = "sitscad response --"
     return [Outcome(replace(
         outcome.finding, message=text_of("of-cell", "message", {"cell": number, "message": outcome.finding.message}),
         hint=outcome.finding.hint.replace(command, f"{command}cell {number} --"))) for outcome in cell_outcomes], unsaid
 
 
-def _weight(finding: Finding) -> tuple[float, ...]:
+def _severity_key(finding: Finding) -> tuple[float, ...]:
     """Return a sort key for how bad a finding is: its severity, then for SIT4xx the ratio of value to limit."""
     beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
@@ -323,7 +323,7 @@ def finding_of(
     )
 
 
-def located(finding: Finding, source: SpecSource) -> Finding:
+def locate_finding(finding: Finding, source: SpecSource) -> Finding:
     """Return the finding with the line and column of its key in the spec's text.
 
     If the key is missing, the hint names it. If its whole section is missing, the place is the end of the spec.
@@ -340,7 +340,7 @@ def located(finding: Finding, source: SpecSource) -> Finding:
 
 
 @record
-class OwnLimit:
+class ConstantLimit:
     """A limit in SI units (relative limits as fractions), and the reason for it."""
 
     value: float
@@ -348,6 +348,6 @@ class OwnLimit:
 
 
 @cache
-def own_limits() -> dict[str, OwnLimit]:
+def constant_limits() -> dict[str, ConstantLimit]:
     """Return every limit by its name."""
-    return {row["name"]: OwnLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}
+    return {row["name"]: ConstantLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}

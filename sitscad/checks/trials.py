@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
-from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened
-from sitscad.checks.fixes.moves import roomy
-from sitscad.checks.fixes.search import Budget, Fix, Left, Search, hint_text, not_further, search
+from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened_rules
+from sitscad.checks.fixes.moves import families_for_room
+from sitscad.checks.fixes.search import Budget, Fix, RemainingProblems, Search, hint_text, not_further, search
 from sitscad.checks.messages import text_of
-from sitscad.checks.rules import Outcome, Rule, located, outcomes
+from sitscad.checks.rules import Outcome, Rule, locate_finding, outcomes
 from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.load import load_text
@@ -38,9 +38,9 @@ class Trials:
         self._design, self._rules, self.budget = design, rules, budget
         self._undecided = {entry.rule for entry in undecided}
         self._said = tuple(results)
-        self._complaints = _complaints(entry.finding for entry in self._said)
+        self._complaints = _without_notes(entry.finding for entry in self._said)
         self._messages = {entry.finding.message for entry in self._said}
-        self._tried: list[tuple[SensorSpec, _Tried | None]] = []
+        self._tried: list[tuple[SensorSpec, _ChangedDesign | None]] = []
 
     def advised(
         self, least: Severity | None = Severity.NOTE, is_ignored: Callable[[Finding], bool] = lambda _: False
@@ -61,13 +61,13 @@ class Trials:
         self, outcome: Outcome, least: Severity | None, is_ignored: Callable[[Finding], bool]
     ) -> Finding:
         finding, source = outcome.finding, self._design.spec.source
-        plain = located(finding, source)
+        plain = locate_finding(finding, source)
         if not outcome.fixes or least is None or not finding.severity.weighs(least) or is_ignored(plain):
             return plain
         result = self.mending(finding, outcome)
         hint = hint_text(finding.hint, result, {complaint.rule for complaint in self._complaints})
         remedies = [Remedy(fix.edits, remaining.brings) for fix, remaining in result.mending]
-        return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
+        return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
         """Return the changes of an outcome that were tried, and whether they mend its finding.
@@ -80,7 +80,7 @@ class Trials:
             return Search(is_cut_short=True)
         return search(outcome.fixes, lambda fix: self._left(finding, fix), self.budget)
 
-    def _left(self, finding: Finding, fix: Fix) -> Left | None:
+    def _left(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
         """Return the problems that remain after a change. None if the budget does not suffice to try it.
 
         The finding's own rule counts as broken if it still has a finding at this key, or can no longer be applied.
@@ -92,7 +92,7 @@ class Trials:
             return None
         for rule in self._ordered(finding):
             if trial.says(rule, is_estimated=False) and (fails := self._broken(finding, trial, rule)):
-                return Left(fails)
+                return RemainingProblems(fails)
         if trial.asks and not trial.is_estimated:
             if not self.budget.estimates_one(has_same_board(self._design.spec, fix.spec)):
                 return None
@@ -102,22 +102,22 @@ class Trials:
             trial.says(rule, is_estimated=True)
             broken = self._broken(finding, trial, rule) or broken
             if set(broken) - {finding.rule}:
-                return Left(broken)
+                return RemainingProblems(broken)
         if broken:
-            return Left(broken, gain=self._gain(finding, trial))
+            return RemainingProblems(broken, gain=self._gain(finding, trial))
         remaining = self._brought(trial)
         # an error counts as mended even if present complaints get worse
         is_error = finding.severity is Severity.ERROR
-        return remaining if is_error else Left(brings=tuple(sorted({*remaining.brings, *remaining.worse})))
+        return remaining if is_error else RemainingProblems(brings=tuple(sorted({*remaining.brings, *remaining.worse})))
 
     def _ordered(self, finding: Finding) -> list[Rule]:
         """Return all rules, the finding's own rule first."""
         return sorted(self._rules, key=lambda rule: rule.id != finding.rule)
 
-    def _broken(self, finding: Finding, trial: _Tried, rule: Rule) -> tuple[str, ...]:
+    def _broken(self, finding: Finding, trial: _ChangedDesign, rule: Rule) -> tuple[str, ...]:
         """Return (rule's identifier,) if a changed design breaks the rule (see `_left`). Otherwise empty."""
         findings, undecided = trial.said[rule.id]
-        graver = _complaints(findings)
+        graver = _without_notes(findings)
         if rule.id == finding.rule:
             remaining = findings if finding.severity is Severity.NOTE else graver
             is_unknown = bool(undecided) and rule.id not in self._undecided
@@ -128,18 +128,19 @@ class Trials:
                 for complaint in remaining
             ):
                 return (rule.id,)
-        now, before = _errors(graver), _errors(complaint for complaint in self._complaints if complaint.rule == rule.id)
+        now, before = _errors_in(graver), _errors_in(complaint for complaint in self._complaints
+                                                     if complaint.rule == rule.id)
         is_same = bool(before) and any(complaint.key == finding.key for complaint in graver)
         return (rule.id,) if len(now) > len(before) or is_same else ()
 
-    def _brought(self, trial: _Tried) -> Left:
-        after = _complaints(complaint for findings, _ in trial.said.values() for complaint in findings)
+    def _brought(self, trial: _ChangedDesign) -> RemainingProblems:
+        after = _without_notes(complaint for findings, _ in trial.said.values() for complaint in findings)
         before, now = (Counter(complaint.rule for complaint in each) for each in (self._complaints, after))
         brings = now - before
-        worse = worsened(self._complaints, after) - set(brings)
-        return Left((), tuple(sorted(brings)), tuple(sorted(worse)))
+        worse = worsened_rules(self._complaints, after) - set(brings)
+        return RemainingProblems((), tuple(sorted(brings)), tuple(sorted(worse)))
 
-    def _gain(self, finding: Finding, trial: _Tried) -> float:
+    def _gain(self, finding: Finding, trial: _ChangedDesign) -> float:
         """Return the factor by which a change brings a finding's value nearer to its limit.
 
         It is 1 if a rule has new warnings, or if another rule's value gets worse.
@@ -154,7 +155,7 @@ class Trials:
         more = figures[0] / finding.measured
         return more if finding.limit > finding.measured else 1.0 / more
 
-    def _of(self, changed: SensorSpec) -> _Tried | None:
+    def _of(self, changed: SensorSpec) -> _ChangedDesign | None:
         """Return the trial of a changed spec, with its design laid out. None if the budget does not suffice.
 
         The trial of an equal spec is used again.
@@ -174,7 +175,7 @@ class Trials:
             self.budget.branches -= most - max(searches.left, 0)
             if searches.is_spent and not self.budget.is_long:
                 design = None
-        trial = None if design is None else _Tried(design)
+        trial = None if design is None else _ChangedDesign(design)
         self._tried.append((changed, trial))
         return trial
 
@@ -191,7 +192,7 @@ class _Unestimated(Design):
         raise _NeedsEstimates
 
 
-class _Tried:
+class _ChangedDesign:
     """Changed design in a trial. It holds the findings and the undecided cases of each rule applied so far."""
 
     def __init__(self, design: Design) -> None:
@@ -235,11 +236,11 @@ def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, 
     return tuple(written)
 
 
-def _complaints(findings: Iterable[Finding]) -> list[Finding]:
+def _without_notes(findings: Iterable[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.severity is not Severity.NOTE]
 
 
-def _errors(findings: Iterable[Finding]) -> list[Finding]:
+def _errors_in(findings: Iterable[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.severity is Severity.ERROR]
 
 
@@ -250,12 +251,13 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
     """
     findings, source = _with_room(error, rules, hints), error.source
     return tuple(
-        replace(finding, fixes=tuple(_mending(finding, error, source)) if source and finding.file is None else ())
+        replace(finding, fixes=tuple(_fixes_for_reading(finding, error, source)) if source and finding.file is None
+                else ())
         for finding in findings
     )
 
 
-def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
+def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
     """Yield the fixes of a finding after which the text can be read, or is read further than before."""
     for remedy in finding.fixes:
         try:
@@ -282,7 +284,7 @@ def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
     """
     spec, first = error.lacking_room, error.findings[0]
     refused = {finding.rule for finding in error.findings}
-    families = () if spec is None else roomy(spec, "SIT016" in refused, "SIT014" in refused)
+    families = () if spec is None else families_for_room(spec, "SIT016" in refused, "SIT014" in refused)
     if spec is None or not families:
         return error.findings
     trials = Trials(Design(spec), [rule for rule in rules if rule.id in ROOM], (), (), Budget.of(hints))

@@ -10,7 +10,7 @@ from typing import Any
 
 from sitscad.basics.record import record
 from sitscad.basics.units import parse_quantity, show
-from sitscad.checks.rules import Rule, Verdict, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, rule_of, violation_of
 from sitscad.data import cited, rows
 from sitscad.estimates.design import Design
 from sitscad.spec.circuit import LayerKind, Stackup
@@ -82,7 +82,7 @@ def _poisson(pad: ElastomerPad | None) -> float | None:
     return (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
 
 
-def _asked(needs: Requirements) -> list[float]:
+def _required_ratios(needs: Requirements) -> list[float]:
     """Return each required error or resolution, divided by the required force or moment of its axis."""
     normal = needs.normal_force
     moments = [each for each in needs.moments if each]
@@ -117,7 +117,8 @@ WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
     "permittivities": ("a layer's permittivity", lambda design: [
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
     ]),
-    "asked": ("what an error may be, in parts of the required force,", lambda design: _asked(design.spec.requirements)),
+    "asked": ("what an error may be, in parts of the required force,",
+              lambda design: _required_ratios(design.spec.requirements)),
     "loads": ("a force of a load case", lambda design: [
         abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)
     ]),
@@ -129,30 +130,30 @@ Each has a name in messages (empty: its key) and a function that returns the val
 """
 
 
-def unusual(design: Design) -> Iterator[Verdict]:
+def unusual_values(design: Design) -> Iterator[Verdict]:
     """Yield a finding for every value outside its usual range. All values of a fabricator's rules share one finding."""
     farthest = []
     for usual in usual_ranges():
         # of the remaining values, the farthest beyond its range
-        worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
-        if worst is not None and _by(usual, worst) > 1e-9:
+        worst = max(_values_at_key(design, usual.value), key=lambda value: _relative_excess(usual, value), default=None)
+        if worst is not None and _relative_excess(usual, worst) > 1e-9:
             farthest.append((usual, worst))
     for section, pairs in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
             beyond = list(pairs)
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
-            yield violated(
+            yield violation_of(
                 "unusual-rules", section, float(len(beyond)), 0.0, source=sources,
                 values=[f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond],
             )
             continue
         for usual, value in pairs:
             bound = usual.low if value < usual.low else usual.high
-            yield violated("unusual", usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
-                           name=usual.called, value=_shown(value, usual.dimension), range=usual.words)
+            yield violation_of("unusual", usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
+                               name=usual.called, value=_shown(value, usual.dimension), range=usual.words)
 
 
-def _by(usual: UsualRange, value: float) -> float:
+def _relative_excess(usual: UsualRange, value: float) -> float:
     """Return the distance of a value beyond the bound that it exceeds, divided by this bound.
 
     A bound of 0 counts as 1. The result is negative if the value lies in the range.
@@ -161,7 +162,7 @@ def _by(usual: UsualRange, value: float) -> float:
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
 
 
-def _values(design: Design, path: str) -> list[float]:
+def _values_at_key(design: Design, path: str) -> list[float]:
     """Return the numbers at a dotted place of the spec, or of a name in `WORKED_OUT`. Empty if a part is missing."""
     values: Any = design.spec
     if path in WORKED_OUT:
@@ -183,5 +184,5 @@ def _shown(value: float, dimension: str) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT134", unusual),
+    rule_of("SIT134", unusual_values),
 )

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from sitscad.basics.finding import Severity
-from sitscad.checks.opening import each_of, opened, policy_for
+from sitscad.checks.opening import map_in_processes, open_spec, policy_for
 from sitscad.checks.policy import Policy
 from sitscad.cli.specs import baseline_of, show_findings, show_unreadable, specs_of, warn_of_unknown_specs
 from sitscad.cli.terminal import BASELINE, JOBS, PLUGIN, Example, Names, coloured, print_message, print_result
@@ -52,7 +52,7 @@ def build(
     for path in specs_of(specs):
         try:
             policy = policy_for(path)
-            loaded.append((opened(path, policy), policy))
+            loaded.append((open_spec(path, policy), policy))
         except SpecError as error:
             show_unreadable(path, error)
             code = 2
@@ -66,7 +66,7 @@ def build(
     named = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
     again = "".join(f" {name} {shlex.quote(value)}" for name, value in named.items() if value)
     fails = Severity.WARNING if strict else Severity.ERROR
-    for result in each_of(functools.partial(_build_one, check, **options), loaded, jobs):
+    for result in map_in_processes(functools.partial(_build_one, check, **options), loaded, jobs):
         warn_of_unknown_specs(options["baseline"], [result.checked])
         code = max(code, _print_build(result, only or (), again, len(loaded) > 1, fails))
     return code

@@ -9,10 +9,10 @@ import sys
 import click
 
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, job_summary
 from sitscad.checks.judging import HINTS, all_rules
-from sitscad.checks.opening import each_of
+from sitscad.checks.opening import map_in_processes
 from sitscad.cli.explaining import rules_for
 from sitscad.cli.specs import baseline_of, layout_of, show_findings, specs_of, warn_of_unknown_specs
 from sitscad.cli.terminal import (
@@ -107,7 +107,7 @@ def check(
     work = functools.partial(
         inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings), least=shown)
     with report_work("looking for hints", hints == "full" and not mended):
-        inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
+        inspected = [each.inspection for each in mended] or list(map_in_processes(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
         _write_mended(each, writes=not diff, unmended=unsafe_fixes)
@@ -170,7 +170,7 @@ def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> 
         return 0
     milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
     counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
-    text = " and ".join(counted(count, name) for name, count in counts if count)
+    text = " and ".join(count_text(count, name) for name, count in counts if count)
     print_message(f"{option}: {text} and no error; {weight.value}s fail (--ignore leaves rules out)")
     return 1
 

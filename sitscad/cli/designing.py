@@ -29,7 +29,7 @@ from sitscad.apps.study.sweeping import (
     sweep_as_written,
     value_text,
 )
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.checks.opening import unreadable
 from sitscad.cli.specs import show_findings, show_unreadable, spec_of
 from sitscad.cli.terminal import Example, print_message, print_result, progress_of, row_of, write_output
@@ -96,7 +96,7 @@ def sweep(
         raise click.UsageError(str(error)) from error
     if output:
         write_output(output, content)
-        print_message(f"wrote {output}: {counted(len(table), 'design')}")
+        print_message(f"wrote {output}: {count_text(len(table), 'design')}")
     else:
         print_result(show(table))
     return 0
@@ -157,7 +157,7 @@ def design(
         reported.append(answer)
         if format_name == "text":
             print_result(search_text(answer))
-        print_message(f"wrote {folder}; now the yield of {counted(len(answer.kept), 'design')}, {DRAWS} units each "
+        print_message(f"wrote {folder}; now the yield of {count_text(len(answer.kept), 'design')}, {DRAWS} units each "
                       "(--no-yield leaves it out)")
 
     try:
@@ -173,10 +173,10 @@ def design(
         return 130
     _write(answer, folder)
     if answer.found.damaged:
-        print_message(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; "
+        print_message(f"archive.jsonl: {count_text(answer.found.damaged, 'line')} changed or torn; "
                       "these designs were judged again")
     if answer.found.reused:
-        print_message(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
+        print_message(f"used again from the archive: {count_text(answer.found.reused, 'evaluation')}")
     print_message(f"wrote {folder}")
     if format_name == "json":
         print_result(answer_json(answer))
@@ -202,7 +202,7 @@ def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
     """Write the page of an interrupted search."""
     path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
     write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
-    print_message(f"wrote {path}: {counted(len(unfinished.screened), 'design')} that were looked at")
+    print_message(f"wrote {path}: {count_text(len(unfinished.screened), 'design')} that were looked at")
 
 
 SO_FAR = "so-far.html"

@@ -8,9 +8,9 @@ import sys
 import click
 
 from sitscad.assembly.places.motions import MotionError, frequency_of, read_motions
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.checks.judging import check
-from sitscad.checks.opening import opened, policy_for, unreadable
+from sitscad.checks.opening import open_spec, policy_for, unreadable
 from sitscad.cli.measured import measured_options, print_comparison
 from sitscad.cli.specs import exit_code_of, spec_of
 from sitscad.cli.terminal import (
@@ -85,7 +85,7 @@ def estimate(
     if method is not None:
         row_of({row.name: row for row in METHODS}, method, "--method")
     try:
-        loaded = opened(spec, policy_for(spec))
+        loaded = open_spec(spec, policy_for(spec))
     except SpecError as error:
         unread = unreadable(spec, error)
         print_result(show(spec, None, unread, coloured(sys.stdout), None, None, ()))
@@ -219,7 +219,7 @@ def response(
         print_message(f"no performance: {reason}")
     if output:
         write_output(output, response_file(spec, readings, ending, report))
-        print_message(f"wrote {output}: {counted(len(readings), 'point')}")
+        print_message(f"wrote {output}: {count_text(len(readings), 'point')}")
     else:
         print_result(show(spec, readings, coloured(sys.stdout), report))
     result = check(loaded, whole.layout, whole.estimates, hints="none")

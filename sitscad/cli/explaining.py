@@ -7,14 +7,14 @@ import click
 from sitscad.checks.findings.text import RULE_FORMATS
 from sitscad.checks.judging import Rule, all_rules
 from sitscad.checks.judging import explain as explain_rule
-from sitscad.checks.policy import stands_for
+from sitscad.checks.policy import matches_rule
 from sitscad.cli.terminal import PLUGIN, Example, print_result, row_of, suggestion
 
 
 def rules_for(pattern: str) -> list[Rule]:
     """Return the rules that match a pattern. Raises a usage error if there are none."""
     rules = all_rules()
-    matching = [rule for rule in rules if stands_for(pattern, rule.id, rule.name)]
+    matching = [rule for rule in rules if matches_rule(pattern, rule.id, rule.name)]
     if not matching:
         near = suggestion(pattern, (rule.name for rule in rules))
         raise click.UsageError(f"There is no rule {pattern!r}.{near} `sitscad rules` lists them all.")

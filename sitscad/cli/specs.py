@@ -10,9 +10,9 @@ from typing import Any
 import click
 
 from sitscad.basics.finding import Severity
-from sitscad.basics.units import counted, printable
+from sitscad.basics.units import count_text, escape_controls
 from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, OutputOptions
-from sitscad.checks.opening import opened, policy_for, specs_in, unreadable
+from sitscad.checks.opening import open_spec, policy_for, specs_in, unreadable
 from sitscad.checks.policy import Baseline, read_baseline
 from sitscad.cli.terminal import coloured, columns, print_message
 from sitscad.spec.reading import SpecError
@@ -22,7 +22,7 @@ from sitscad.spec.sensor import SensorSpec
 def specs_of(paths: Iterable[str]) -> list[str]:
     """Return the paths of the named specs, and of all specs in named folders."""
     def skip(path: str) -> None:
-        print_message(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
+        print_message(f"{escape_controls(path)} is a study and is skipped (sitscad design {escape_controls(path)})")
 
     try:
         return specs_in(list(paths), skip)
@@ -67,7 +67,7 @@ def show_unreadable(path: str, error: SpecError) -> None:
 def spec_of(path: str) -> SensorSpec | None:
     """Return the spec of a file, under the configuration above it. None, with a message, if it cannot be read."""
     try:
-        return opened(path, policy_for(path))
+        return open_spec(path, policy_for(path))
     except SpecError as error:
         show_unreadable(path, error)
         return None
@@ -76,5 +76,5 @@ def spec_of(path: str) -> SensorSpec | None:
 def exit_code_of(checked: CheckedSpec, path: str) -> int:
     """Return the exit code of a check. Print a message if the check found errors."""
     if not checked.ok:
-        print_message(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
+        print_message(f"the checks found {count_text(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
     return checked.exit_code

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 import sitscad
-from sitscad.basics.units import printable
+from sitscad.basics.units import escape_controls
 from sitscad.package.folder import write_file
 
 HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help texts away."
@@ -97,7 +97,7 @@ def suggestion(name: str, names: Iterable[str]) -> str:
 
 def print_message(message: str) -> None:
     """Print a message to stderr, after the name of the program. Control characters in it are escaped."""
-    click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
+    click.echo("\n".join(map(escape_controls, f"sitscad: {message}".split("\n"))), err=True)
 
 
 def progress_of(what: str) -> Callable[[int, int], None] | None:
@@ -124,7 +124,7 @@ def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
             line = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
-                click.echo(f"\r\033[K  {printable(line)[: max(columns() - 3, 20)]}", err=True, nl=False)
+                click.echo(f"\r\033[K  {escape_controls(line)[: max(columns() - 3, 20)]}", err=True, nl=False)
             else:
                 print_message(line)
 

@@ -21,7 +21,7 @@ from sitscad.basics.quantities import (
     finite,
 )
 from sitscad.basics.record import record
-from sitscad.basics.units import counted, show
+from sitscad.basics.units import count_text, show
 from sitscad.estimates.loads.pressing import PressingScatter
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.converters.converter import Channel, Converter
@@ -368,7 +368,7 @@ class Estimates:
         """Return a line with the number of coils and the inductance of the first coil."""
         first = f"{self.coils[0].name} {show(self.coils[0].winding_inductance, 'H')}" if self.coils else ""
         states = ", ".join(state.name for state in self.states)
-        return f"<Estimates of {counted(len(self.coils), 'coil')}: {first}, states {states}>"
+        return f"<Estimates of {count_text(len(self.coils), 'coil')}: {first}, states {states}>"
 
     @property
     def all_coils(self) -> tuple[CoilEstimate, ...]:

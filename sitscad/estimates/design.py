@@ -7,7 +7,7 @@ from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from sitscad.assembly.places.fit import closing, measures
+from sitscad.assembly.places.fit import closing_motion, measures
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import memo, record
 from sitscad.estimates import estimated
@@ -78,7 +78,7 @@ class Design:
     @cached_property
     def closing(self) -> Closing | None:
         """Closing motion of the jaws. None if there is no jaw, or if the shield does not fit."""
-        return closing(self.layout) if self.fit else None
+        return closing_motion(self.layout) if self.fit else None
 
     @cached_property
     def estimates(self) -> Estimates:

@@ -17,7 +17,7 @@ import shapely
 
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.stack import stack
-from sitscad.assembly.solids.solid import MM, Solid, raised, require
+from sitscad.assembly.solids.solid import MM, Solid, extruded, import_extra
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
@@ -321,7 +321,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
     ValueError
         for a tolerance that is no positive length.
     """
-    bd = require("build123d")
+    bd = import_extra("build123d")
     solids = []
     for area in areas(layout, tolerance):
         if area.what == COPPER:
@@ -330,7 +330,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
                 outer, *inner = (
                     bd.Wire.make_polygon([(x * MM, y * MM) for x, y in ring.coords[:-1]]) for ring in rings
                 )
-                shape = raised(bd.Face(outer, inner), area.lower, area.upper)
+                shape = extruded(bd.Face(outer, inner), area.lower, area.upper)
                 name = f"{COPPER}-{area.layer}-{area.net}" if area.net else f"{COPPER}-{area.layer}"
                 solids.append(Solid(name, shape, "copper", COPPER_COLOUR, BodyRole.BOARD))
     return tuple(solids)
@@ -355,7 +355,7 @@ def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
     MissingExtra
         without CadQuery
     """
-    cq = require("cadquery")
+    cq = import_extra("cadquery")
     objects: dict[str, Any] = {}
     for solid in solids:
         shape = cq.Shape.cast(solid.shape.wrapped)
@@ -387,7 +387,7 @@ def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
     MissingExtra
         without CadQuery
     """
-    cq = require("cadquery")
+    cq = import_extra("cadquery")
     whole = cq.Assembly(name=name)
     for called, pieces in _by_name(solids).items():
         shapes = [cq.Shape.cast(piece.shape.wrapped) for piece in pieces]
@@ -420,7 +420,7 @@ def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
     MissingExtra
         without build123d
     """
-    bd = require("build123d")
+    bd = import_extra("build123d")
     children = []
     for called, pieces in _by_name(solids).items():
         shapes = [bd.Solid(piece.shape.wrapped) for piece in pieces]

@@ -29,9 +29,9 @@ from typing import TYPE_CHECKING
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted, printable
+from sitscad.basics.units import count_text, escape_controls
 from sitscad.checks.findings.document import CheckedSpec, read_findings
-from sitscad.checks.policy import Baseline, Policy, known_of
+from sitscad.checks.policy import Baseline, Policy, baseline_findings
 from sitscad.files.writer import STAGES, is_felt, marks
 from sitscad.package.folder import (
     PackageError,
@@ -287,7 +287,7 @@ class BuildRequest:
         files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
-        baseline = known_of(self.baseline, source.path, self.spec.name)
+        baseline = baseline_findings(self.baseline, source.path, self.spec.name)
         inputs = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), baseline)
         return made_from(without_text(self.spec), *inputs, versions, *marks())
 
@@ -428,7 +428,7 @@ def stale(
     files = {name: content for name, content in built.files.items() if built.entries[name].stage not in lacking}
     differing = _differing(request.directory, old, files)
     if lacking:
-        names = ", ".join(f"{stage} ({counted(files, 'file')})" for stage, files in lacking.items())
+        names = ", ".join(f"{stage} ({count_text(files, 'file')})" for stage, files in lacking.items())
         built_for = ",".join(stage for stage in STAGES if stage in old.built_for)
         note = f"it was built without {names}: with --only {built_for} it is compared as it was built"
         differing = [note, *differing]
@@ -537,7 +537,7 @@ def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> li
     texts += [f"{name} is not sitscad's" for name in foreign if name not in old.files and name not in files]
     if not (directory / MANIFEST).is_file():
         texts.append(f"{MANIFEST} is missing")
-    return list(map(printable, texts))
+    return list(map(escape_controls, texts))
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:

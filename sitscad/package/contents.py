@@ -20,14 +20,14 @@ from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, plan_calibration
-from sitscad.checks.assembly.fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
-from sitscad.checks.judging import judged as reviewed
-from sitscad.checks.policy import Baseline, Policy, ignored_anyway, judged
+from sitscad.checks.judging import apply_rules as reviewed
+from sitscad.checks.policy import Baseline, Policy, apply_policy, ignored_test
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.files.drawing.frame import FORCED
@@ -85,20 +85,20 @@ class Contents:
         """The findings, each with its place in the spec's text."""
         # Cached in the design: dimensions measured on the solids later do not affect these rules
         source = self.design.spec.source
-        is_ignored = ignored_anyway(source, all_rules(), self.policy)
+        is_ignored = ignored_test(source, all_rules(), self.policy)
         result = memo(
             self.design, f"reviewed with {self.hints} hints by {self.policy}",
             lambda: reviewed(self.design, self.hints, is_ignored=is_ignored),
         )
         document = json.loads(self.measured) if self.measured else {}
-        decided = settles(document)
+        decided = rules_in_fit_file(document)
         findings = checked_spec(
             self.design.spec.name, self.design.spec.source,
             (*result.findings, *judged_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
             tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
             result.closing, result.reached, result.board,
         )
-        return judged(findings, source, all_rules(), self.policy, self.baseline)
+        return apply_policy(findings, source, all_rules(), self.policy, self.baseline)
 
     @cached_property
     def forced(self) -> str:
@@ -110,7 +110,7 @@ class Contents:
         errors = [finding for finding in self.checked.findings if finding.severity == Severity.ERROR]
         silenced = self.checked.silenced
         how = "with --force" if errors else "with rules silenced"
-        count = counted(len(errors) + len(silenced), "error")
+        count = count_text(len(errors) + len(silenced), "error")
         lines = [
             f"The package {self.spec.name} was built {how} in spite of {count}.",
             "It is known not to meet its own checks. Do not order from it unless you know why:",

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.errors import ExpectedError
-from sitscad.basics.units import printable
+from sitscad.basics.units import escape_controls
 
 _NO_DEVICE = r"(?!(?i:con|prn|aux|nul|com\d|lpt\d)(?:[./]|$))"
 """Windows takes these names, with any ending, for devices."""
@@ -32,7 +32,7 @@ class PackageError(ExpectedError):
 
     @checked_arguments
     def __init__(self, message: str) -> None:
-        super().__init__(printable(message))
+        super().__init__(escape_controls(message))
 
 
 def require_package_name(name: str) -> str:

@@ -12,9 +12,9 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.fixes.mending import Applied, RolledBack, mended_text
 from sitscad.checks.fixes.search import DECISIVE
 from sitscad.checks.judging import CheckResult, all_rules
-from sitscad.checks.judging import judged as reviewed
-from sitscad.checks.opening import opened, policy_for, unreadable
-from sitscad.checks.policy import Baseline, Policy, chosen_rules, ignored_anyway, judged
+from sitscad.checks.judging import apply_rules as reviewed
+from sitscad.checks.opening import open_spec, policy_for, unreadable
+from sitscad.checks.policy import Baseline, Policy, apply_policy, chosen_rules, ignored_test
 from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import SpecError, decoded
@@ -76,7 +76,7 @@ def inspect(
     """
     policy = policy_for(path)
     try:
-        spec = opened(path, policy)
+        spec = open_spec(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
     # If a configuration changes severities, a note may be shown as an error
@@ -100,12 +100,12 @@ def _inspected(
 ) -> Inspection:
     """Check a spec under a policy, with its pictures if requested."""
     design = Design(spec)
-    is_ignored = ignored_anyway(spec.source, all_rules(), policy, options.select, options.ignore)
+    is_ignored = ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
     checked = _checked(spec, reviewed(design, hints, least, is_ignored))
     selected = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
-    checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
+    checked = apply_policy(checked, spec.source, all_rules(), policy, options.baseline)
     drawing, picture = fit_drawing(design, checked) if draws_fit else "", ""
     if draws:  # the board in letters, with numbers at the places of findings
         from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
@@ -121,7 +121,7 @@ def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None =
 
     `policy` is by default the nearest configuration above the spec.
     """
-    return judged(_checked(spec, result), spec.source, all_rules(), policy or policy_for(spec.source.path))
+    return apply_policy(_checked(spec, result), spec.source, all_rules(), policy or policy_for(spec.source.path))
 
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:

@@ -21,7 +21,7 @@ from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import as_json, numbered_places, to_json
-from sitscad.checks.policy import Baseline, Policy, known_of
+from sitscad.checks.policy import Baseline, Policy, baseline_findings
 from sitscad.estimates.design import Design
 from sitscad.estimates.states.cells import live_cells
 from sitscad.files.documents import PAPERS
@@ -110,7 +110,7 @@ def manifest_of(
     # Inputs besides the spec: policy and baseline for its findings, and plugins
     judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
     source = contents.design.spec.source
-    baseline = known_of(contents.baseline, source.path, contents.spec.name)
+    baseline = baseline_findings(contents.baseline, source.path, contents.spec.name)
     beside = {"baseline": baseline, "plugins": dict(marks())}
     layout = contents.layout
     pins = {net: tuple(sorted(pad.pin for pad in layout.all_pads if pad.net == net)) for net in layout.nets}
@@ -336,7 +336,7 @@ def _ingredients(
     `entries` are the files made so far, `failures` the messages about files that could not be written.
     """
     source = contents.design.spec.source
-    baseline = known_of(contents.baseline, source.path, contents.spec.name)
+    baseline = baseline_findings(contents.baseline, source.path, contents.spec.name)
     judged_by = (json.dumps(contents.policy.as_json()), baseline)
     text = (contents.spec, source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:

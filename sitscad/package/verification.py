@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
-from sitscad.basics.units import counted, printable
+from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
-from sitscad.checks.policy import Policy, kept_baseline, kept_policy
+from sitscad.checks.policy import Policy, baseline_from_manifest, policy_from_manifest
 from sitscad.files.documents.archive import differences
 from sitscad.files.writer import STAGES, marks
 from sitscad.package import stages
@@ -111,7 +111,7 @@ class Verification:
     @property
     def looked_at(self) -> tuple[str, ...]:
         """A short text on each comparison and its result."""
-        return tuple(map(printable, self._words()))
+        return tuple(map(escape_controls, self._words()))
 
     def _words(self) -> Iterator[str]:
         """Yield a short text on each comparison and its result."""
@@ -119,7 +119,7 @@ class Verification:
         counts = ", ".join(f"{count} {word}" for count, word in wrong if count)
         yield f"{self.files} files against the manifest{f' ({counts})' if counts else ''}"
         if self.by_kicad:
-            yield f"ignored: {counted(len(self.by_kicad), 'file')} that KiCad left ({', '.join(self.by_kicad)})"
+            yield f"ignored: {count_text(len(self.by_kicad), 'file')} that KiCad left ({', '.join(self.by_kicad)})"
         if self.nets is None:
             yield f"no Gerber files{f': the board is drawn by the user in {self.drawn}' if self.drawn else ''}"
         elif self.wrong_nets:
@@ -141,7 +141,7 @@ class Verification:
         if self.rebuilt:
             yield "not what its spec makes"
         elif self.rebuilt is not None:
-            but = f", except for last digits of figures in {counted(self.by_value, 'file')}" if self.by_value else ""
+            but = f", except for last digits of figures in {count_text(self.by_value, 'file')}" if self.by_value else ""
             yield f"byte by byte what its spec makes{but}"
 
 
@@ -211,7 +211,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             except ImportError as error:
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
-    read = replace(read, differences=tuple(map(printable, (*read.differences, *again))))
+    read = replace(read, differences=tuple(map(escape_controls, (*read.differences, *again))))
     return read if built is None else replace(read, rebuilt=len(again), by_value=len(built.by_value))
 
 
@@ -421,9 +421,9 @@ def _request_of(folder: Path, manifest: Manifest) -> BuildRequest:
         raise PackageError(f"{folder} was built for {', '.join(unknown)}: no stage of sitscad's")
     spec = _packaged_spec(folder, manifest)
     try:
-        policy = kept_policy(configuration) if "select" in configuration else Policy()
+        policy = policy_from_manifest(configuration) if "select" in configuration else Policy()
         baseline_json = configuration.get("baseline")
-        baseline = None if baseline_json is None else kept_baseline(spec.source.path, spec.name, baseline_json)
+        baseline = None if baseline_json is None else baseline_from_manifest(spec.source.path, spec.name, baseline_json)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise PackageError(f"{folder / MANIFEST}: its configuration cannot be read ({error})") from error
     return BuildRequest(spec, folder, frozenset(stages), True, policy, baseline)

@@ -24,9 +24,9 @@ import trimesh  # noqa: F401
 
 import sitscad
 from sitscad.assembly.places.fit import fit
-from sitscad.assembly.solids import aids, solid
+from sitscad.assembly.solids import assembly_aids, solid
 from sitscad.assembly.solids.pieces import assemble
-from sitscad.assembly.solids.proof import prove
+from sitscad.assembly.solids.proof import measure_solids
 from sitscad.assembly.solids.whole import whole
 from sitscad.files.formats import meshes, step
 from sitscad.files.formats.volume_mesh import elastomer_meshes
@@ -52,15 +52,16 @@ def rows(name: str) -> list[tuple[str, float]]:
     found.append(("solids of the sensor", seconds))
     every, seconds = timed(lambda: whole(layout, pieces))
     found.append(("solids of the whole assembly", seconds))
-    tools, seconds = timed(lambda: aids(layout))
+    tools, seconds = timed(lambda: assembly_aids(layout))
     found.append(("solids of jig and moulds", seconds))
-    found.append(("3-D tier: meshes, interference, port, opening, gaps", timed(lambda: prove(layout, every))[1]))
+    found.append(("3-D tier: meshes, interference, port, opening, gaps",
+                  timed(lambda: measure_solids(layout, every))[1]))
     exports: list[tuple[str, Callable[[], Any]]] = [
         ("STEP of every piece", lambda: step.render(pieces, spec, tools)),
         ("STL of every piece", lambda: meshes.render_stl(pieces, spec, tools)),
         ("3MF of every piece", lambda: meshes.render_3mf(pieces, spec, tools)),
         ("STEP of the assembly", lambda: step.render_whole(every, spec)),
-        ("triangles of the assembly", lambda: solid.seen(every)),
+        ("triangles of the assembly", lambda: solid.display_meshes(every)),
         ("3MF of the assembly", lambda: meshes.render_whole_3mf(every, spec)),
         ("GLB of the assembly", lambda: meshes.render_glb(every, spec)),
         ("mesh of the pad", lambda: elastomer_meshes(pieces, layout.spec.elastomer)),

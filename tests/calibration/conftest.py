@@ -9,7 +9,7 @@ import pytest
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 from tests.oracles.bench import simulated
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -34,7 +34,7 @@ def sensors(foretold):
 @pytest.fixture(scope="session")
 def hidden(sensors):
     """The errors of one simulated sensor."""
-    return units(sensors.known, 1, 77)[0]
+    return draw_units(sensors.known, 1, 77)[0]
 
 
 @pytest.fixture(scope="session")

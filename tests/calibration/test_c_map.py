@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.calibration.map_fit import SHARE, gain, own_map, samples
+from sitscad.calibration.map_fit import SHARE, fit_unit_map, map_gain, sensor_samples
 from sitscad.files.formats.calibration_header import PROGRAM, header
 
 FLAGS = [
@@ -118,7 +118,7 @@ def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
 
 @pytest.mark.clients("gcc")
 def test_every_table_of_the_header_is_used(tmp_path, sensors, hidden):
-    found = own_map(sensors, hidden)
+    found = fit_unit_map(sensors, hidden)
     _, counts, tare = _at_loads(sensors, hidden, 200)
     code = re.sub(r"/\*.*?\*/", "", header(found, sensors.conversion).decode("ascii"), flags=re.DOTALL)
     tables = re.findall(r"static const \w+ (\w+)\[", code)
@@ -147,7 +147,7 @@ def test_bytes_are_the_same_every_time(foretold):
 
 def test_the_gain_is_the_target_s_share(sensors):
     """A gain of 14 says that the target takes 1/29 of the inductance at rest."""
-    share = 1.0 / (1.0 + gain(sensors) / SHARE)
+    share = 1.0 / (1.0 + map_gain(sensors) / SHARE)
     assert np.all((share > 0.01) & (share < 0.2))
-    rest = samples(sensors, np.zeros(len(sensors.known)), np.zeros((1, 3)))
+    rest = sensor_samples(sensors, np.zeros(len(sensors.known)), np.zeros((1, 3)))
     assert rest.readings[0] == approx(rest.rest, rel=1e-12)

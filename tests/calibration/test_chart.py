@@ -11,9 +11,9 @@ from tolerance import approx
 import sitscad
 from sitscad.calibration import calibrate
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.map_fit import error_on_others, own_map, samples
+from sitscad.calibration.map_fit import error_on_others, fit_unit_map, sensor_samples
 from sitscad.calibration.points import Points
-from sitscad.calibration.unknowns import WIDEST, stratified
+from sitscad.calibration.unknowns import WIDEST, draw_stratified_units
 from sitscad.spec import templates
 
 SENSOR = """
@@ -125,17 +125,17 @@ def test_the_counts_at_rest_are_those_of_the_response(design, foretold):
 @pytest.mark.slow
 def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
-    drawn = own_map(sensors, 0.0 * _sigmas(sensors))
+    drawn = fit_unit_map(sensors, 0.0 * _sigmas(sensors))
     loads, square = sensors.range.inside(40, 240), []
     for errors in np.random.default_rng(3).normal(size=(200, len(sensors.known))) * _sigmas(sensors):
-        unit = samples(sensors, errors, loads)
+        unit = sensor_samples(sensors, errors, loads)
         square.append((drawn(unit.readings, unit.rest) / sensors.range.full_scales - unit.forces) ** 2)
     true = np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales
     assert error_on_others(sensors, drawn) == approx(true, rel=0.15)
 
 
 def test_stratified_sensors_are_normal_in_every_unknown(sensors):
-    errors = stratified(sensors.known, 64, 8) / _sigmas(sensors)
+    errors = draw_stratified_units(sensors.known, 64, 8) / _sigmas(sensors)
     assert np.std(errors, axis=0) == approx(1.0, rel=0.03)
     assert errors.max(axis=0) == approx(2.42, rel=0.01), "none is cut off"
     assert np.abs(np.corrcoef(errors.T) - np.eye(errors.shape[1])).max() < 0.4

@@ -17,11 +17,11 @@ import sitscad
 from sitscad.assembly.places.motions import read_motions
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.map_fit import map_terms, own_map
+from sitscad.calibration.map_fit import fit_unit_map, map_terms
 from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
-from sitscad.calibration.points import Points, offered
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.points import Points, candidate_loads
+from sitscad.calibration.unknowns import draw_units
 from sitscad.data import json_file
 from sitscad.estimates.loads.working_range import WorkingRange
 from sitscad.estimates.performance_values import FORCES
@@ -49,7 +49,7 @@ def truth(sensors, hidden):
 def test_as_many_loads_are_offered_as_are_asked_for(axes, count):
     """The help promised eight, and of one axis four were planned without a word."""
     scope = WorkingRange(tuple(FORCES[k] for k in axes), 8.0, 2.0)
-    loads = offered(SimpleNamespace(range=scope), count)
+    loads = candidate_loads(SimpleNamespace(range=scope), count)
     assert len(loads) >= count and len({tuple(load) for load in loads}) == len(loads)
     assert loads[:, 0].max() == approx(8.0, rel=1e-12) and loads[:, 0].min() > 0.0
 
@@ -250,7 +250,7 @@ def test_map_of_target_that_leaves_its_coil_has_no_pole():
     eighteen.
     """
     own = sensors_of(sitscad.Design(sitscad.load_text(templates.read("robotic_jaw_12mm"))).response)
-    found = own_map(own, units(own.known, 2, 7)[1])
+    found = fit_unit_map(own, draw_units(own.known, 2, 7)[1])
     assert np.all(found.error < 0.004 * found.full_scale)
 
 
@@ -289,7 +289,7 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     """
     was = np.array([one.name not in ("shear_curve", "exponent") for one in sensors.known])
     own = np.zeros(len(was))  # nobody asked for these two then
-    own[was] = units(tuple(one for one, known in zip(sensors.known, was, strict=True) if known), 5, 100)[4]
+    own[was] = draw_units(tuple(one for one, known in zip(sensors.known, was, strict=True) if known), 5, 100)[4]
     for k, one in enumerate(sensors.known):
         if one.name in ("shear_modulus", "softening"):
             own[k] *= 0.0682 / one.sigma  # drawn when the pad's law stated that of so flat a pad

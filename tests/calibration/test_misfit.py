@@ -12,10 +12,10 @@ from tolerance import approx
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.misfit import CAUSES, ODD, cause, turned_fit, unusual_unknowns
+from sitscad.calibration.misfit import CAUSES, ODD, cause_text, fit_opposite_rotation, unusual_unknowns
 from sitscad.calibration.model_fit import fit_model
 from sitscad.calibration.points import Points, chi_square_chance
-from sitscad.calibration.unknowns import WIDEST, units
+from sitscad.calibration.unknowns import WIDEST, draw_units
 from sitscad.package.contents import calibration_files
 from tests.oracles.bench import simulated
 
@@ -30,11 +30,11 @@ def level(design):
 def test_readings_of_a_level_target_are_reported_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
     """Found with a simulated unit: the wrong way of loading left 1.7 times the stated error, without a word."""
     held = simulated(level, hidden, foretold.plan.loads, np.random.default_rng(3))
-    wrong = turned_fit(sensors, lambda: level, held, fit_model(sensors, held))
+    wrong = fit_opposite_rotation(sensors, lambda: level, held, fit_model(sensors, held))
     assert wrong.sensors.rotation == "held"
     assert "kept level, not free to tilt" in wrong.note and "--rotation held" in wrong.note
-    assert turned_fit(sensors, lambda: level, bench, fit_model(sensors, bench)).note == ""
-    wrong = turned_fit(level, lambda: sensors, bench, fit_model(level, bench))
+    assert fit_opposite_rotation(sensors, lambda: level, bench, fit_model(sensors, bench)).note == ""
+    wrong = fit_opposite_rotation(level, lambda: sensors, bench, fit_model(level, bench))
     assert "free to tilt, not kept level" in wrong.note and "--rotation free" in wrong.note
 
 
@@ -57,7 +57,7 @@ def test_loads_without_shear_do_not_tell_how_a_target_turns(sensors, level, benc
     loads = np.zeros((4, 3))
     loads[1:, 0] = [2.0, 4.0, 6.0]
     points = Points(loads, None, sensors.under(hidden, loads), np.arange(4) == 0)
-    assert turned_fit(sensors, lambda: level, points, fit_model(sensors, points)) is None
+    assert fit_opposite_rotation(sensors, lambda: level, points, fit_model(sensors, points)) is None
 
 
 def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sensors):
@@ -210,7 +210,7 @@ def calibrated(sensors, bench, foretold):
 
 
 def test_every_unknown_has_a_cause(sensors):
-    assert {cause(one.name) for one in sensors.known if one.is_fitted} == set(CAUSES.values())
+    assert {cause_text(one.name) for one in sensors.known if one.is_fitted} == set(CAUSES.values())
     assert WIDEST < 3.0
 
 
@@ -228,7 +228,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     ratios = []
-    for number, own in enumerate(units(sensors.known, 5, 4100)):
+    for number, own in enumerate(draw_units(sensors.known, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))
         found, read = calibrate_by(sensors, points), sensors.under(own, tried, exact=True)
         off = found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
@@ -250,5 +250,6 @@ def test_unknowns_far_off_are_reported_by_their_distance_with_amount_and_cause()
     known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]
     fit = SimpleNamespace(moved=np.array([-3.2, 4.0, 3.0]), errors=np.array([-72e-6, 0.25, 0.01]))
     first, second = unusual_unknowns(SimpleNamespace(known=known), fit)
-    assert first.startswith(f"unusual: modulus is +4.0 sigma of manufacture off (0.25 relative): {cause('modulus')}?")
-    assert second.startswith(f"unusual: gap is -3.2 sigma of manufacture off (-7.2e-05 m): {cause('gap')}?")
+    assert first.startswith(f"unusual: modulus is +4.0 sigma of manufacture off (0.25 relative): "
+                            f"{cause_text('modulus')}?")
+    assert second.startswith(f"unusual: gap is -3.2 sigma of manufacture off (-7.2e-05 m): {cause_text('gap')}?")

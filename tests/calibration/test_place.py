@@ -13,14 +13,14 @@ import sitscad
 from sitscad.calibration import points
 from sitscad.calibration.calibration import calibrate_by, plan_calibration
 from sitscad.calibration.points import Points, place_changes
-from sitscad.calibration.unknowns import units, usual
+from sitscad.calibration.unknowns import draw_units, usual_value
 from sitscad.files.report.calibration import plan_card, plan_words
 from sitscad.spec import templates
 
 
 def test_a_load_beside_its_place_reads_as_its_moment_does(sensors):
     loads, none = np.array([[4.0, 0.0, 0.0], [2.0, 0.3, 0.0], [0.0, 0.0, 0.0]]), np.zeros(len(sensors.known))
-    found, place = place_changes(sensors, none, loads), usual("place")
+    found, place = place_changes(sensors, none, loads), usual_value("place")
     beside = np.hstack([loads, np.zeros((3, 2))])
     here = np.log(sensors.under(none, beside))
     for column, moment in ((0, 4), (1, 3)):
@@ -38,9 +38,9 @@ def test_a_plan_counts_the_errors_of_places_and_says_what_a_shift_of_all_adds(se
     assert np.all(exact.shifted > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
     said = re.sub(r"\\s+", " ", plan_words(foretold, foretold.plan).decode())
     (first,) = re.findall(r"without a remark; after all rows they add: normal ([0-9.e-]+)", " ".join(said.split()))
-    assert float(first) == approx(1e-4 / usual("place") * foretold.plan.shifted[0], rel=0.06)
+    assert float(first) == approx(1e-4 / usual_value("place") * foretold.plan.shifted[0], rel=0.06)
     assert "rod" in said and "guide" in said and "ball or a point" not in said
-    monkeypatch.setattr(points, "usual", lambda name: 1e-9 if name == "place" else usual(name))
+    monkeypatch.setattr(points, "usual_value", lambda name: 1e-9 if name == "place" else usual_value(name))
     surer = points.plan(sensors, 8)
     assert np.all(surer.errors[-1] < exact.errors[-1]) and np.all(surer.shifted < 1e-3 * exact.shifted)
 
@@ -65,7 +65,7 @@ def test_loads_that_all_stand_a_tenth_of_a_millimetre_aside_keep_the_stated_erro
     design = sitscad.Design(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
     found = plan_calibration(design.response)
     sensors, loads = found.sensors, found.plan.rows
-    errors = units(sensors.known, 1, 5)[0]
+    errors = draw_units(sensors.known, 1, 5)[0]
     put = loads.copy()
     put[:, 4] += 1e-4 * put[:, 0]
     generator = np.random.default_rng(1)

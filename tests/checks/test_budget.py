@@ -7,7 +7,7 @@ import pytest
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks.fixes.search import LEVELS, MORE_TRIALS, Budget, Costly, Growing, search
+from sitscad.checks.fixes.search import LEVELS, MORE_TRIALS, Budget, CostlyFamily, FamilyByAmount, search
 from sitscad.checks.judging import HINTS, RULES, check, mended
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
@@ -77,8 +77,8 @@ def test_exhausted_budget_suggests_no_fix():
 
 
 @pytest.mark.parametrize("family", [
-    Costly(lambda: pytest.fail("it was asked")),
-    Growing(lambda amount: pytest.fail("it was asked"), 1e-3, is_costly=True),
+    CostlyFamily(lambda: pytest.fail("it was asked")),
+    FamilyByAmount(lambda amount: pytest.fail("it was asked"), 1e-3, is_costly=True),
 ], ids=["costly", "growing"])
 def test_spent_budget_asks_no_family_that_winds_coils_to_find_its_changes(family):
     found = search((family,), lambda fix: None, Budget(0, 0, 0))

@@ -20,8 +20,8 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.findings import as_json, as_text
 from sitscad.checks.findings.document import read_findings
-from sitscad.checks.judging import RULES, check, judged
-from sitscad.checks.performance import largest_by_unit, noted
+from sitscad.checks.judging import RULES, apply_rules, check
+from sitscad.checks.performance import estimated_values, largest_by_unit
 from sitscad.checks.rules import NEEDS, apply_rule
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.working_range import held_shear
@@ -87,7 +87,7 @@ def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_th
     def together(**needs):
         asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
         design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-        return {one.requirement: one for one in noted(design.cells)}
+        return {one.requirement: one for one in estimated_values(design.cells)}
 
     alone, full = together(), bench.sensing.performance[-1]
     assert alone["normal_error"].measured == approx(combined_error(full.axes["normal"].errors), rel=0.02)
@@ -211,7 +211,7 @@ def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(be
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
     rest, _, full = design.performance
-    reached = {one.requirement: one for one in judged(design, "none").reached}
+    reached = {one.requirement: one for one in apply_rules(design, "none").reached}
     axis = {name.replace("_", " along "): name for name in rest.axes}
     for name, point, cause, at in (("zero_drift", rest, "zero drift, 10 K", "at rest"),
                                    ("drift", full, "drift at full load, 10 K", "at full load")):
@@ -316,7 +316,7 @@ def test_largest_errors_are_chosen_by_newtons_and_moments_stand_apart():
 def test_figures_beside_a_requirement_are_the_largest_newtons_of_all_axes(bench):
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in noted(design.cells)}
+    full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in estimated_values(design.cells)}
     for name, errors in {"hysteresis": full.hysteresis, "drift": full.drift, "tared_drift": full.tared_drift,
                          "tilt": full.tilt_errors(0.005).max(axis=1)}.items():
         assert len(errors) > 1 and results[name].measured == approx(errors.max(), rel=1e-12), name
@@ -433,7 +433,7 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
         found, skipped = apply_rule(rule, design)
         assert skipped[0].case == "performance-lost" and "at half load" in skipped[0].reason
         assert not any("half" in one.message or "full" in one.message for one in found)
-    assert "SIT304" in [f.rule for f in judged(design, hints="none").findings if f.severity is Severity.ERROR]
+    assert "SIT304" in [f.rule for f in apply_rules(design, hints="none").findings if f.severity is Severity.ERROR]
     assert design.performance == ()
 
 

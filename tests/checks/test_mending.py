@@ -18,7 +18,7 @@ from check_times import design as random_design  # noqa: E402
 
 from sitscad.basics.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
 from sitscad.basics.record import record  # noqa: E402
-from sitscad.checks.fixes.mending import mended_text, worsened  # noqa: E402
+from sitscad.checks.fixes.mending import mended_text, worsened_rules  # noqa: E402
 from sitscad.checks.fixes.search import warnings_text  # noqa: E402
 from sitscad.checks.judging import check, mended  # noqa: E402
 from sitscad.checks.messages import text_of  # noqa: E402
@@ -342,5 +342,5 @@ def test_a_warning_that_was_graver_as_an_error_is_not_worse():
     """A rule with an error of 50 % and a warning of 10 % that leaves two warnings of 10 and 30 % was called worse."""
     error = replace(finding("SIT201"), measured=1.5, limit=1.0)
     mild, half = (replace(error, severity=Severity.WARNING, measured=measured) for measured in (1.1, 1.3))
-    assert worsened((error, mild), (half, mild)) == set()
-    assert worsened((mild,), (half, mild)) == {"SIT201"}
+    assert worsened_rules((error, mild), (half, mild)) == set()
+    assert worsened_rules((mild,), (half, mild)) == {"SIT201"}

@@ -14,14 +14,14 @@ import sitscad.checks
 from sitscad.basics.units import quantity_as
 from sitscad.checks.judging import RULES
 from sitscad.checks.messages import templates, text_of
-from sitscad.checks.rules import violated
+from sitscad.checks.rules import violation_of
 
 MOST_WORDS = 30
 PARTS = ("message", "hint", "detail")
 FUNCTIONS = (ast.FunctionDef, ast.Lambda)
 FIELDS = {"key", "measured", "limit", "unit", "hint", "details", "severity", "source", "place", "sigma", "fixes",
           "keeps_limit"}
-"""Keywords of `violated` that are no values."""
+"""Keywords of `violation_of` that are no values."""
 
 ALWAYS = {"key", "measured", "limit", "measured_text", "limit_text"}
 """Names that every template has."""
@@ -60,8 +60,8 @@ def helpers():
 
 @cache
 def makers():
-    """Functions that take a case and pass it to `violated`, with the values that they add and their own parameters."""
-    found = {"violated": (frozenset(), frozenset(FIELDS)), "not_checked": (frozenset(), frozenset())}
+    """Functions that pass a case to `violation_of`, with the values that they add and their own parameters."""
+    found = {"violation_of": (frozenset(), frozenset(FIELDS)), "not_checked": (frozenset(), frozenset())}
     for _ in range(3):  # makers that call makers
         for tree in modules().values():
             for function in ast.walk(tree):
@@ -69,7 +69,7 @@ def makers():
                     inner = [node for node in ast.walk(function) if called(node) in found]
                     added = {name for node in inner for name in {*keywords(node), *found[called(node)][0]}}
                     own = {each.arg for each in (*function.args.args, *function.args.kwonlyargs)}
-                    if inner and function.name not in ("violated", "not_checked"):
+                    if inner and function.name not in ("violation_of", "not_checked"):
                         found[function.name] = frozenset(added), frozenset(own)
     return found
 
@@ -207,14 +207,14 @@ def test_form_gives_text(value, form, text):
 
 def test_hint_is_not_made_if_it_is_not_wanted():
     asked = []
-    found = violated("trace-width", measured=1e-4, limit=2e-4, house="us",
-                     hint=lambda: asked.append(1) or "finer-rules", finer=lambda: asked.append(2) or ["a", "b"])
+    found = violation_of("trace-width", measured=1e-4, limit=2e-4, house="us",
+                         hint=lambda: asked.append(1) or "finer-rules", finer=lambda: asked.append(2) or ["a", "b"])
     assert found.text("message") and not asked
     assert found.text("hint") and asked == [1, 2]
 
 
 def test_hint_function_without_a_case_gives_the_hint_of_the_case():
-    found = violated("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
+    found = violation_of("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
     assert "0.4 mm" in found.text("hint") or "400 um" in found.text("hint")
 
 

@@ -12,7 +12,7 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.findings import checked_spec, json_document
 from sitscad.checks.fixes.pads import cut_to_target, other_metals
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
-from sitscad.checks.rules import own_limits
+from sitscad.checks.rules import constant_limits
 from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
 
@@ -153,7 +153,7 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
     states = sitscad.estimate(sitscad.lay_out(spec)).coils[0].states
     before, after = (states[name].converter_inductance for name in ("rest", "pressed"))
     assert signal.share == approx(after / before - 1.0, rel=1e-6)
-    assert bool(found) is small is (abs(signal.share) < own_limits()["least_signal"].value)
+    assert bool(found) is small is (abs(signal.share) < constant_limits()["least_signal"].value)
     if small:
         (one,) = found
         assert one.severity is Severity.WARNING and one.measured == approx(abs(signal.share), rel=1e-6)
@@ -198,7 +198,7 @@ def test_ten_degrees_move_the_reading_about_as_far_as_is_said():
     layout = sitscad.lay_out(replace(spec, readout=replace(spec.readout, capacitance=220e-12)))
     cold, warm = (sitscad.estimate(layout, temperature=t).coils[0].states["rest"] for t in (20.0, 30.0))
     moved = warm.converter_inductance / cold.converter_inductance - 1.0
-    assert 0.3 < moved / own_limits()["drift_of_ten_kelvin"].value < 2.0
+    assert 0.3 < moved / constant_limits()["drift_of_ten_kelvin"].value < 2.0
 
 
 @pytest.mark.slow

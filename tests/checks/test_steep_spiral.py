@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.units import parse_quantity
-from sitscad.checks.board.clearances import nearer_by
+from sitscad.checks.board.clearances import spiral_gap_reduction
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 
@@ -53,7 +53,7 @@ def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
     found = judge("SIT108", spec, lay_out(spec))
     gap = min(finding.measured for finding in found)
     assert gap == approx(nearest_turns(spec), abs=0.2e-6)
-    assert 0.0 < spec.coil.trace_spacing - gap <= nearer_by(spec.coil)
+    assert 0.0 < spec.coil.trace_spacing - gap <= spiral_gap_reduction(spec.coil)
 
 
 @pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
@@ -69,8 +69,8 @@ def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge
 
 
 def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
-    assert nearer_by(wide(shape="square", turns=1).coil) == 0.0
-    assert nearer_by(wide(0.1, 0.1, 5).coil) < 0.1e-6
+    assert spiral_gap_reduction(wide(shape="square", turns=1).coil) == 0.0
+    assert spiral_gap_reduction(wide(0.1, 0.1, 5).coil) < 0.1e-6
     assert judge("SIT108", wide(0.1, 0.1, 5), lay_out(wide(0.1, 0.1, 5))) == []
 
 

@@ -12,7 +12,7 @@ import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import RULES
 from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
-from sitscad.checks.rules import apply_rule, own_limits
+from sitscad.checks.rules import apply_rule, constant_limits
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
@@ -48,7 +48,7 @@ def test_household_foil_is_not_refused():
     assert found.measured == approx(1.0 - mine / thick, abs=2e-3)
     assert 0.08 < found.measured < 0.11 and change / before == approx(1.01, abs=0.01)
     assert re.search(r"\(-\d\.\d %\)", found.detail) and "nH/N" in found.detail
-    assert found.limit == own_limits()["thin_target_resistance"].value
+    assert found.limit == constant_limits()["thin_target_resistance"].value
 
 
 @pytest.mark.parametrize(
@@ -64,10 +64,10 @@ def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
     (mine, change, _), (thick, before, _) = numbers(spec), numbers(foil("115 um"))
     assert abs(1.0 - mine / thick) < 0.02 and abs(1.0 - change / before) < 0.01
     estimates = sitscad.estimate(sitscad.lay_out(spec))
-    monkeypatch.setattr("sitscad.checks.reading.thin_target._compared", None)
+    monkeypatch.setattr("sitscad.checks.reading.thin_target._design_for_comparison", None)
     (found,) = judge("SIT305", spec, None, estimates)
-    assert found.severity is Severity.NOTE and found.limit == own_limits()["thin_target_resistance"].value
-    assert abs(found.measured) < 0.09 < own_limits()["thin_target_resistance"].value
+    assert found.severity is Severity.NOTE and found.limit == constant_limits()["thin_target_resistance"].value
+    assert abs(found.measured) < 0.09 < constant_limits()["thin_target_resistance"].value
 
 
 @pytest.mark.parametrize("depths", [1.2, 1.5, 2.0, 3.0])
@@ -96,7 +96,7 @@ def test_a_lost_signal_warns_where_the_loss_is_small(judge):
     for force, words in ((FORCE, "change per newton"), ("", "what the target changes of the inductance")):
         (found,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
         assert found.severity is Severity.WARNING and words in found.detail
-        assert found.measured > 0.5 and found.limit == own_limits()["thin_target_change"].value
+        assert found.measured > 0.5 and found.limit == constant_limits()["thin_target_change"].value
 
 
 @pytest.mark.parametrize("force", [FORCE, ""])
@@ -104,7 +104,7 @@ def test_a_lost_signal_warns_where_the_loss_is_small(judge):
 def test_only_what_changes_nothing_is_refused(conductivity, force, judge):
     (found,) = judge_alone(judge, foil("200 um", f"{{conductivity: {conductivity}}}", force))
     assert found.severity is Severity.ERROR and found.measured < 1e-5 and "poor-conductor" in found.cases
-    assert found.limit == own_limits()["least_target_effect"].value
+    assert found.limit == constant_limits()["least_target_effect"].value
 
 
 @pytest.mark.parametrize("permeability", [5, 100])
@@ -117,7 +117,7 @@ def test_a_magnet_that_does_not_conduct_is_not_refused(permeability, verdicts):
 
 
 def test_every_limit_of_its_own_says_why():
-    assert all(row.value > 0.0 and len(row.source) > 40 for row in own_limits().values())
+    assert all(row.value > 0.0 and len(row.source) > 40 for row in constant_limits().values())
 
 
 def test_skin_depth():

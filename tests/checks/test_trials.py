@@ -15,9 +15,9 @@ from follow_hints import alternatives, followed, written  # noqa: E402
 from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.basics.finding import Edit, Severity  # noqa: E402
-from sitscad.checks.fixes.mending import Applied, is_better, worsened  # noqa: E402
+from sitscad.checks.fixes.mending import Applied, is_better, worsened_rules  # noqa: E402
 from sitscad.checks.fixes.moves import with_turns  # noqa: E402
-from sitscad.checks.fixes.search import Budget, Left, hint_text, search  # noqa: E402
+from sitscad.checks.fixes.search import Budget, RemainingProblems, hint_text, search  # noqa: E402
 from sitscad.checks.judging import check  # noqa: E402
 from sitscad.checks.messages import text_of  # noqa: E402
 from sitscad.estimates.states import plate  # noqa: E402
@@ -166,7 +166,7 @@ def test_search_names_a_change_that_brings_a_warning_only_if_no_other_mends(erro
 
     def trial(fix):
         count = fix.spec.coil.turns
-        return Left(errors.get(count, ()), warnings.get(count, ()))
+        return RemainingProblems(errors.get(count, ()), warnings.get(count, ()))
 
     found = search([lambda: [with_turns(spec, n * 1.0) for n in (3, 4, 5)]], trial, Budget.of("decisive"))
     assert [fix.spec.coil.turns for fix, _ in found.mending] == turns and not found.is_cut_short
@@ -177,7 +177,7 @@ def test_search_without_fix_names_the_change_that_helps_most():
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
     gains = {3.0: 1.05, 4.0: 1.9, 5.0: 1.2}
     found = search([lambda: [with_turns(spec, turns) for turns in gains]],
-                   lambda fix: Left(("SIT201",), gain=gains[fix.spec.coil.turns]), Budget.of("decisive"))
+                   lambda fix: RemainingProblems(("SIT201",), gain=gains[fix.spec.coil.turns]), Budget.of("decisive"))
     text = text_of("tried-helps", "hint", {"change": "coil.turns: 4", "gain": 1.9})
     assert not found.mending and hint_text("more turns", found, ()).startswith(text)
 
@@ -185,7 +185,8 @@ def test_search_without_fix_names_the_change_that_helps_most():
 def test_search_tries_one_family_unless_it_is_long():
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
     families = [lambda turns=turns: [with_turns(spec, turns)] for turns in (3.0, 4.0)]
-    counts = [len(search(families, lambda _: Left(), Budget.of(hints)).mending) for hints in ("decisive", "full")]
+    counts = [len(search(families, lambda _: RemainingProblems(), Budget.of(hints)).mending)
+              for hints in ("decisive", "full")]
     assert counts == [1, 2]
 
 
@@ -207,7 +208,7 @@ def test_a_warning_that_gets_worse_is_reported_and_no_reason_to_leave_an_error()
     after = check(load_text(rewritten(text, remedy.edits), "spec.yaml"), hints="none").findings
     (worse,) = [each for each in after if each.rule == "SIT215"]
     assert remedy.brings == () and worse.measured < 0.95 * found["SIT215"].measured
-    assert worsened(before, after) == {"SIT215"} and not worsened(after, before)
+    assert worsened_rules(before, after) == {"SIT215"} and not worsened_rules(after, before)
     assert is_better(Applied(found["SIT210"], remedy), before, after)
     milder = replace(found["SIT210"], severity=Severity.WARNING)
     warned = [milder if each.rule == "SIT210" else each for each in before]

@@ -11,7 +11,7 @@ import pytest
 
 import sitscad
 from sitscad.calibration.calibration import sensors_of
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 
 
 def test_a_bad_table_is_reported_by_its_place(run, pair, tmp_path):
@@ -59,7 +59,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 5 + 3  # points, and three tares that tell the noise
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
-    hidden = units(sensors.known, 1, number)[0]
+    hidden = draw_units(sensors.known, 1, number)[0]
     loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
     counts = np.rint(sensors.conversion.counts(sensors.under(hidden, loads, exact=True)))
     for row, read in zip(rows, counts, strict=True):

@@ -11,7 +11,7 @@ import pytest
 
 from sitscad.basics.finding import Finding, Severity
 from sitscad.checks.fixes.search import Search
-from sitscad.checks.policy.judgement import Baseline, Known, comments
+from sitscad.checks.policy.judgement import Baseline, BaselineFinding, comments
 from sitscad.spec import templates
 
 COMMENT = "# sitscad: ignore "
@@ -267,7 +267,7 @@ def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
         (1.7, 1.6, True, True), (1.7, 1.75, True, False), (1.9, 1.95, False, False), (1.9, 1.85, False, True),
         (1.7, 1.85, False, False), (1.9, 1.7, True, False),
     ):
-        entry = Known(Severity.WARNING, before, 1.8, keeps_limit=before < 1.8 and keeps)
+        entry = BaselineFinding(Severity.WARNING, before, 1.8, keeps_limit=before < 1.8 and keeps)
         finding = Finding("SIT204", "", Severity.WARNING, "", measured=now, keeps_limit=keeps, **told)
         assert entry.covers(finding) == is_known, (before, now, keeps)
 
@@ -275,7 +275,8 @@ def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
 def test_what_was_mended_leaves_the_others_of_its_rule_and_key_known(run):
     """Findings of one rule at one key are told apart by their turn: the second is the first once that is mended."""
     figures = {
-        "SIT102\0coil.turns\0\0" + turn: Known(Severity.ERROR, value, 1.0) for turn, value in (("1", 0.9), ("2", 0.5))
+        "SIT102\0coil.turns\0\0" + turn: BaselineFinding(Severity.ERROR, value, 1.0) for turn,
+        value in (("1", 0.9), ("2", 0.5))
     }
     baseline = Baseline("known.json", {(str(Path("a.yaml").absolute()), "a"): figures})
 

@@ -14,9 +14,9 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import plates_of, top_height
-from sitscad.assembly.places.column import column, levels, on_board, placement, sealed_height
+from sitscad.assembly.places.column import column, layer_heights, on_board, placement, sealed_height
 from sitscad.assembly.places.fit import closed_section
-from sitscad.assembly.places.jaws import jaw_range, section
+from sitscad.assembly.places.jaws import jaw_range, jaw_section
 from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, plate_holes, screw_spacing, stop_place
 from sitscad.assembly.places.tail_path import ROD, bends, rod_clear
 from sitscad.assembly.solids import tooling
@@ -113,10 +113,10 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
 
 @pytest.mark.slow
 def test_every_piece_of_the_jig_that_is_named_is_made():
-    from sitscad.assembly.solids import aids
+    from sitscad.assembly.solids import assembly_aids
 
     named = set(re.findall(r"(jig-[a-z-]+|mould-[a-z]+)", text(GRASPER).replace("\n    ", " ")))
-    assert named <= {solid.name for solid in aids(GRASPER)}
+    assert named <= {solid.name for solid in assembly_aids(GRASPER)}
 
 
 test_every_piece_of_the_jig_that_is_named_is_made = pytest.mark.cad(test_every_piece_of_the_jig_that_is_named_is_made)
@@ -203,13 +203,13 @@ def test_height_with_film_is_stated(changes):
     """The notes gave heights of pad and target, and none of the finished face."""
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
     layout = sitscad.lay_out(spec)
-    pieces = levels(on_board(layout))
+    pieces = layer_heights(on_board(layout))
     sealed = sealed_height(on_board(layout), spec.encapsulation, spec.assembly)
     film = sealed - (pieces["target"][1] - pieces["board"][1])
     assert film.nominal == approx(spec.encapsulation.thickness, rel=1e-9) and film.spread > 0.0
     assert toleranced(sealed) in in_one_line(layout)
     if spec.jaw is not None:
-        at = levels(column(layout))
+        at = layer_heights(column(layout))
         assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed)
 
 
@@ -233,7 +233,7 @@ def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_
 def test_what_is_made_is_what_the_package_has(template, changes, made):
     """With a mount of one's own the first step made one from mount/, where none is."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml").replace(changes))
-    said, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.aids(layout))}
+    said, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
     assert (made in said) if made else "Make the" not in said
     assert ("the mount" in made) == ("mount" in names) and ("the jig" in made) == ("jig-base" in names)
     assert ("Wax the jig" in said) == ("keep the feet of its presses clean" in said) == ("jig-base" in names)
@@ -252,7 +252,7 @@ def test_steps_name_what_is_there(template):
     """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
     said, spec = in_one_line(layout), layout.spec
-    pieces = {each.name: each for each in (*parts.solids(layout), *parts.aids(layout))}
+    pieces = {each.name: each for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
     assert set(re.findall(r"(?:jig|mould)-[a-z]+(?:-press)?|mount-[a-z]+", said)) - {"mount-spacer"} <= set(pieces)
     mount = pieces["mount"].shape.bounding_box()
     has_stop = spec.mount.jaw is not None and layout.body[0] - 0.3e-3 > 1e-3 * mount.min.X
@@ -718,7 +718,7 @@ def test_places_of_pieces_name_only_walls_and_edges_that_exist(name):
 def test_strips_that_are_closer_than_the_board_are_taken_away_before_it():
     layout, said = steps_of("grasper_4layer")
     (film,) = re.findall(r"a film of ([0-9.]+) mm between each", said)
-    apart = section(layout.spec.jaw).face + 2e-3 * float(film)
+    apart = jaw_section(layout.spec.jaw).face + 2e-3 * float(film)
     assert apart < layout.body_size[1]
     assert in_order(said, "clamp two straight waxed strips", "Take strips and films away", "Glue the board on")
 

@@ -223,7 +223,7 @@ def test_the_jig_is_drawn_with_what_is_glued_in_it():
     from sitscad.files.documents.mounting import render_jig_picture
 
     layout = sitscad.lay_out(spec_of("round_button_12mm"))
-    solids, tools = parts.solids(layout), parts.aids(layout)
+    solids, tools = parts.solids(layout), parts.assembly_aids(layout)
     contents = render_jig_picture(layout, solids, tools).values()
     first = ["jig-base", "board", "jig-elastomer", "elastomer", "jig-elastomer-press"]
     last = ["jig-base", "board", "elastomer", "jig-target", "target", "jig-target-press"]
@@ -233,7 +233,7 @@ def test_the_jig_is_drawn_with_what_is_glued_in_it():
             assert re.findall(f"id='{view}-([a-z-]+)'", content.decode()) == shown
     alone = replace(layout, spec=replace(layout.spec, target=None))
     content, _ = render_jig_picture(alone, tuple(s for s in solids if s.role != "target"),
-                                    parts.aids(alone)).values()
+                                    parts.assembly_aids(alone)).values()
     assert "exploded-jig-elastomer-press" in content.decode() and "jig-target" not in content.decode()
     assert render_jig_picture(layout, solids, ()) == {}
 

@@ -12,7 +12,7 @@ from legibility import assert_legible
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.fit import closed_section, closing
+from sitscad.assembly.places.fit import closed_section, closing_motion
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.files.documents.drawings.jaw import drawing, render
@@ -57,7 +57,7 @@ def test_the_section_is_to_scale_about_the_ports_circle():
 
 def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0))
-    sheet, closes = drawing(layout), closing(layout)
+    sheet, closes = drawing(layout), closing_motion(layout)
     assert "open by 60 deg" in words(sheet) and f"{closes.most * 1e3:.3g} mm between the faces" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
     boxes = [bounding_box(item.paths) for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5"]
@@ -69,7 +69,7 @@ def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
 def test_jaws_that_are_never_parallel_are_not_drawn_parallel():
     """They were, above the words that they never are."""
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0), port_diameter=closed_section(in_jaw()).height - 1e-3)
-    sheet, closes = drawing(layout), closing(layout)
+    sheet, closes = drawing(layout), closing_motion(layout)
     assert closes.parallel_at < 0.0 and "too thick for the faces ever to be parallel" in words(sheet)
     assert "closed until the sensor touches at the heel" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]

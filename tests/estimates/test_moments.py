@@ -218,13 +218,13 @@ def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell)
 def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
     from sitscad.calibration.calibration import sensors_of
-    from sitscad.calibration.unknowns import units
+    from sitscad.calibration.unknowns import draw_units
     from sitscad.files.report.calibration import plan_table
 
     planned = sitscad.calibrate(cell)
     sensors = sensors_of(cell.response)
     assert not sensors.is_held
-    errors = 0.7 * units(sensors.known, 1, 3)[0]
+    errors = 0.7 * draw_units(sensors.known, 1, 3)[0]
     head, names, *rows = plan_table(planned, planned.plan).decode().splitlines()
     assert head == "# rotation: free"
     assert names.startswith("normal_N,moment_x_Nmm,moment_y_Nmm,C1_counts")

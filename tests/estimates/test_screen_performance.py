@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.basics.record import replace
-from sitscad.checks.judging import judged
+from sitscad.checks.judging import apply_rules
 from sitscad.checks.performance import POINTS
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.screen import NEARLY
@@ -52,7 +52,7 @@ def test_rules_and_data_sheet_have_the_same_figures():
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     asked = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0)
     design = Design(replace(spec, requirements=asked))
-    reached = {one.requirement: one for one in judged(design, "none").reached}
+    reached = {one.requirement: one for one in apply_rules(design, "none").reached}
     for requirement, of in FIGURES.items():
         one = reached[requirement]
         point = design.performance[POINTS.index(one.at.split(",")[0])]
@@ -65,7 +65,7 @@ def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
     monkeypatch.setattr(solved_target, "MOST", 1.0)
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     design = Design(replace(spec, requirements=replace(spec.requirements, normal_resolution=1e-6)))
-    result = judged(design, "none")
+    result = apply_rules(design, "none")
     assert not design.estimates.is_solved and design.sensing.analysis is None
     assert any("too large" in note for note in design.estimates.notes)
     assert any(one.rule == "SIT401" and one.case == "performance-unsolved" for one in result.not_checked)

@@ -10,7 +10,7 @@ import pytest
 import sitscad
 from sitscad.apps.hardware.leading import GuidedCalibration
 from sitscad.apps.hardware.source import Simulation, source_of
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.files.formats.calibration_header import header
 from tests.hardware.conftest import SANE, TEMPLATES, compiled
 
@@ -23,7 +23,7 @@ class ByHand(Simulation):
     """A simulated board whose loads are put on as well as loads are known."""
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
-        error = 1.0 + usual("force") * np.random.default_rng(np.abs(1e6 * load).astype(int)).normal(size=3)
+        error = 1.0 + usual_value("force") * np.random.default_rng(np.abs(1e6 * load).astype(int)).normal(size=3)
         super().put_on(load * error, is_held, cell)
 
 

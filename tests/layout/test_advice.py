@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.basics.finding import Edit, Missing
 from sitscad.checks.board import room as room_rules
 from sitscad.checks.fixes import moves as room
-from sitscad.checks.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
+from sitscad.checks.fixes.search import GROWTH, Budget, FamilyByAmount, Fix, RemainingProblems, search
 from sitscad.checks.judging import RULES
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
@@ -54,7 +54,7 @@ def test_leads_without_room_suggest_sufficient_pitch(sensor):
     (finding,) = advised(spec)
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
     more = 1e-3 * value(finding, "array.pitch") - 4.09e-3
-    assert lay_out(room.coils_apart(spec, more).spec).shortfalls == ()
+    assert lay_out(room.coils_farther_apart(spec, more).spec).shortfalls == ()
 
 
 @pytest.mark.slow
@@ -65,7 +65,7 @@ def test_explicit_centres_scaled_by_suggested_factor_have_room(sensor):
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
     near = room.nearest_distance(spec.array.placements)
     assert finding.key == "array.centres"
-    assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
+    assert lay_out(room.coils_farther_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
 
 
 @pytest.mark.slow
@@ -89,15 +89,15 @@ def test_long_search_finds_least_sufficient_amount():
 
     def trial(fix):
         asked.append(fix.spec)
-        return Left() if fix.spec >= 0.73e-3 else Left(("SIT113",))
+        return RemainingProblems() if fix.spec >= 0.73e-3 else RemainingProblems(("SIT113",))
 
-    family = Growing(lambda amount: Fix((Edit("array.pitch", f"{amount}"),), amount), 0.2e-3)
+    family = FamilyByAmount(lambda amount: Fix((Edit("array.pitch", f"{amount}"),), amount), 0.2e-3)
     (found, _), = search([family], trial, Budget.of("full")).mending
     assert found.spec == min(amount for amount in asked if amount >= 0.73e-3)
     assert found.spec - max(amount for amount in asked if amount < 0.73e-3) < 0.03e-3
     (first, _), = search([family], trial, Budget.of("decisive")).mending
     assert first.spec == approx(0.2e-3 * GROWTH**3, rel=0.02)
-    assert search([family], lambda _: Left(("SIT113",)), Budget.of("full")).mending == ()
+    assert search([family], lambda _: RemainingProblems(("SIT113",)), Budget.of("full")).mending == ()
 
 
 @pytest.mark.more
@@ -237,7 +237,7 @@ def test_stuck_coil_in_given_body_is_named_and_pitch_suggested_before_body():
     (lack,) = design.layout.shortfalls
     assert lack.what is Missing.LEAD_ROOM and dict(lack.facts)["coil"] in {"C1", "C2", "C3", "C4"}
     assert dict(lack.facts)["coil"] in lack.message
-    families = room_rules._room(design.spec, lack)
+    families = room_rules._changes_for_room(design.spec, lack)
     first, last = next(iter(families[0]())), next(iter(families[-1]()))
     assert [edit.key for edit in first.edits] == ["array.pitch"] and last.edits[0].key == "fpc.body"
     assert not lay_out(first.spec).shortfalls
@@ -247,6 +247,6 @@ def test_insufficient_outline_is_not_suggested_as_body():
     """The hint proposed an edit and said in the same sentence that it fails."""
     small = CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 9.4}")
     spec = load_text(small)
-    assert arrange(room_rules._as_asked(spec, spec.fpc.largest).spec).shortfalls
+    assert arrange(room_rules._with_largest_body(spec, spec.fpc.largest).spec).shortfalls
     roomy = load_text(CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 16}"))
-    assert not arrange(room_rules._as_asked(roomy, roomy.fpc.largest).spec).shortfalls
+    assert not arrange(room_rules._with_largest_body(roomy, roomy.fpc.largest).spec).shortfalls

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ def simulated(
     scale = np.zeros(3)
     scale[sensors.range.columns] = sensors.range.full_scales
     size = np.linalg.norm(given / np.where(scale > 0.0, scale, np.inf), axis=1)
-    off = generator.normal(size=given.shape) * (usual("force") * size)[:, None] * scale
+    off = generator.normal(size=given.shape) * (usual_value("force") * size)[:, None] * scale
     off[1:] += hysteresis * scale * generator.uniform(-0.5, 0.5, size=off[1:].shape) * (size[1:, None] > 0.0)
     off[:, 0] = np.maximum(off[:, 0], -given[:, 0])
     frequency = sensors.read(sensors.under(errors, given + off, exact=True), generator)

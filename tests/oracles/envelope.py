@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.solids.pieces import assemble, opposing
+from sitscad.assembly.solids.pieces import assemble, opposing_jaw
 from sitscad.assembly.solids.solid import Solid, manifold, tessellate
 from sitscad.layout.board import Layout
 
 
 def closed_pair(layout: Layout) -> tuple[Solid, ...]:
     """The sensor in its jaw and the opposing jaw closed on it without force; empty without a jaw in the spec."""
-    other = opposing(layout)
+    other = opposing_jaw(layout)
     return (*assemble(layout), *other) if other else ()
 
 

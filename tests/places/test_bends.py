@@ -9,7 +9,15 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
-from sitscad.assembly.places.tail_path import bends, bends_of_mount, free_from, lip, own_bend, pivot_line, tail_path
+from sitscad.assembly.places.tail_path import (
+    bends,
+    bends_of_mount,
+    free_tail_start,
+    lip,
+    own_bend,
+    pivot_line,
+    tail_path,
+)
 from sitscad.checks.board.tail import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
@@ -89,7 +97,7 @@ def test_cap_lip_has_tail_bend_radius():
 
 def test_downward_bend_lies_beyond_bench_plate():
     layout = laid("bench_7mm", ("length: 30", "length: 16"))
-    assert own_bend(layout).start >= free_from(layout) - 1e-9
+    assert own_bend(layout).start >= free_tail_start(layout) - 1e-9
 
 
 def said(layout):

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.assembly.places.fit import closed_section, closing
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, rim, section
+from sitscad.assembly.places.fit import closed_section, closing_motion
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_section, jaw_with_rims
 from sitscad.basics.check_results import Closing
 from sitscad.spec import presets
 
@@ -55,20 +55,20 @@ def test_faces_are_parallel_on_remaining_port_height():
 
 def test_sensor_closing_follows_closed_section():
     layout = handmade.jaw_sensor()
-    found = closing(layout)
+    found = closing_motion(layout)
     assert found.parallel_at == approx(5e-3 - closed_section(layout).height, rel=1e-6)
     assert found.reach is None and found.tilt(1e-3) is None and found.most is None
     jaw = replace(handmade.jaw(), hinge=8e-3)
     hinged = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", jaw, 1e-3))
-    assert closing(hinged).reach == approx(8e-3 + 8e-3, rel=1e-6)
-    assert closing(handmade.bench_sensor()) is None
+    assert closing_motion(hinged).reach == approx(8e-3 + 8e-3, rel=1e-6)
+    assert closing_motion(handmade.bench_sensor()) is None
 
 
 @pytest.mark.parametrize("name", presets.names("jaw"))
 def test_jaw_presets_pass_port_and_state_hinge(name):
     jaw = presets.jaw(name)
-    bar = section(rim(jaw))
-    assert 2.0 * jaw.height < jaw.port_diameter and rim(jaw).height < jaw.port_diameter / 2
+    bar = jaw_section(jaw_with_rims(jaw))
+    assert 2.0 * jaw.height < jaw.port_diameter and jaw_with_rims(jaw).height < jaw.port_diameter / 2
     assert math.hypot(bar.face / 2, jaw.port_diameter / 2 - bar.height) <= jaw.port_diameter / 2 + 1e-12
     assert jaw.hinge and jaw.opening and "unverified" in jaw.source
     if jaw.pocket:
@@ -76,9 +76,9 @@ def test_jaw_presets_pass_port_and_state_hinge(name):
 
 
 def test_face_wider_than_port_chord_has_flatter_back():
-    written = section(replace(handmade.jaw(height=1.2e-3), face=4.8e-3))
+    written = jaw_section(replace(handmade.jaw(height=1.2e-3), face=4.8e-3))
     assert written.face == approx(4.8e-3, rel=1e-6) and written.radius > 2.5e-3 and written.side == 0.0
-    narrow = section(replace(handmade.jaw(height=1.2e-3), face=3e-3))
+    narrow = jaw_section(replace(handmade.jaw(height=1.2e-3), face=3e-3))
     assert narrow.face == approx(3e-3, rel=1e-6) and narrow.radius == approx(2.5e-3, rel=1e-6) and narrow.side > 0.0
     assert written.outline.is_closed and narrow.outline.is_closed
 

@@ -13,9 +13,16 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.column import Toleranced, column, levels, print_limit, process_tolerance, slack
+from sitscad.assembly.places.column import (
+    Toleranced,
+    column,
+    layer_heights,
+    print_limit,
+    process_tolerance,
+    worst_deviations,
+)
 from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, Corner, closed_section, fit, measures
-from sitscad.assembly.places.jaws import section
+from sitscad.assembly.places.jaws import jaw_section
 from sitscad.basics.units import show
 from sitscad.spec import templates
 from sitscad.spec.mount import PROCESSES, Assembly
@@ -94,7 +101,7 @@ def test_only_glued_pieces_have_glue_lines():
 def test_levels_are_contiguous_up_to_height():
     layers = column(glued(handmade.jaw_sensor()))
     here = 0.0
-    for lower, upper in levels(layers).values():
+    for lower, upper in layer_heights(layers).values():
         assert lower.nominal == approx(here, abs=1e-15)
         here = upper.nominal
     assert here == approx(closed_section(glued(handmade.jaw_sensor())).height, rel=1e-6)
@@ -103,7 +110,7 @@ def test_levels_are_contiguous_up_to_height():
 def test_glue_raises_pair_by_its_lines():
     bare, with_glue = (fit(layout)[0] for layout in (handmade.jaw_sensor(), glued(handmade.jaw_sensor())))
     assert with_glue.nominal > bare.nominal and with_glue.worst > bare.worst
-    assert slack(glued(handmade.jaw_sensor()))[1] > slack(handmade.jaw_sensor())[1]
+    assert worst_deviations(glued(handmade.jaw_sensor()))[1] > worst_deviations(handmade.jaw_sensor())[1]
 
 
 def test_written_tolerance_replaces_process_tolerance():
@@ -116,7 +123,7 @@ def test_written_tolerance_replaces_process_tolerance():
 def test_board_width_is_compared_with_jaw_chord():
     layout = handmade.board(handmade.jaw_sensor().spec, body=(9e-3, 4.6e-3))
     over = next(measure for measure in fit(layout) if measure.name == OVERHANG)
-    face = section(layout.spec.mount.jaw).face
+    face = jaw_section(layout.spec.mount.jaw).face
     assert face < layout.spec.mount.jaw.width
     assert over.nominal == approx((4.6e-3 - face) / 2, rel=1e-6) and over.limit == approx(0.9e-3, rel=1e-6)
 
@@ -159,6 +166,6 @@ def test_jaw_with_narrow_face_lists_face_among_defaults(width, is_told):
     spec = sitscad.load_text(text, "jaw.yaml")
     told = [each.partition(": ")[2] for each in spec.source.defaults if each.startswith("mount.jaw.face:")]
     assert bool(told) is is_told
-    face = section(spec.jaw).face
+    face = jaw_section(spec.jaw).face
     assert all(each.startswith(show(face, "m", 4)) for each in told)
     assert (face < spec.jaw.width - 1e-9) is is_told

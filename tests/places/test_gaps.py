@@ -5,7 +5,7 @@ from tolerance import approx
 
 from sitscad import load_text
 from sitscad.assembly.places.bodies import backing_of, target_gap
-from sitscad.assembly.places.column import column, levels
+from sitscad.assembly.places.column import column, layer_heights
 from sitscad.estimates.design import Design
 
 TEXT = """
@@ -37,7 +37,7 @@ def design(standoff="1.2", shield=NEAR):
 def test_gaps_match_column_of_closed_pair(standoff, shield):
     """Two ways to the same heights: the column of all layers that decides about the port, and the coils' gaps."""
     found = design(standoff, shield)
-    at = {part: (low.nominal, high.nominal) for part, (low, high) in levels(column(found.layout)).items()}
+    at = {part: (low.nominal, high.nominal) for part, (low, high) in layer_heights(column(found.layout)).items()}
     top = at["board"][1]
     assert target_gap(found.spec) == approx(at["target"][0] - top, rel=1e-6)
     assert backing_of(found.spec).metal_face == approx(at["jaw"][1] - top, rel=1e-6)

@@ -11,7 +11,7 @@ from sitscad.assembly.places.column import column
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import closed_span
 from sitscad.assembly.places.stack import stack
-from sitscad.assembly.places.state import FREE, PRESSED, REST, STATES, in_words, titled
+from sitscad.assembly.places.state import FREE, PRESSED, REST, STATES, state_text, state_title
 from sitscad.spec import templates
 
 TEMPLATES = ("grasper_4layer", "grasper_3p5mm", "bench_7mm", "single_coil", "jaw_5x20", "fingertip_foil")
@@ -65,6 +65,6 @@ def test_states_have_target_pose():
 
 
 def test_states_have_texts():
-    assert {in_words(kind.name) for kind in STATES}.isdisjoint((FREE, REST))
-    assert titled("behind_the_board") == "behind the board"
-    assert in_words("scissor") == "scissor"
+    assert {state_text(kind.name) for kind in STATES}.isdisjoint((FREE, REST))
+    assert state_title("behind_the_board") == "behind the board"
+    assert state_text("scissor") == "scissor"

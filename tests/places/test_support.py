@@ -11,7 +11,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.places.bodies import backing_of, top_height
-from sitscad.assembly.places.column import slack
+from sitscad.assembly.places.column import worst_deviations
 from sitscad.assembly.places.jaws import closed_span, made_to_measure
 from sitscad.assembly.places.stack import support
 from sitscad.basics.finding import Severity
@@ -49,7 +49,7 @@ def test_seat_support_is_limited_by_port():
     layout = pad(elastomer=thick)
     low, high = closed_span(backing_of(layout.spec), top_height(layout.spec))
     depth = (low + high) / 2 + layout.spec.fpc.stackup.thickness
-    half = math.sqrt(made_to_measure(layout.spec.mount.jaw, slack(layout)) ** 2 - depth**2)
+    half = math.sqrt(made_to_measure(layout.spec.mount.jaw, worst_deviations(layout)) ** 2 - depth**2)
     found = support(layout)
     assert 2.0 * half < 4.0e-3 and found.name == "elastomer"
     assert found.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and found.pressed == approx(16e-6, rel=1e-6)

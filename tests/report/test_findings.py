@@ -9,7 +9,7 @@ import pytest
 
 from sitscad.basics.check_results import Signal
 from sitscad.basics.finding import Finding, Ignored, NotChecked, Place, Severity
-from sitscad.basics.units import printable
+from sitscad.basics.units import escape_controls
 from sitscad.checks.findings import CheckedSpec, OutputOptions, as_json, as_text, excerpt
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"
@@ -148,6 +148,6 @@ def test_json_numbers_round_trip_and_what_is_not_finite_is_null():
 
 
 def test_nothing_that_steers_a_terminal_is_printed():
-    assert printable("a\tb\x1b[2J\u202e\x07\u00b5m") == "a b\\x1b[2J\\u202e\\x07\u00b5m"
+    assert escape_controls("a\tb\x1b[2J\u202e\x07\u00b5m") == "a b\\x1b[2J\\u202e\\x07\u00b5m"
     hostile = CheckedSpec("x", "\x1b[2J", (Finding("SIT001", "x", Severity.ERROR, "\x1b]0;x\x07", line=1, column=1),))
     assert "\x1b" not in as_text([hostile])

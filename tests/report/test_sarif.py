@@ -12,8 +12,8 @@ import told
 
 import sitscad
 from sitscad.checks.findings import CheckedSpec, OutputOptions
-from sitscad.checks.findings.ci import extent
 from sitscad.checks.findings.ci import sarif as render
+from sitscad.checks.findings.ci import value_length
 from sitscad.package.inspection import inspect
 
 HERE = Path(__file__).parent
@@ -87,8 +87,8 @@ def test_what_is_ignored_is_a_suppressed_result_with_its_reason():
     ],
 )
 def test_a_region_ends_where_the_value_does(line, column, text):
-    assert extent(line, column) == max(1, len(text))
-    assert line[column - 1 : column - 1 + extent(line, column)] == text
+    assert value_length(line, column) == max(1, len(text))
+    assert line[column - 1 : column - 1 + value_length(line, column)] == text
 
 
 def test_paths_count_from_the_root(tmp_path):

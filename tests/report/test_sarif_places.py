@@ -19,7 +19,7 @@ from test_sarif import VALID
 import sitscad
 from sitscad.checks.findings import CheckedSpec, checked_spec
 from sitscad.checks.findings.ci import sarif as render
-from sitscad.checks.rules import Violation, apply_rule, finding_of, located
+from sitscad.checks.rules import Violation, apply_rule, finding_of, locate_finding
 from sitscad.estimates.design import Design
 from sitscad.package.inspection import inspect
 
@@ -116,6 +116,7 @@ def test_faults_of_the_drawing_point_at_the_key():
 def test_a_finding_by_hand_points_at_the_key(rule, root):
     spec = sitscad.load(root / "templates" / "grasper_4layer.yaml")
     (row,) = (each for each in sitscad.RULES if each.id == rule)
-    finding = located(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device), spec.source)
+    finding = locate_finding(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device),
+                             spec.source)
     (result,) = results_of(checked_spec(spec.name, spec.source, (finding,), ()))
     assert_points_at_its_key(result, spec.source.text)

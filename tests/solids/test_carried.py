@@ -15,10 +15,10 @@ from sitscad.assembly.places.bodies import BodyRole, board_heights
 from sitscad.assembly.places.stack import support
 from sitscad.assembly.places.tail_path import ROD, bends
 from sitscad.assembly.solids import pieces
-from sitscad.assembly.solids.clash import carried, under_bend
+from sitscad.assembly.solids.clash import support_areas, under_bend
 from sitscad.assembly.solids.whole import whole
 from sitscad.basics.finding import Severity
-from sitscad.checks.assembly.fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
 from sitscad.files.documents import mounting, tail_steps
 from sitscad.layout import lay_out
 from sitscad.spec import presets
@@ -63,7 +63,7 @@ KINDS = dict(kinds())
 def test_support_from_figures_matches_solids(kind):
     """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
     layout = KINDS[kind]
-    plane, (pressed, body) = support(layout), carried(layout, whole(layout))
+    plane, (pressed, body) = support(layout), support_areas(layout, whole(layout))
     assert pressed.value == approx(plane.carried, rel=1e-2)
     assert body.value == approx(plane.body_carried, rel=1e-2)
     assert pressed.first == plane.name and pressed.is_kept == (plane.share >= 0.9)
@@ -125,7 +125,7 @@ def built(tmp_path, size):
     spec = load(tmp_path / "spec.yaml")
     layout = lay_out(spec)
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
-    assert settles(document) == {"SIT320", "SIT326", "SIT333"}
+    assert rules_in_fit_file(document) == {"SIT320", "SIT326", "SIT333"}
     return judged_on_solids(document, spec.readout.device, spec.source), document["measured"]
 
 
@@ -156,7 +156,7 @@ def test_cap_without_standoff_is_valid_and_has_no_support_measure():
     finger = KINDS["rectangle"].spec.mount.finger
     layout = handmade.bench_sensor(mount=handmade.Mount("fingertip", None, 0.0, finger=finger))
     (cap,) = pieces.mount(layout)
-    assert cap.shape.is_valid and carried(layout, (cap,)) == ()
+    assert cap.shape.is_valid and support_areas(layout, (cap,)) == ()
 
 
 def test_custom_mount_without_file_supports_board_over_shield():
@@ -164,4 +164,4 @@ def test_custom_mount_without_file_supports_board_over_shield():
     layout = handmade.bench_sensor(mount=mount, shield=handmade.jaw_sensor().spec.shield)
     solids = whole(layout)
     assert any(solid.role is BodyRole.SHIELD for solid in solids)
-    assert carried(layout, solids) == ()
+    assert support_areas(layout, solids) == ()

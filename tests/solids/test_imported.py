@@ -8,7 +8,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.solids import PartsError, solids
-from sitscad.assembly.solids.proof import in_file, prove
+from sitscad.assembly.solids.proof import in_file, measure_solids
 from sitscad.assembly.solids.whole import whole
 from sitscad.checks.judging import check
 from sitscad.layout import lay_out
@@ -102,7 +102,7 @@ def test_plane_rules_state_reason_if_not_checked(tmp_path, jaw_file):
     measured = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}, width: 6, length: 24, height: 2, port_diameter: 9}}}}")
     assert not {"SIT301", "SIT302", "SIT303"} & {entry.rule for entry in check(measured).not_checked}
     layout = lay_out(measured)
-    assert prove(layout, whole(layout)).faults == ()
+    assert measure_solids(layout, whole(layout)).faults == ()
 
 
 def test_file_metal_counts_behind_coils(tmp_path, jaw_file):

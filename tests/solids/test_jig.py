@@ -17,11 +17,21 @@ from sitscad.assembly.places.bodies import (
     BodyRole,
     plates_of,
 )
-from sitscad.assembly.places.column import levels, on_board
+from sitscad.assembly.places.column import layer_heights, on_board
 from sitscad.assembly.places.seating import process_clearance
-from sitscad.assembly.solids import aids, solids
-from sitscad.assembly.solids.proof import printable
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, manifold, prism, require, tessellate, without
+from sitscad.assembly.solids import assembly_aids, solids
+from sitscad.assembly.solids.proof import check_print
+from sitscad.assembly.solids.solid import (
+    MM,
+    PartsError,
+    Solid,
+    box,
+    import_extra,
+    manifold,
+    prism,
+    subtract,
+    tessellate,
+)
 from sitscad.assembly.solids.tooling import (
     BOARD_PRESS,
     CAVITIES,
@@ -33,8 +43,8 @@ from sitscad.assembly.solids.tooling import (
     jig,
     jig_frames,
     mould,
-    pour,
     push_places,
+    silicone_to_mix,
 )
 from sitscad.layout import lay_out
 from sitscad.spec import templates
@@ -59,7 +69,7 @@ def as_solid(body, lift=0.0):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
 def test_jig_pieces_are_closed_single_solids(name):
-    found = aids(handmade.layout(name))
+    found = assembly_aids(handmade.layout(name))
     assert all(solid.shape.is_valid and solid.volume > 0.0 for solid in found)
     for solid in found:
         manifold(tessellate(solid))
@@ -108,7 +118,7 @@ VARIANTS = {
 
 def lifted(solid, height):
     """A solid moved up (m)."""
-    return replace(solid, shape=solid.shape.moved(require("build123d").Location((0, 0, MM * height))))
+    return replace(solid, shape=solid.shape.moved(import_extra("build123d").Location((0, 0, MM * height))))
 
 
 def specs():
@@ -121,7 +131,7 @@ def specs():
 
 def placed(layout):
     """Everything on the board by its part: its bodies with the levels of lower and upper face, least and largest."""
-    at, plates = levels(on_board(layout)), plates_of(layout.spec)
+    at, plates = layer_heights(on_board(layout)), plates_of(layout.spec)
     rows = {part: plates.glued(part) for part in ("elastomer", "target")}
     for part, row in rows.items():
         if row:
@@ -207,7 +217,7 @@ def test_wide_board_has_push_holes_over_its_area():
 
 def test_board_without_pieces_has_no_jig():
     assert jig(handmade.layout("bare")) == () and mould(handmade.layout("bare")) == ()
-    assert pour(plates_of(handmade.layout("bare").spec)) is None
+    assert silicone_to_mix(plates_of(handmade.layout("bare").spec)) is None
 
 
 @pytest.mark.parametrize("name", ["jaw", "round"])
@@ -216,7 +226,7 @@ def test_mould_cavity_has_nominal_pad_volume(name):
     layout = handmade.layout(name)
     pad = plates_of(layout.spec).elastomer
     tray, lid = mould(layout)
-    found = pour(plates_of(layout.spec))
+    found = silicone_to_mix(plates_of(layout.spec))
     x, y = pad.footprint.size
     area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
     assert found.pad == approx(area * pad.thickness, rel=1e-6) and found.mixed == approx(
@@ -249,7 +259,7 @@ def test_webbed_pads_are_cast_and_placed_as_single_piece():
     whole, middle = cut.slice(low + 0.5).area(), cut.slice(low + 2.0 + 0.49 * depth).area()
     area = 4 * 10.0**2 + 4 * 2.0 * 6.0
     assert whole - middle == approx(area, rel=0.01)
-    silicone = pour(plates_of(layout.spec))
+    silicone = silicone_to_mix(plates_of(layout.spec))
     assert (silicone.pads, silicone.pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
     found = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
     assert found["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
@@ -280,12 +290,12 @@ def test_joint_cut_equals_successive_cuts():
     block = box(0.0, 0.0, 0.0, 4e-3, 2e-3, 1e-3)
     tools = [box(0.5e-3, 0.5e-3, 0.5e-3, 2e-3, 1.5e-3, 2e-3), box(1.5e-3, 1e-3, -1e-3, 3e-3, 1.8e-3, 2e-3)]
     # their volumes less what both take of the block
-    assert without(block, iter(tools), "block").volume == approx(8.0 - 1.5 * 0.5 - 1.2 + 0.5 * 0.5 * 0.5, rel=1e-9)
-    assert without(block, (), "block") is block
+    assert subtract(block, iter(tools), "block").volume == approx(8.0 - 1.5 * 0.5 - 1.2 + 0.5 * 0.5 * 0.5, rel=1e-9)
+    assert subtract(block, (), "block") is block
     with pytest.raises(PartsError, match="falls into 2 pieces"):
-        without(block, [*tools, box(1.7e-3, -1e-3, -1e-3, 1.9e-3, 3e-3, 2e-3)], "block")
+        subtract(block, [*tools, box(1.7e-3, -1e-3, -1e-3, 1.9e-3, 3e-3, 2e-3)], "block")
     with pytest.raises(PartsError, match="falls into 0 pieces"):
-        without(block, [*tools, box(-1e-3, -1e-3, -1e-3, 5e-3, 3e-3, 2e-3)], "block")
+        subtract(block, [*tools, box(-1e-3, -1e-3, -1e-3, 5e-3, 3e-3, 2e-3)], "block")
 
 
 @pytest.mark.few(1)
@@ -302,4 +312,4 @@ def test_board_press_stands_on_rim_and_clears_mount_and_pieces(template):
     assert not [clash for clash in interferences(around) if BOARD_PRESS in clash]
     gaps = {(c.first, c.second): c.gap for c in clearances((around[0], thin))}
     assert gaps[BOARD_PRESS, "board"] == approx(0.0, abs=1e-9)
-    assert printable(press, layout.spec.mount.process).faults == ()
+    assert check_print(press, layout.spec.mount.process).faults == ()

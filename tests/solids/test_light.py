@@ -38,7 +38,7 @@ def test_closed_section_loads_no_cad():
 
 def test_missing_package_is_refused_with_install_command():
     with pytest.raises(MissingExtra) as caught:
-        solid.require("sitscad_has_no_such_package")
+        solid.import_extra("sitscad_has_no_such_package")
     text = str(caught.value)
     assert "pip install 'sitscad[all]'" in text
     assert "sitscad_has_no_such_package" in text
@@ -52,7 +52,7 @@ def test_missing_system_library_is_named(monkeypatch):
 
     monkeypatch.setattr(solid, "import_module", broken)
     with pytest.raises(MissingExtra, match=r"libGL\.so\.1.*sitscad\[all\].*libgl1"):
-        solid.require("gmsh")
+        solid.import_extra("gmsh")
 
 
 def test_missing_dependency_of_package_is_named(monkeypatch):
@@ -61,7 +61,7 @@ def test_missing_dependency_of_package_is_named(monkeypatch):
 
     monkeypatch.setattr(solid, "import_module", broken)
     with pytest.raises(MissingExtra, match=r"build123d is installed without OCP.*pip install"):
-        solid.require("build123d")
+        solid.import_extra("build123d")
 
 
 def test_interrupted_package_import_raises_keyboard_interrupt(monkeypatch):
@@ -75,7 +75,7 @@ def test_interrupted_package_import_raises_keyboard_interrupt(monkeypatch):
 
     monkeypatch.setattr(solid, "import_module", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        solid.require("build123d")
+        solid.import_extra("build123d")
 
 
 def test_unused_cad_dependencies_load_on_demand(tmp_path, monkeypatch):
@@ -83,7 +83,7 @@ def test_unused_cad_dependencies_load_on_demand(tmp_path, monkeypatch):
     (tmp_path / "inside.py").write_text("import aside\n\ndef asked():\n    return aside.there\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(solid, "UNUSED", ("aside", "sitscad_has_no_such_package"))
-    inside = solid.require("inside")
+    inside = solid.import_extra("inside")
     assert "there" not in vars(sys.modules["aside"])
     assert importlib.util.find_spec("aside").origin == str(tmp_path / "aside.py")  # others see that it is there
     assert inside.asked() == 5

@@ -13,9 +13,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.bodies import BodyRole, backing_of
-from sitscad.assembly.places.column import print_limit, slack
+from sitscad.assembly.places.column import print_limit, worst_deviations
 from sitscad.assembly.places.fit import closed_section
-from sitscad.assembly.places.jaws import made_to_measure, section
+from sitscad.assembly.places.jaws import jaw_section, made_to_measure
 from sitscad.assembly.places.seating import clearance, relief
 from sitscad.assembly.solids import pieces, seat, solids
 from sitscad.assembly.solids.solid import manifold, of_role, tessellate
@@ -105,7 +105,7 @@ def test_seat_edges_stay_inside_port():
     base = manifold(tessellate(seats()[0])).to_mesh64().vert_properties
     reach = max(math.hypot(y, z - 0.05) for _, y, z in base.tolist())
     layout = handmade.jaw_sensor()
-    within = 1e3 * made_to_measure(layout.spec.mount.jaw, slack(layout))
+    within = 1e3 * made_to_measure(layout.spec.mount.jaw, worst_deviations(layout))
     assert reach == approx(within, abs=1e-3) and 2.0 < within < 2.5
     wide_port = handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3)
     narrow = manifold(tessellate(seats(mount=wide_port)[1])).to_mesh64().vert_properties
@@ -119,7 +119,7 @@ def test_shield_under_wide_body_is_narrowed_to_port():
     _, y0, z0, _, y1, _ = bounds(sheet)
     axis = closed_section(wide).axis
     assert y1 - y0 < 4.7e-3
-    assert math.hypot(y1, z0 - axis) == approx(made_to_measure(wide.spec.mount.jaw, slack(wide)), rel=1e-6)
+    assert math.hypot(y1, z0 - axis) == approx(made_to_measure(wide.spec.mount.jaw, worst_deviations(wide)), rel=1e-6)
     assert bounds(piece("bench-shielded", "shield"))[4] == approx(3.8e-3, rel=1e-6)
 
 
@@ -172,7 +172,7 @@ def test_stiffener_inside_plate_has_pocket():
 
 @pytest.mark.parametrize(("width", "height"), [(4.8e-3, 1.3e-3), (4e-3, 1.3e-3), (3e-3, 2e-3), (6e-3, 2.6e-3)])
 def test_jaw_section_has_written_height_and_port_radius(width, height):
-    bar = section(handmade.jaw(width, height))
+    bar = jaw_section(handmade.jaw(width, height))
     back = bar.outline.segments[0]
     assert bar.outline.is_closed
     assert back.radius == approx(2.5e-3, rel=1e-6)

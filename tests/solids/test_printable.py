@@ -14,9 +14,9 @@ from tolerance import approx
 
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.column import print_limit
-from sitscad.assembly.solids import aids, proof
+from sitscad.assembly.solids import assembly_aids, proof
 from sitscad.assembly.solids import pieces as mounts
-from sitscad.assembly.solids.proof import printable
+from sitscad.assembly.solids.proof import check_print
 from sitscad.assembly.solids.solid import Solid, tessellate
 from sitscad.files.documents import mounting
 from sitscad.files.formats import meshes
@@ -44,15 +44,15 @@ def placed(shape, *at):
 
 
 def test_block_wall_is_least_side():
-    found = printable(solid(block(5, 4, 0.7)), "resin")
+    found = check_print(solid(block(5, 4, 0.7)), "resin")
     assert found.wall == approx(0.7e-3, abs=2e-6) and found.hole is None and found.faults == ()
     assert found.volume == approx(14e-9, rel=1e-6) and found.bed in ("-z", "+z") and found.unsupported == 0.0
 
 
 def test_thin_wall_is_fault_with_size_and_limit():
     piece = solid((block(5, 4, 3) - placed(block(4, 3, 3), 0.3, 0.5, 0.5)).solids()[0])
-    assert printable(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
-    (fault,) = printable(piece, "resin").faults
+    assert check_print(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
+    (fault,) = check_print(piece, "resin").faults
     assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "mount.process" in fault.fix
 
 
@@ -61,21 +61,21 @@ def test_smallest_hole_ignores_pins():
 
     drilled = block(9, 9, 3) - placed(bd.Solid.make_cylinder(0.3, 4), 3, 3, -0.5)
     pinned = (drilled + placed(bd.Solid.make_cylinder(0.2, 4), 6, 6, 2)).solids()[0]
-    found = printable(solid(pinned), "resin")
+    found = check_print(solid(pinned), "resin")
     assert found.hole == approx(0.6e-3, rel=1e-6)
-    assert [fault.what for fault in printable(solid(pinned), "powder").faults] == ["wall", "hole"]
+    assert [fault.what for fault in check_print(solid(pinned), "powder").faults] == ["wall", "hole"]
 
 
 def test_closed_hollow_is_found():
     piece = solid((block(6, 6, 6) - placed(block(2, 2, 2), 2, 2, 2)).solids()[0])
-    (fault,) = printable(piece, "resin").faults
+    (fault,) = check_print(piece, "resin").faults
     assert fault.what == "trapped volume" and fault.measured == approx(8e-9, rel=1e-6)
 
 
 def test_print_bed_side_needs_least_support():
     """A table: standing it has a roof to be held up, upside down none."""
     table = block(8, 8, 1) + placed(block(2, 2, 5), 3, 3, -5)
-    found = printable(solid(table.solids()[0]), "resin")
+    found = check_print(solid(table.solids()[0]), "resin")
     assert found.bed == "+z" and found.unsupported == 0.0
 
 
@@ -105,7 +105,7 @@ def made(layout, process):
 
 
 def pieces(layout):
-    return (*mounts.mount(layout), *aids(layout))
+    return (*mounts.mount(layout), *assembly_aids(layout))
 
 
 @pytest.mark.few(1)
@@ -113,7 +113,7 @@ def pieces(layout):
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
 def test_mount_pieces_are_printable_in_resin(kind):
     for piece in mounts.mount(KINDS[kind]):
-        assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
+        assert piece.shape.is_valid and check_print(piece, "resin").faults == (), piece.name
 
 
 @pytest.mark.few(1)
@@ -124,7 +124,7 @@ def test_mount_pieces_are_printable_by_all_processes(kind, process):
     """But for the holes of a cap, which are drilled and tapped where its printer makes none so small."""
     layout = made(KINDS[kind], process)
     for piece in pieces(layout) if process == "filament" else mounts.mount(layout):
-        found = printable(piece, process)
+        found = check_print(piece, process)
         assert piece.shape.is_valid, piece.name
         assert all(fault.what == "hole" and kind.startswith("finger") for fault in found.faults), (piece.name, found)
 
@@ -154,7 +154,8 @@ def test_slicer_accepts_printed_meshes(kind, tmp_path):
     layout = KINDS[kind]
     found = pieces(layout)
     files = meshes.render_stl(found, layout.spec) | meshes.render_3mf(found, layout.spec)
-    jigs = {**meshes.render_stl((), layout.spec, aids(layout)), **meshes.render_3mf((), layout.spec, aids(layout))}
+    jigs = {**meshes.render_stl((), layout.spec, assembly_aids(layout)),
+            **meshes.render_3mf((), layout.spec, assembly_aids(layout))}
     for name, data in (files | jigs).items():
         path, out = tmp_path / name.rpartition("/")[2], tmp_path / "out.gcode"
         path.write_bytes(data)
@@ -234,7 +235,7 @@ def test_wall_rays_in_plate_with_holes_meet_only_near_triangles(monkeypatch):
     plate = block(52, 52, 3).cut(*holes, placed(block(3, 3, 5), 8.5, 8.5, 0.9)).solids()[0]
     piece = solid(plate)
     monkeypatch.setattr(proof, "_first_hits", counted)
-    found = printable(piece, "resin")
+    found = check_print(piece, "resin")
     triangles = len(tessellate(piece, *proof.COARSE).triangles)
     assert found.wall == approx(0.9e-3, abs=2e-6)
     assert sum(pairs) < 0.35 * triangles**2

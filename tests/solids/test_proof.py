@@ -14,10 +14,10 @@ from sitscad.assembly.places.bodies import BodyRole, plates_of
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.state import Pose
 from sitscad.assembly.solids.clash import clashes
-from sitscad.assembly.solids.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, PadLoad, prove
+from sitscad.assembly.solids.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, PadLoad, measure_solids
 from sitscad.assembly.solids.solid import Solid, TriangleMesh, box, manifold, shared_volume
 from sitscad.assembly.solids.whole import whole
-from sitscad.checks.assembly.fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
 from sitscad.estimates.design import Design
 from sitscad.files.documents import mounting
 from sitscad.files.drawing.pictures.rendered import clash_svg
@@ -59,7 +59,7 @@ def random_sensor(seed):
 )
 def test_fit_from_figures_matches_solids(seed):
     layout = random_sensor(seed)
-    proof, plane = prove(layout, whole(layout)), closed_section(layout)
+    proof, plane = measure_solids(layout, whole(layout)), closed_section(layout)
     assert proof.radius == approx(plane.radius, abs=6e-6)
     assert {each.what for each in proof.faults} <= {PORT}
     if abs(plane.radius - plane.port_radius) > 6e-6:
@@ -70,7 +70,7 @@ def test_fit_from_figures_matches_solids(seed):
 def test_glued_pieces_have_gap_of_glue_line():
     layout = handmade.jaw_sensor()
     layout = replace(layout, spec=replace(layout.spec, assembly=GLUED))
-    gaps = {(c.first, c.second): c.gap for c in prove(layout, whole(layout)).clearances}
+    gaps = {(c.first, c.second): c.gap for c in measure_solids(layout, whole(layout)).clearances}
     for pair in (("jaw", "mount"), ("mount", "shield"), ("mount-spacer", "board"), ("board", "elastomer"),
                  ("elastomer", "target")):
         assert gaps[pair] == approx(30e-6, abs=1e-9), pair
@@ -91,7 +91,7 @@ def pieces(hinged):
 
 def said(layout, pieces, loads=()):
     """The proof's faults, and the findings that a build makes of them."""
-    proof = prove(layout, pieces, loads)
+    proof = measure_solids(layout, pieces, loads)
     return proof.faults, judged_on_solids(mounting.document(proof), layout.spec.readout.device, layout.spec.source)
 
 
@@ -99,8 +99,8 @@ def said(layout, pieces, loads=()):
 def test_fitting_sensor_has_no_findings_and_all_rules_checked(hinged, pieces):
     gentle = (PadLoad("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
-    document = mounting.document(prove(hinged, pieces, gentle))
-    assert settles(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
+    document = mounting.document(measure_solids(hinged, pieces, gentle))
+    assert rules_in_fit_file(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
 
 
 @pytest.mark.slow
@@ -146,7 +146,7 @@ def test_loaded_target_and_pad_meet_neighbours(hinged, pieces):
         (TRAVEL, "much"),
         (BULGE, "much"),
     }
-    measured = prove(hinged, (*around, post), (near,)).measured
+    measured = measure_solids(hinged, (*around, post), (near,)).measured
     travel = next(each for each in measured if each.what == TRAVEL and each.first == "target")
     assert travel.second == "post" and travel.value == approx(0.1e-3, abs=1e-6)
 
@@ -193,7 +193,7 @@ def test_build_reports_measured_faults(hinged, pieces):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     contents = contents_of(Design(spec), Policy(), None)
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
-    text = json.dumps(mounting.document(prove(hinged, (*pieces, post))))
+    text = json.dumps(mounting.document(measure_solids(hinged, (*pieces, post))))
     before, after = contents.checked, replace(contents, measured=text).checked
     assert "SIT321" in {each.rule for each in before.not_checked} - {each.rule for each in after.not_checked}
     assert [f.rule for f in after.findings if f not in before.findings] == ["SIT321"] and not after.ok
@@ -201,7 +201,7 @@ def test_build_reports_measured_faults(hinged, pieces):
 
 def test_sensor_without_jaw_has_no_proof():
     layout = handmade.bench_sensor()
-    assert prove(layout, whole(layout)) is None
+    assert measure_solids(layout, whole(layout)) is None
 
 
 def red_of(clash):
@@ -214,7 +214,7 @@ def red_of(clash):
 def test_overlap_is_shown_cut_open_in_red(hinged, pieces):
     post = Solid("post", box(-2e-3, 1e-3, 0.3e-3, 0.0, 2e-3, 0.5e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), post)
-    drawn = clashes(hinged, around, prove(hinged, around), ())
+    drawn = clashes(hinged, around, measure_solids(hinged, around), ())
     (clash,) = [each for each in drawn if each.words == "elastomer and post"]
     volume, names = red_of(clash)
     whole_post = 1e9 * shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
@@ -227,7 +227,7 @@ def test_glue_overlapping_mount_is_shown(hinged, pieces):
     line, block = box(5e-3, 0.0, 9e-3, 7e-3, 1e-3, 9.05e-3), box(6e-3, 0.0, 8e-3, 8e-3, 1e-3, 10e-3)
     around = (*pieces, Solid("glue-shield", line, "adhesive", "#d9b26a", BodyRole.GLUE),
               Solid("post", block, "steel", "#000000", BodyRole.MOUNT))
-    drawn = clashes(hinged, around, prove(hinged, around), ())
+    drawn = clashes(hinged, around, measure_solids(hinged, around), ())
     assert {"glue-shield and post", "post and glue-shield"} & {clash.words for clash in drawn}
 
 
@@ -235,7 +235,7 @@ def test_glue_overlapping_mount_is_shown(hinged, pieces):
 @pytest.mark.slow
 def test_excess_beyond_port_is_shown_with_circle(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
-    (clash,) = clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ())
+    (clash,) = clashes(hinged, (*pieces, post), measure_solids(hinged, (*pieces, post)), ())
     volume, names = red_of(clash)
     assert clash.port[3] == 2.75 and names == {"too much"}
     assert volume == approx(0.01, rel=1e-6), "half of the post, which lies outside as a whole"
@@ -254,11 +254,12 @@ def test_clashes_show_opened_jaws_and_loaded_pads(hinged, pieces):
     top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
     post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
     (opened,) = [
-        c for c in clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ()) if "open by" in c.words
+        c for c in clashes(hinged, (*pieces, post), measure_solids(hinged, (*pieces, post)), ()) if "open by" in c.words
     ]
     assert red_of(opened)[0] > 0.0
     wall = Solid("wall", box(-5e-3, 2.2e-3, 0.1e-3, 5e-3, 2.3e-3, 0.4e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), wall)
     much = PadLoad("much", Pose(z=-0.05e-3), 0.5e-3)
-    (bulging,) = [c for c in clashes(hinged, around, prove(hinged, around, (much,)), (much,)) if "much" in c.words]
+    (bulging,) = [c for c in clashes(hinged, around, measure_solids(hinged, around, (much,)), (much,))
+                  if "much" in c.words]
     assert "elastomer" in bulging.words and red_of(bulging)[0] > 0.0

@@ -12,10 +12,10 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.fit import closed_section
-from sitscad.assembly.places.jaws import section
+from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
 from sitscad.assembly.solids.whole import whole
-from sitscad.checks.assembly.fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
 from sitscad.files.documents import mounting
 from sitscad.layout import lay_out
 from sitscad.spec.load import load
@@ -69,7 +69,7 @@ def faults(layout):
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
     found = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.severity.value != "note"]
-    assert settles({"measured": measured}) == {"SIT332"}
+    assert rules_in_fit_file({"measured": measured}) == {"SIT332"}
     assert {finding.severity.value for finding in found} <= {"error"} and all(each.line == 9 for each in found)
     return {finding.key: finding for finding in found}
 
@@ -86,7 +86,7 @@ def test_opened_jaws_with_shanks_have_no_interference(tmp_path):
     layout = layout_of(tmp_path, grasper(), f"{FIGURES}, hinge: 4, opening: 40 deg")
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     assert {each["what"] for each in document["measured"] if not each["kept"]} <= {"jaw back with room"}
-    assert {"SIT320", "SIT321", "SIT322", "SIT332", "SIT333"} <= settles(document)
+    assert {"SIT320", "SIT321", "SIT322", "SIT332", "SIT333"} <= rules_in_fit_file(document)
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +159,7 @@ def test_file_face_wider_than_chord_yields_finding(tmp_path):
         layout.spec.source)}
     face = found["mount.jaw.face"]
     assert (face.rule, face.severity.value) == ("SIT332", "warning")
-    assert (face.measured, face.limit) == (approx(6e-3, rel=1e-6), approx(section(layout.spec.jaw).face, rel=1e-6))
+    assert (face.measured, face.limit) == (approx(6e-3, rel=1e-6), approx(jaw_section(layout.spec.jaw).face, rel=1e-6))
 
 
 def test_corner_beyond_port_states_place_and_excess(tmp_path):

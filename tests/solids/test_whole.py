@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import BodyRole, backing_of
-from sitscad.assembly.places.column import column, levels
+from sitscad.assembly.places.column import column, layer_heights
 from sitscad.assembly.places.tail_path import BentStretch, Station, tail_path
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -44,7 +44,7 @@ def test_whole_assembly_has_all_pieces_without_overlap(layout, pieces):
 
 @pytest.mark.slow
 def test_assembled_heights_match_column(layout, pieces):
-    at = levels(column(layout))
+    at = layer_heights(column(layout))
     board = at["board"][1].nominal
     for part in ("jaw", "shield", "mount", "elastomer", "target", "opposing-jaw"):
         low = pieces[part].shape.bounding_box().min.Z * 1e-3

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.basics.units import decimal, in_mm
+from sitscad.basics.units import fixed_decimals, in_mm
 
 
 @given(st.floats(-1e6, 1e6), st.integers(0, 9), st.integers(0, 9))
 def test_the_nearest_decimal_is_written_without_an_exponent(value, most, least):
     least = min(least, most)
-    text = decimal(value, most, least)
+    text = fixed_decimals(value, most, least)
     assert Decimal(text) == Decimal(value).quantize(Decimal(1).scaleb(-most), ROUND_HALF_EVEN)
     decimals = text.partition(".")[2]
     assert least <= len(decimals) <= most
@@ -25,7 +25,7 @@ def test_the_nearest_decimal_is_written_without_an_exponent(value, most, least):
 
 @pytest.mark.parametrize("value", [-0.0, -1e-9, -4.9e-5])
 def test_nothing_is_less_than_nothing(value):
-    assert decimal(value) == "0" and decimal(value, 4, 1) == "0.0"
+    assert fixed_decimals(value) == "0" and fixed_decimals(value, 4, 1) == "0.0"
 
 
 def test_lengths_are_in_millimetres():

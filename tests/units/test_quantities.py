@@ -9,7 +9,7 @@ import pytest
 
 from sitscad.basics import quantities
 from sitscad.basics.check_results import Measure, Share, Signal
-from sitscad.basics.quantities import NONE, Quantity, by_quantity, by_result, document
+from sitscad.basics.quantities import DASH, Quantity, by_quantity, by_result, document
 from sitscad.estimates.coil_estimates import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
 from sitscad.estimates.response.response_arrays import Response
 from sitscad.estimates.states.at_frequency import CoilAtFrequency
@@ -49,8 +49,8 @@ def test_a_quantity_has_one_value_in_json_text_and_table():
 def test_a_value_that_is_absent_is_null_and_a_dash():
     steps = next(each for each in quantities.SIGNAL if each.key == "steps")
     unknown = replace(SIGNAL, steps=None)
-    assert steps.number(SIGNAL) is None and steps.text(SIGNAL) == NONE == steps.text(unknown)
-    assert by_quantity([unknown], [steps]) == [] and by_quantity([None, SIGNAL], [steps]) == [[steps.label, NONE, NONE]]
+    assert steps.number(SIGNAL) is None and steps.text(SIGNAL) == DASH == steps.text(unknown)
+    assert by_quantity([unknown], [steps]) == [] and by_quantity([None, SIGNAL], [steps]) == [[steps.label, DASH, DASH]]
 
 
 def test_a_share_is_in_per_cent_and_an_area_in_square_millimetres():

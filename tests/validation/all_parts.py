@@ -23,9 +23,9 @@ import numpy as np  # noqa: E402
 import trimesh  # noqa: E402
 from test_printable import KINDS  # noqa: E402
 
-from sitscad.assembly.solids import Solid, aids, pieces  # noqa: E402
-from sitscad.assembly.solids.pieces import jaw, opposing  # noqa: E402
-from sitscad.assembly.solids.proof import printable  # noqa: E402
+from sitscad.assembly.solids import Solid, assembly_aids, pieces  # noqa: E402
+from sitscad.assembly.solids.pieces import jaw, opposing_jaw  # noqa: E402
+from sitscad.assembly.solids.proof import check_print  # noqa: E402
 from sitscad.assembly.solids.solid import TriangleMesh, tessellate  # noqa: E402
 from sitscad.files.formats import meshes, step  # noqa: E402
 
@@ -77,7 +77,7 @@ def sliced(path: Path) -> list[str]:
 
 def laid(solid: Solid, mesh: TriangleMesh) -> TriangleMesh:
     """A piece's mesh on the side that it is printed on."""
-    bed = printable(solid, "resin").bed
+    bed = check_print(solid, "resin").bed
     return TriangleMesh(mesh.name, mesh.vertices @ TURNS[bed].T, mesh.triangles).on_bed()
 
 
@@ -99,8 +99,8 @@ def main() -> int:
     bad = 0
     for kind in sys.argv[1:] or KINDS:
         layout = KINDS[kind]
-        jaws = [solid for solid in (jaw(layout), *opposing(layout)) if solid is not None]
-        for solid in (*pieces.mount(layout), *jaws, *aids(layout)):
+        jaws = [solid for solid in (jaw(layout), *opposing_jaw(layout)) if solid is not None]
+        for solid in (*pieces.mount(layout), *jaws, *assembly_aids(layout)):
             with tempfile.TemporaryDirectory() as name:
                 said = found_of(solid, Path(name))
             bad += len(said)

@@ -24,7 +24,7 @@ import sitscad
 from sitscad.calibration import calibrate
 from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 from sitscad.spec import templates
 from tests.oracles.bench import simulated
 
@@ -50,7 +50,7 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
     sensors = sensors_of(design.response, True)
     plan, scope = plan_calibration(design.response, True, count).plan, sensors.range
     assert plan is not None
-    errors = units(sensors.known, number + 1, SEED)[number]
+    errors = draw_units(sensors.known, number + 1, SEED)[number]
     generator = np.random.default_rng((SEED, number, count, round(1e4 * hysteresis)))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bench.csv"

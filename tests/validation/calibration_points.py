@@ -33,7 +33,7 @@ from sitscad.calibration.calibration import calibrate_by, plan_calibration, sens
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 from sitscad.kernels.electromagnetics.polynomials import exponents, monomials
 from tests.oracles.bench import simulated
 
@@ -91,7 +91,7 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     trial = Trial(sensors, loads, drawn.map, others)
     errors: Errors = {}
     with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
-        for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, SENSORS, SEED)[:count]))):
+        for number, found in enumerate(pool.imap(_one, enumerate(draw_units(sensors.known, SENSORS, SEED)[:count]))):
             for key, error in found.items():
                 errors.setdefault(key, []).append(error)
             if number % 10 == 9:

@@ -24,7 +24,7 @@ import sitscad
 from sitscad.calibration import Calibration, calibrate
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 from sitscad.spec.sensor import SensorSpec
 from tests.oracles.bench import simulated
 
@@ -148,7 +148,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
     loads = calibrate(design).plan
     assert loads is not None
     sensors = sensors_of(design.response)
-    usual = USUAL * units(sensors.known, 1, SEED)[0]
+    usual = USUAL * draw_units(sensors.known, 1, SEED)[0]
     for fault in (one for one in FAULTS if only in one.name):
         truth, own = of_fault(design, sensors, fault, usual)
         bench = simulated(truth, own, loads.loads, np.random.default_rng(SEED))

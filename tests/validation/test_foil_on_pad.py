@@ -11,7 +11,7 @@ import pytest
 from bricks import Bricks
 from tolerance import approx
 
-from sitscad.checks.rules import own_limits
+from sitscad.checks.rules import constant_limits
 from sitscad.kernels.mechanics.plate_bending import POISSON, bending, rigidity
 
 pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
@@ -93,7 +93,7 @@ def test_a_plate_that_is_pressed_all_over_stays_flat_from_the_stated_rigidity_on
         return np.ptp(moved[model.places[:, 2] > pad + 0.9 * foil, 2]), 4.0 * model.borne(forces) / side**2
 
     springs = solved(0.3e-3, True)[1] / 1e-6
-    least = (own_limits()["evenly_pressed"].value * side) ** 4 * springs
+    least = (constant_limits()["evenly_pressed"].value * side) ** 4 * springs
     foil = (12.0 * (1.0 - POISSON**2) * least / COPPER) ** (1.0 / 3.0)
     flat, half = (solved(thickness, False)[0] / (1e3 / springs) for thickness in (foil, 0.5 * foil))
     assert flat < 0.1 < 0.2 < half

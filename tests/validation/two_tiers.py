@@ -34,20 +34,20 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     """
     from sitscad.assembly.places.fit import closed_section
     from sitscad.assembly.places.stack import MOST_OF_IT, support
-    from sitscad.assembly.solids.clash import carried
-    from sitscad.assembly.solids.proof import PORT, prove
+    from sitscad.assembly.solids.clash import support_areas
+    from sitscad.assembly.solids.proof import PORT, measure_solids
     from sitscad.assembly.solids.solid import PartsError
     from sitscad.assembly.solids.whole import whole
 
     layout = random_sensor(seed)
     try:
         pieces = whole(layout)
-        plane, proof = closed_section(layout), prove(layout, pieces)
+        plane, proof = closed_section(layout), measure_solids(layout, pieces)
     except PartsError as error:
         return f"cannot be made: {str(error)[:60]}", 0.0, ()
     passes = not any(fault.what == PORT for fault in proof.faults)
     apart, more = proof.radius - plane.radius, tuple(f.what for f in proof.faults if f.what != PORT)
-    held, (measured, _) = support(layout), carried(layout, pieces)
+    held, (measured, _) = support(layout), support_areas(layout, pieces)
     near = abs(held.share - MOST_OF_IT) <= SHARE_ERROR
     if abs(measured.value / held.pressed - held.share) > SHARE_ERROR or (
         not near and measured.is_kept != (held.share >= MOST_OF_IT)

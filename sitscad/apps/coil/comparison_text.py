@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.apps.coil.comparison import Comparison
 from sitscad.basics.quantities import Table
-from sitscad.basics.units import counted, printable, quantity, show
+from sitscad.basics.units import count_text, escape_controls, quantity, show
 from sitscad.checks.findings import styled, to_json
 from sitscad.files.drawing.sheet import Sheet, plot
 from sitscad.files.drawing.svg import svg
@@ -24,12 +24,13 @@ def comparison_as_text(comparison: Comparison, colour: bool = False) -> str:
     """Return the verdict, measured and computed figures, fitted values, and the causes that were tried."""
     count = len(comparison.measurement.frequencies)
     lines = [
-        styled(printable(comparison.verdict), "bold", colour),
-        printable(f"coil {comparison.coil}, {comparison.measurement.path}: {counted(count, 'point')}, meter within "
-                  f"{100.0 * comparison.meter_error:.2g} %"),
+        styled(escape_controls(comparison.verdict), "bold", colour),
+        escape_controls(f"coil {comparison.coil}, {comparison.measurement.path}: {count_text(count, 'point')}, meter "
+                        f"within "
+                        f"{100.0 * comparison.meter_error:.2g} %"),
     ]
     if comparison.left_out:
-        lines.append(f"{counted(comparison.left_out, 'point')} near to or above the self-resonance left out")
+        lines.append(f"{count_text(comparison.left_out, 'point')} near to or above the self-resonance left out")
     tables = (_points(comparison), _fit(comparison), _causes(comparison))
     return "\n\n".join(["\n".join(lines), *(table_text(each, colour) for each in tables)]) + "\n"
 

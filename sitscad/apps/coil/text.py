@@ -15,7 +15,7 @@ from sitscad.basics.quantities import (
     by_quantity,
     by_result,
 )
-from sitscad.basics.units import counted, printable, quantity, show
+from sitscad.basics.units import count_text, escape_controls, quantity, show
 from sitscad.checks.findings import styled, to_json
 from sitscad.files.report.numbers import table_text
 
@@ -58,18 +58,18 @@ def formula_table(spiral: Spiral) -> Table:
 def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
     """Return the conductor that was followed, remarks on it, and its figures."""
     conductor = coil.conductor
-    vias = counted(len(conductor.vias), "via")
+    vias = count_text(len(conductor.vias), "via")
     runs = [[layer, f"{turns:+.2f}"] for layer, turns in conductor.turns()]
     first = f"from {conductor.ends[0]} to {conductor.ends[1]}: {vias}, tracks {show(conductor.width, 'm')}, "
     first += f"stack-up {coil.stackup or 'of the board'}"
-    remarks = "\n".join(styled(f"note: {printable(note)}", "yellow", colour) for note in coil.notes)
+    remarks = "\n".join(styled(f"note: {escape_controls(note)}", "yellow", colour) for note in coil.notes)
     tables = (
         Table(("layer", "turns"), runs, notes=["counter-clockwise positive, seen from the top, along the current"]),
         by_result(coil.at, DRAWN_COIL_AT_FREQUENCY)._replace(notes=[
             "the coil's own capacitance is not computed: the figures hold far below its self-resonance"]),
         Table(("", ""), by_quantity([coil], DRAWN_COIL), f"At {coil.temperature:g} C"),
     )
-    return _joined(styled(printable(first), "bold", colour), remarks, tables, colour)
+    return _joined(styled(escape_controls(first), "bold", colour), remarks, tables, colour)
 
 
 def _joined(title: str, remarks: str, tables: Sequence[Table], colour: bool) -> str:

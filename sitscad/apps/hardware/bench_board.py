@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Protocol, cast
 
 from sitscad.basics.record import record
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.circuits.bands import LEAP, STATUS, bands
 from sitscad.estimates.circuits.settings import devices, identity, serial_settings
 from sitscad.estimates.design import Design
@@ -60,7 +60,7 @@ class Board:
     def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
         self.devices = devices(design.spec.readout, design.estimates.all_coils, design.estimates.readout)
-        self.bands = bands(design.estimates.all_coils, usual("coil_inductance"))
+        self.bands = bands(design.estimates.all_coils, usual_value("coil_inductance"))
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion

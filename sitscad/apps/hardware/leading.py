@@ -14,7 +14,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.points import load_words, table_head
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.circuits.settings import identity
 from sitscad.estimates.performance_values import amount_text, shown_scales
 from sitscad.spec.places import map_columns
@@ -192,7 +192,7 @@ def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coi
     board.skip()
     rate = board.design.estimates.readout.scan_rate
     assert rate is not None
-    last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
+    last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual_value("readings") + 2) / rate)
     while source.now() < end:
         mean, sigma = mean_counts(board, list(scans(board, source, source.now() + long)), coils)
         if last is not None:
@@ -217,7 +217,7 @@ def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[A
         good = np.array([reading.counts for reading in read if reading.is_good], dtype=float)
         noise = board.conversion.noise(band.assembled.design) / board.frequency(1)
         statuses = sorted({reading.status for reading in read if not reading.is_good})
-        if len(good) < max(SOUND * len(read), usual("readings")) or np.ptp(good) == 0.0:
+        if len(good) < max(SOUND * len(read), usual_value("readings")) or np.ptp(good) == 0.0:
             more = ": another sensor, or a fault" if OUT_OF_BAND in statuses else ""
             why = ", ".join(statuses) or ("stuck" if len(good) else "no reading")
             raise PointRefused(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")

@@ -15,7 +15,7 @@ from sitscad.apps.hardware.bench_board import Board, BusConverter, LineBoard, Po
 from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
 from sitscad.assembly.places.motions import motion_number
 from sitscad.calibration.calibration import sensors_of
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import draw_units
 from sitscad.estimates.circuits.settings import BAUD_RATES, devices, serial_settings
 from sitscad.estimates.design import Cells, Design, respond
 from sitscad.estimates.loads.working_range import required_range
@@ -251,7 +251,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
     errors: list[np.ndarray | None] = [None] * len(design.cells)
     if "unit" in options:  # each cell of a unit has its own errors
-        errors = [units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
+        errors = [draw_units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
     if "cell" in options or "unit" in options:

@@ -19,7 +19,7 @@ from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import rule_titles, value_text
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
-from sitscad.basics.units import NONE, cell, counted, csv_text, show
+from sitscad.basics.units import DASH, count_text, csv_text, number_cell, show
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import to_json
 from sitscad.files.report.numbers import table_text
@@ -41,7 +41,7 @@ class AnswerTable:
         texts = {head: [text(row) for row in rows] for head, text in self.columns.items() if head not in without}
         used = {head: column for head, column in texts.items() if any(column)}
         more = f" (the first {len(rows)} of {len(self.rows)})" if len(rows) < len(self.rows) else ""
-        cells = [[cell or NONE for cell in row] for row in zip(*used.values(), strict=True)]
+        cells = [[cell or DASH for cell in row] for row in zip(*used.values(), strict=True)]
         return Table(list(used), cells, self.title + more)
 
 
@@ -99,7 +99,7 @@ def keys_text(values: Mapping[str, Any]) -> str:
 
 def base_value(before: Mapping[str, Any], key: str) -> str:
     """Return the value of a key of the base as written there. A dash if the base does not have the key."""
-    return NONE if (value := value_at_key(before, key)) is None else str(value)
+    return DASH if (value := value_at_key(before, key)) is None else str(value)
 
 
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
@@ -108,7 +108,7 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
     Each function returns the text of the measure's value in a row's ``values``, or a dash.
     """
     def column(name: str) -> Callable[[Row], str]:
-        return lambda row: value_text(name, row["values"][name][0]) if name in row["values"] else NONE
+        return lambda row: value_text(name, row["values"][name][0]) if name in row["values"] else DASH
 
     return {name: column(name) for name in names if not name.startswith("sigma.")}
 
@@ -273,7 +273,8 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
     else:
         yield f"No design was found that keeps everything: {count}."
         if more := count_unjudged(request, results):
-            yield (f"Of {counted(more, 'more design')} the screen refuses nothing, but they were not judged in full: "
+            yield (f"Of {count_text(more, 'more design')} the screen refuses nothing, but they were not judged in "
+                   f"full: "
                    "vary less, or search longer (search.evaluations).")
     for number, key in enumerate(request.space.variables):
         at = {design.point[number] for design in answer.kept}
@@ -311,7 +312,7 @@ def trust_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines on the agreement of both levels."""
     agreement = answer.agreement
     if unscreened := answer.found.unscreened:
-        designs = counted(len(answer.found.screened), "design")
+        designs = count_text(len(answer.found.screened), "design")
         yield f"{unscreened} of {designs} took the full level at once: {NO_SCREEN}."
     if agreement.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in agreement.rank_correlation.items() if rank is not None)
@@ -375,6 +376,6 @@ def front_csv(answer: StudyAnswer) -> str:
     named = [title for name in request.measures for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*(v.key for v in request.space.variables), *named, "design"]]
     for row in front_table(answer).rows:
-        figures = [cell(value) for name in request.measures for value in row["values"].get(name, nothing)]
+        figures = [number_cell(value) for name in request.measures for value in row["values"].get(name, nothing)]
         rows.append([*row["at"].values(), *figures, row["design"]])
     return csv_text(rows)

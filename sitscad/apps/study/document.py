@@ -16,7 +16,7 @@ from sitscad.apps.study.measures import MEASURES, nearest_measures
 from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, values_by_step
 from sitscad.apps.study.spreads import SPREADS
 from sitscad.basics.record import record
-from sitscad.basics.units import UNITS, decimal, in_mm
+from sitscad.basics.units import UNITS, fixed_decimals, in_mm
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import INNER, TURNS, CoilSpec
 from sitscad.spec.design_rules import DesignRules
@@ -503,7 +503,7 @@ def _ranges_around_spec(
     if isinstance(turns := coil.turns, float) and (TURNS in written or INNER not in written):
         step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
         low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
-        yield f"  coil.turns: {{from: {decimal(low)}, to: {decimal(high)}, step: {step}}}"
+        yield f"  coil.turns: {{from: {fixed_decimals(low)}, to: {fixed_decimals(high)}, step: {step}}}"
     least = min(coil.trace_width, max(0.85 * coil.trace_width, rules.trace_width, rules.trace_spacing))
     first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
     if "coil.trace_width" in written or INNER not in written:

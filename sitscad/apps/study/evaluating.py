@@ -28,8 +28,8 @@ from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.judging import CheckResult, all_rules
-from sitscad.checks.judging import judged as checked
-from sitscad.checks.opening import policy_for, processes, processors
+from sitscad.checks.judging import apply_rules as checked
+from sitscad.checks.opening import policy_for, process_pool, usable_processors
 from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
 from sitscad.checks.rules import NEEDS, Rule, apply_rule
@@ -401,7 +401,7 @@ class Workers:
 
     def __init__(self, base: Base, jobs: int | None = None, executor: Executor | None = None) -> None:
         self._base, self._given = base, executor
-        self._jobs = jobs or processors()
+        self._jobs = jobs or usable_processors()
         self._pool: Any = executor
         self._speed: dict[str, float] = {}
 
@@ -458,7 +458,7 @@ class Workers:
 
     def _submit(self, task: Task) -> Any:
         if self._pool is None:
-            self._pool = processes(self._jobs, undisturbed=True)
+            self._pool = process_pool(self._jobs, undisturbed=True)
         return self._pool.submit(task[0], *task[1])
 
     def _first(self, running: deque[tuple[Task, Any]]) -> Any:

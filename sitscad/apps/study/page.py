@@ -46,7 +46,7 @@ from sitscad.apps.study.study import Study, StudyAnswer
 from sitscad.apps.study.sweeping import measure_title, scale_of, value_text
 from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 from sitscad.files.drawing.pictures.layout_picture import picture
 from sitscad.files.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -373,8 +373,8 @@ class StudyPage:
             places = [place(mark) for mark in self.marks]
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
             fields += figure(scatter_chart(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
-                f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
-        summary = f"The front as a table: {counted(len(self.said.front), 'design')}"
+                f" {count_text(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
+        summary = f"The front as a table: {count_text(len(self.said.front), 'design')}"
         table = _table(front_table(self.said))
         whole = f"<details class='front'><summary>{summary}</summary>{table}</details>" if table else ""
         return f"<div class='fields'>{fields}</div>{CHOSEN if self.said.found.full else ''}{whole}"

@@ -30,7 +30,7 @@ from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.checks.judging import all_rules
-from sitscad.checks.policy import stands_for
+from sitscad.checks.policy import matches_rule
 from sitscad.data import rows
 
 POPULATION = 64
@@ -372,7 +372,7 @@ def violations(request: StudyRequest, evaluation: Evaluation) -> dict[str, Breac
         return broken
     names = {rule.id: rule.name for rule in all_rules()} if evaluation.warned else {}
     broken |= {rule: breach for rule, breach in evaluation.warned.items() if rule != IN_VAIN and not any(
-        word == ALL or stands_for(word, rule, names.get(rule, "")) for word in request.accept)}
+        word == ALL or matches_rule(word, rule, names.get(rule, "")) for word in request.accept)}
     for requirement in request.require:
         if requirement.measure == "yield":
             continue

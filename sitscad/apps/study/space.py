@@ -21,7 +21,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import UNITS
 from sitscad.basics.version import __version__
 from sitscad.checks.judging import all_rules
-from sitscad.checks.opening import opened, policy_for
+from sitscad.checks.opening import open_spec, policy_for
 from sitscad.data import PACKAGE
 from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec
 from sitscad.spec.profiles import FILES
@@ -55,7 +55,7 @@ class Base:
     def opened(cls, path: str) -> Base:
         """Return the base of a file. Raises `SpecError` if the file is not a valid spec."""
         policy = policy_for(path)
-        return cls(opened(path, policy).source.text, path, policy.profiles)
+        return cls(open_spec(path, policy).source.text, path, policy.profiles)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _read_once, (self.text, self.path, self.profiles)

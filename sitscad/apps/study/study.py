@@ -23,8 +23,8 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.checks.judging import all_rules
-from sitscad.checks.judging import judged as checked
-from sitscad.checks.policy import stands_for
+from sitscad.checks.judging import apply_rules as checked
+from sitscad.checks.policy import matches_rule
 from sitscad.estimates.design import Design
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
@@ -260,7 +260,7 @@ def _read(text: str, path: str) -> Study:
         flaw = Flaw("SIT011", "base", message, f"`sitscad check {base}` says all of it")
         raise SpecError((finding_from_flaw(flaw, source),), source=source) from error
     unknown = [rule for rule in document.accept
-               if rule != "all" and not any(stands_for(rule, each.id, each.name) for each in all_rules())]
+               if rule != "all" and not any(matches_rule(rule, each.id, each.name) for each in all_rules())]
     for rule in unknown:
         remarks.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
     if remarks.flaws:

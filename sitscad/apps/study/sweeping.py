@@ -21,7 +21,7 @@ from sitscad.apps.study.space import Base, Changes, RangeError, require_key, val
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record, replace
-from sitscad.basics.units import aligned, cell, csv_text, quantity
+from sitscad.basics.units import aligned_lines, csv_text, number_cell, quantity
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import to_json
 from sitscad.checks.judging import all_rules
@@ -245,7 +245,7 @@ def sweep_text(table: SweepTable) -> str:
          table.verdict[k], ", ".join(table.refused_by[k]), ", ".join(table.warned_by[k])]
         for k in range(len(table))
     ]
-    return "\n".join(aligned([head, *rows])) + "\n"
+    return "\n".join(aligned_lines([head, *rows])) + "\n"
 
 
 def _value_with_error(name: str, value: float, error: float) -> str:
@@ -260,7 +260,7 @@ def sweep_csv(table: SweepTable) -> str:
     rows: list[list[object]] = [[*table.keys, *named, "verdict", "refused_by", "warned_by"]]
     for k in range(len(table)):
         keys = [values[k] for values in table.keys.values()]
-        pairs = [cell(float(of[name][k])) for name in table.values for of in (table.values, table.errors)]
+        pairs = [number_cell(float(of[name][k])) for name in table.values for of in (table.values, table.errors)]
         rules = " ".join(table.refused_by[k]), " ".join(table.warned_by[k])
         rows.append([*keys, *pairs, table.verdict[k], *rules])
     return csv_text(rows)
@@ -445,7 +445,7 @@ def measures_text() -> str:
          row.meaning + (f" (needs {row.needed})" if row.needs else "")]
         for row in MEASURES.values()
     ]
-    table = "\n".join(aligned([["measure", "unit", "levels", "meaning"], *rows]))
+    table = "\n".join(aligned_lines([["measure", "unit", "levels", "meaning"], *rows]))
     return f"{table}\n\n{NO_SCREEN[0].upper()}{NO_SCREEN[1:]}: other designs are judged in full.\n"
 
 

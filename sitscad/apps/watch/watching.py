@@ -13,7 +13,7 @@ from typing import Any
 from sitscad.apps.watch.work import Event, serve_requests
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 
 PAUSE, SETTLE = 0.1, 0.02
 """Time (s) between two checks of the files, and time without a change after which a save is complete."""
@@ -203,7 +203,7 @@ def _finding_rows(changes: Mapping[str, Any], width: int) -> list[str]:
             break
         rows += folded
     moved = len(changes["moved"])
-    return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
+    return rows + ([f"~ {count_text(moved, 'finding')} on another line"] if moved else [])
 
 
 def _study_lines(numbers: Mapping[str, str], width: int) -> list[str]:
@@ -246,7 +246,7 @@ def _relative_change(old: str | None, new: str) -> float:
 
 def verdict_text(data: Mapping[str, Any]) -> str:
     """Return the verdict on a design in a few words."""
-    counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
+    counts = [count_text(count, kind) for kind, count in data["counts"].items() if count]
     state = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
     return f"{state}: {', '.join(counts) or 'nothing found'}"
 

@@ -27,7 +27,7 @@ from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
 from sitscad.basics.units import quantity
 from sitscad.checks.findings import CheckedSpec
-from sitscad.checks.opening import is_study, opened, policy_for, unreadable
+from sitscad.checks.opening import is_study, open_spec, policy_for, unreadable
 from sitscad.checks.policy import PolicyError
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.design import Design
@@ -85,7 +85,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
         return
     began, policy = time.perf_counter(), policy_for(path)
     try:
-        spec = opened(path, policy)
+        spec = open_spec(path, policy)
     except SpecError as error:
         yield _refusal_event(path, error, time.perf_counter() - began)
         return

@@ -170,12 +170,12 @@ def plates_of(spec: SensorSpec) -> Plates:
         piece = joined_part(spec)
         strips = tuple(replace(pads[0], plan=plan, web=k) for k, plan in enumerate(webs(spec), 1))
         joined = None if piece is None else replace(pads[0], plan=piece.place)
-        return Plates(_numbered(pads), strips, _numbered(targets), joined)
+        return Plates(_with_cell_numbers(pads), strips, _with_cell_numbers(targets), joined)
 
     return memo(spec, "_plates", place_plates)
 
 
-def _numbered(bodies: list[Body]) -> tuple[Body, ...]:
+def _with_cell_numbers(bodies: list[Body]) -> tuple[Body, ...]:
     """Return the bodies with the numbers of their cells. A single body has none."""
     return tuple(bodies) if len(bodies) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(bodies, 1))
 

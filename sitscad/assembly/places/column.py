@@ -135,7 +135,7 @@ def column(layout: Layout) -> tuple[Layer, ...]:
             return ()
         stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
         board = _board(finished_thickness(layout, Where.COIL), assembly)
-        for layer in (*_behind(backing_of(spec)), board, *_above(assembly, spec.elastomer, spec.target)):
+        for layer in (*_layers_behind(backing_of(spec)), board, *_layers_above(assembly, spec.elastomer, spec.target)):
             stacked += [*_glue_under(layer, assembly), layer]
         stacked += _film(spec.encapsulation, assembly)
         if pad := jaw.opposing_pad_thickness:
@@ -149,14 +149,14 @@ def column(layout: Layout) -> tuple[Layer, ...]:
 def on_board(layout: Layout) -> tuple[Layer, ...]:
     """Return the board and the layers glued on it, from the board upwards, with or without a jaw."""
     spec, assembly = layout.spec, layout.spec.assembly
-    plates = _above(assembly, spec.elastomer, spec.target)
+    plates = _layers_above(assembly, spec.elastomer, spec.target)
     glued = chain.from_iterable((*_glue_under(layer, assembly), layer) for layer in plates)
     return (_board(finished_thickness(layout, Where.COIL), assembly), *glued)
 
 
 def sealed_height(layers: tuple[Layer, ...], film: Encapsulation, assembly: Assembly) -> Toleranced:
     """Return the height (m) of the film's upper face above the board's top face. `layers` come from `on_board`."""
-    at = levels((*layers, *_film(film, assembly)))
+    at = layer_heights((*layers, *_film(film, assembly)))
     return at["encapsulation"][1] - at["board"][1]
 
 
@@ -169,7 +169,7 @@ def _film(encapsulation: Encapsulation | None, assembly: Assembly) -> tuple[Laye
 def on_seat(layout: Layout) -> tuple[Layer, ...]:
     """Return the printed pieces and the board glued on them, from their carrier's face upwards."""
     board = _board(finished_thickness(layout, Where.COIL), layout.spec.assembly)
-    return (*_behind(backing_of(layout.spec)), *_glue_under(board, layout.spec.assembly), board)
+    return (*_layers_behind(backing_of(layout.spec)), *_glue_under(board, layout.spec.assembly), board)
 
 
 def _board(finished: FinishedThickness, assembly: Assembly) -> Layer:
@@ -185,7 +185,7 @@ def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
         yield _layer(f"{GLUE}{layer.part}", assembly.glue_line, SizeTolerance(assembly.glue_tolerance, source))
 
 
-def levels(layers: tuple[Layer, ...]) -> Levels:
+def layer_heights(layers: tuple[Layer, ...]) -> Levels:
     """Return, by layer name, the heights (m) of the lower and the upper face above the lowest face of all layers."""
     heights: Levels = {}
     here = Toleranced(0.0)
@@ -195,7 +195,7 @@ def levels(layers: tuple[Layer, ...]) -> Levels:
     return heights
 
 
-def slack(layout: Layout) -> tuple[float, float]:
+def worst_deviations(layout: Layout) -> tuple[float, float]:
     """Return two worst-case deviations (m) of a piece that is made to measure: sideways, and in height.
 
     Sideways: half of the mount's size tolerance plus the placement tolerance. In height: half of the sum of all glue
@@ -279,10 +279,10 @@ def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: 
 
     Raises StopIteration if there is no such piece.
     """
-    return next(layer.thickness for layer in _above(assembly, elastomer, target) if layer.part == name)
+    return next(layer.thickness for layer in _layers_above(assembly, elastomer, target) if layer.part == name)
 
 
-def _behind(backing: Backing) -> list[Layer]:
+def _layers_behind(backing: Backing) -> list[Layer]:
     """Return printed pieces and shield between metal and board, from the metal upwards."""
     sheet, printed = backing.shield_heights, mount_tolerance(backing.assembly, backing.mount)
     spans = zip(MOUNT_PIECES, backing.spans, strict=False)
@@ -293,7 +293,7 @@ def _behind(backing: Backing) -> list[Layer]:
     return [layer for _, layer in sorted(layers, key=lambda entry: entry[0])]
 
 
-def _above(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None) -> Iterator[Layer]:
+def _layers_above(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None) -> Iterator[Layer]:
     if elastomer is not None:
         tolerance = elastomer_tolerance(assembly, "elastomer", "elastomer thickness")
         yield _layer("elastomer", elastomer.thickness, tolerance)

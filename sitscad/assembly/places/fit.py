@@ -27,7 +27,7 @@ from sitscad.assembly.places.column import (
     Toleranced,
     column,
     jaw_tolerance,
-    levels,
+    layer_heights,
     mount_tolerance,
     on_board,
     on_seat,
@@ -37,13 +37,13 @@ from sitscad.assembly.places.column import (
 )
 from sitscad.assembly.places.jaws import (
     FILM_ROUNDING,
-    axis,
+    board_middle,
     closed_span,
     half_width,
     jaw_range,
+    jaw_section,
+    jaw_with_rims,
     pivot_along,
-    rim,
-    section,
 )
 from sitscad.assembly.places.seating import adapter_needed, side_ledges
 from sitscad.assembly.places.tail_path import tail_path
@@ -165,7 +165,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     if jaw is None or span is None:
         return None
     layers = column(layout)
-    at = levels(layers)
+    at = layer_heights(layers)
     height = at["opposing-jaw"][1]
     reaches = [(*corner.reach, corner.part) for corner in _corners(layout, jaw, at, height * 0.5)]
     radius, _, _, part = max(reaches, key=lambda entry: (entry[0], entry[3]))
@@ -182,14 +182,14 @@ def square_back(layout: Layout) -> float | None:
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or jaw.step is None or pair is None:
         return None
-    at = levels(column(layout))
+    at = layer_heights(column(layout))
     half = Toleranced.of(jaw.width / 2, 0.5 * jaw_tolerance(layout.spec.assembly, jaw.width).band, "jaw across")
     return max(pair.worst, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
 
 
 def back_reach(layout: Layout, jaw: Jaw) -> float:
     """Return the nominal largest distance (m) between the closed pair's axis and the jaw's assumed section."""
-    at = levels(column(layout))
+    at = layer_heights(column(layout))
     corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
@@ -200,7 +200,7 @@ def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, se
     `width` (m) is the width of the board's body. `seat` (m) is the thickness of the seat, and the limit of the
     overhang: the seat carries an overhang up to its thickness (45 degrees).
     """
-    face = section(rim(jaw)).face
+    face = jaw_section(jaw_with_rims(jaw)).face
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, face)
     offset = placement(assembly)
     parts = (
@@ -231,7 +231,7 @@ def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: 
 
 def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
     # Lowest point, side and face edge of both jaws
-    profile = section(jaw)
+    profile = jaw_section(jaw)
     half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, profile.face).band, "jaw across")
     side = Toleranced(profile.side)
     for name, back, inner, inward in (("jaw", 0, 1, -1.0), ("opposing jaw", 1, 0, 1.0)):
@@ -245,7 +245,7 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
         ("jaw", jaw.pocket, jaw.recess, at["jaw"][1], 1.0),
     ):
         if pocket is not None and recess:
-            tall = section(replace(jaw, height=jaw.height + recess))
+            tall = jaw_section(replace(jaw, height=jaw.height + recess))
             edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, tall.face).band, "jaw across")
             for below in (0.0, tall.side):
                 yield Corner(name, edge, floor + Toleranced(inward * (recess - below)) - middle)
@@ -258,13 +258,13 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
     spec = layout.spec
     metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
     sheet = backing_of(spec).shield_heights
-    printed, offset = mount_tolerance(spec.assembly, spec.mount), _placed(spec.assembly, "mount")
+    printed, offset = mount_tolerance(spec.assembly, spec.mount), _sideways_deviation(spec.assembly, "mount")
     lowest = at["jaw"][1]
     yield Corner(
         "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + offset, lowest - middle
     )
     if sheet:
-        half = Toleranced(half_width(layout, sheet[0])) + _placed(spec.assembly, "shield")
+        half = Toleranced(half_width(layout, sheet[0])) + _sideways_deviation(spec.assembly, "shield")
         for level in at["shield"]:
             yield Corner("shield", half, level - middle)
     ledges = side_ledges(layout)
@@ -280,7 +280,8 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     """Yield all outer corners of board, pad, target and film."""
     spec = layout.spec
     outline = outline_tolerance(spec.assembly, spec.fpc.rules)
-    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(spec.assembly, "board")
+    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band,
+                         "board across") + _sideways_deviation(spec.assembly, "board")
     for level in at["board"]:
         yield Corner("board body", half, level - middle)
     film = at["encapsulation"][1] - at["encapsulation"][0] if "encapsulation" in at else None
@@ -288,9 +289,9 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
         yield Corner("encapsulation", half, at["board"][1] + film - middle)
     for body in plates_of(spec).all:
         part, (_, low, _, high) = body.role.value, body.footprint.box
-        half_size = max(high - axis(layout.body).y, axis(layout.body).y - low)
+        half_size = max(high - board_middle(layout.body).y, board_middle(layout.body).y - low)
         size = plate_tolerance(spec.assembly, part, high - low)
-        across = Toleranced.of(half_size, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
+        across = Toleranced.of(half_size, 0.5 * size.band, f"{part} across") + _sideways_deviation(spec.assembly, part)
         lower, upper = at[part]
         for level in (lower, upper):
             yield Corner(part, across, level - middle)
@@ -300,7 +301,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
             yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
 
 
-def _placed(assembly: Assembly, part: str) -> Toleranced:
+def _sideways_deviation(assembly: Assembly, part: str) -> Toleranced:
     """Return the sideways deviation (m) of a glued piece. All pieces are pushed against the same ledges."""
     return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
 
@@ -394,7 +395,7 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     )
 
 
-def closing(layout: Layout) -> Closing | None:
+def closing_motion(layout: Layout) -> Closing | None:
     """Return the closing motion of the sensor's jaws.
 
     None if there is no jaw. Raises `PartsError` if the shield does not fit.
@@ -406,7 +407,7 @@ def closing(layout: Layout) -> Closing | None:
     if jaw is None or pair is None:
         return None
     x = pivot_along(layout.body, jaw)
-    reach = None if x is None else x - axis(layout.body).x
+    reach = None if x is None else x - board_middle(layout.body).x
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from sitscad.assembly.places.bodies import Backing, Heights, backing_of, top_height
-from sitscad.assembly.places.column import slack
+from sitscad.assembly.places.column import worst_deviations
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
@@ -43,7 +43,7 @@ class JawSection:
         return Path((back, Line(back.end, upper), Line(upper, lower), Line(lower, back.start)))
 
 
-def section(jaw: Jaw) -> JawSection:
+def jaw_section(jaw: Jaw) -> JawSection:
     """Return the section of a jaw that passes its port alone: a bar of its width with a back of the port's radius.
 
     The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (milled down to carry a
@@ -60,7 +60,7 @@ def section(jaw: Jaw) -> JawSection:
     return JawSection(2 * half, height, radius, height - sagitta)
 
 
-def axis(body: Box) -> Point:
+def board_middle(body: Box) -> Point:
     """Return the middle of the board's body, over which the jaw is centred."""
     x0, y0, x1, y1 = body
     return Point((x0 + x1) / 2, (y0 + y1) / 2)
@@ -68,7 +68,7 @@ def axis(body: Box) -> Point:
 
 def jaw_range(body: Box, fitted: Jaw) -> tuple[float, float]:
     """Return the x range (m) of the jaw from its tip to its end: its length, centred under the board's body."""
-    middle = axis(body).x
+    middle = board_middle(body).x
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
@@ -110,14 +110,14 @@ def room_across(layout: Layout, z: float) -> float:
     half = math.inf
     if jaw.pocket is not None and z - (span[0] + jaw.height) <= jaw.recess - 1e-9:
         half = jaw.pocket[1] / 2 - POCKET_CLEARANCE
-    radius, height = made_to_measure(jaw, slack(layout)), z - (span[0] + span[1]) / 2
+    radius, height = made_to_measure(jaw, worst_deviations(layout)), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - height**2)) if abs(height) < radius else half
 
 
 def made_to_measure(jaw: Jaw, shifts: tuple[float, float]) -> float:
     """Return the radius (m) that bounds seat and shield: the port's, less the worst shifts (m) by glue and tolerances.
 
-    `sitscad.assembly.places.column.slack` returns these shifts.
+    `sitscad.assembly.places.column.worst_deviations` returns these shifts.
     """
     return jaw.port_diameter / 2 - math.hypot(*shifts)
 
@@ -125,6 +125,6 @@ def made_to_measure(jaw: Jaw, shifts: tuple[float, float]) -> float:
 POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into it, on each side (m)
 
 
-def rim(jaw: Jaw) -> Jaw:
+def jaw_with_rims(jaw: Jaw) -> Jaw:
     """Return the jaw extended up to the rims of its pad pocket. The jaw itself without a pocket."""
     return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw

@@ -151,7 +151,7 @@ def read_motions(
             if names == LOAD:
                 level_flags.append(turns)
     for text in scans:
-        points, names, rotation = _scanned(text)
+        points, names, rotation = _scan_points(text)
         (pose_rows if names == POSE else load_rows).append(points)
         if names == LOAD:
             level_flags.append(np.full(len(points), rotation))
@@ -200,7 +200,7 @@ def motion_number(name: str, text: str) -> float:
     return value
 
 
-def _scanned(text: str) -> tuple[Array, Names, bool]:
+def _scan_points(text: str) -> tuple[Array, Names, bool]:
     """Return the points of a scan (n, names), their names, and whether the target is kept level."""
     first = text.split(",")[0].partition("=")[0].strip()
     names = LOAD if first in LOAD or first == "rotation" else POSE
@@ -265,7 +265,7 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     for number, cells in enumerate(table, start=2):
         if len(cells) != len(head):
             raise MotionError(f"{name}, row {number}: {len(cells)} cells under {len(head)} columns")
-        row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
+        row, rotation = _file_row(f"{name}, row {number}", cells, columns, names)
         rows.append(row)
         level_flags.append(rotation)
     readings = ", ".join(title for k, title in enumerate(head) if k not in columns)
@@ -273,7 +273,7 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(level_flags, dtype=bool), passed
 
 
-def _cells(
+def _file_row(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
     """Return the values of one row of a file, and whether the target is kept level."""

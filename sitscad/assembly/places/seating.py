@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from sitscad.assembly.places.bodies import backing_of, film_thickness, plates_of
 from sitscad.assembly.places.column import print_limit, process_of
-from sitscad.assembly.places.jaws import axis, jaw_range, rim, room_across, section
+from sitscad.assembly.places.jaws import board_middle, jaw_range, jaw_section, jaw_with_rims, room_across
 from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
@@ -84,7 +84,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
     spans = backing_of(layout.spec).spans
     inner = layout.body_size[1] / 2 + clearance(mount)
     outer = inner + ledge(mount)
-    if not spans or outer > section(rim(jaw)).face / 2:
+    if not spans or outer > jaw_section(jaw_with_rims(jaw)).face / 2:
         return None
     room = min(room_across(layout, spans[0][0]), room_across(layout, 0.0))
     return (inner, outer) if outer <= room else None
@@ -152,7 +152,7 @@ def joint_clearance(glue_line: float, mount: Mount | None) -> float:
     return process_clearance(mount) + glue_line
 
 
-def neck(joint: Retention) -> float:
+def tongue_neck(joint: Retention) -> float:
     """Return the smallest width (m) of a dovetail's tongue, at the mount."""
     return joint.width - 2.0 * joint.depth / math.tan(joint.angle)
 
@@ -164,7 +164,7 @@ def tongue_across(joint: Retention, room: float) -> tuple[float, float, float]:
     """
     flank = room / math.sin(joint.angle)
     bottom = joint.width / 2 + room / math.tan(joint.angle) + flank
-    return bottom, neck(joint) / 2 + flank, joint.depth + room
+    return bottom, tongue_neck(joint) / 2 + flank, joint.depth + room
 
 
 def metal_below(body: Box, mount: Mount | None, glue_line: float) -> float | None:
@@ -172,7 +172,7 @@ def metal_below(body: Box, mount: Mount | None, glue_line: float) -> float | Non
     joint, jaw = retention(body, mount), mount.jaw if mount is not None else None
     if joint is None or jaw is None or joint.kind != "dovetail":
         return None
-    bar = section(jaw)
+    bar = jaw_section(jaw)
     half, _, depth = tongue_across(joint, joint_clearance(glue_line, mount))
     if half >= bar.face / 2:
         return 0.0
@@ -185,7 +185,7 @@ def pin_places(body: Box, mount: Mount | None) -> tuple[tuple[float, float], ...
     joint = retention(body, mount)
     if joint is None or joint.kind != "pins" or joint.spacing is None:
         return ()
-    middle = axis(body)
+    middle = board_middle(body)
     return tuple((middle.x + side * joint.spacing / 2, middle.y) for side in (-1.0, 1.0))
 
 
@@ -232,7 +232,7 @@ def plate_plan(layout: Layout, film: float) -> Box:
         # from the middle of a nut in an adapter's corner to the head of a screw beside it
         nut = 0.0 if not adapter_needed(layout) else (
             CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
-        for hole in _placed(pattern, board_boxes(layout)):
+        for hole in _placed_holes(pattern, board_boxes(layout)):
             # the nuts in the corners of an adapter lie beside its holes, in both directions
             beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE
             ends.append((*hole.at, beyond))
@@ -298,7 +298,7 @@ def mount_size(layout: Layout) -> tuple[float, float] | None:
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
     """Return the adapter's holes: a pattern that lies under board or tail. Empty if the plate itself has the holes."""
     pattern = _pattern(layout.spec.mount)
-    return () if pattern is None or clear_pattern(layout) else _placed(pattern, board_boxes(layout))
+    return () if pattern is None or clear_pattern(layout) else _placed_holes(pattern, board_boxes(layout))
 
 
 def corner_holes(plan: Box) -> tuple[Hole, ...]:
@@ -323,8 +323,9 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
     if pattern is None:
         return ()
     boxes = board_boxes(layout)
-    holes = _placed(pattern, boxes)
-    return holes if all(beside_board(boxes, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
+    holes = _placed_holes(pattern, boxes)
+    return holes if all(distance_beside_board(boxes, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9
+                        for hole in holes) else ()
 
 
 def plate_holes(layout: Layout) -> tuple[Hole, ...]:
@@ -361,7 +362,7 @@ def is_near_metal(coil: CoilSpec, placements: tuple[CoilPlacement, ...], holes: 
     return any(math.dist(hole.at, place.centre) - hole.head / 2 < reach for hole in holes for place in placements)
 
 
-def beside_board(boxes: Sequence[Box], hole: Hole) -> float:
+def distance_beside_board(boxes: Sequence[Box], hole: Hole) -> float:
     """Return the distance (m) from above between a hole's middle and the nearest box of board, tail and plates.
 
     0 if the middle lies inside a box.
@@ -371,13 +372,13 @@ def beside_board(boxes: Sequence[Box], hole: Hole) -> float:
                for b in boxes if b[2] > b[0])
 
 
-def _placed(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
+def _placed_holes(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
     """Return a pattern's holes about the middle of the board's body, which is the first of `boxes`.
 
     For a grid, they are four holes of the grid beside the boxes.
     """
     body = boxes[0]
-    middle = axis(body)
+    middle = board_middle(body)
     if pattern.grid is None:
         return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
     # how far apart the four are that a plate takes of a bench: the nearest that are clear of the board

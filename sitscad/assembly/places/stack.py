@@ -20,14 +20,14 @@ from sitscad.assembly.places.bodies import (
     plates_of,
     top_height,
 )
-from sitscad.assembly.places.column import slack
+from sitscad.assembly.places.column import worst_deviations
 from sitscad.assembly.places.jaws import (
-    axis,
+    board_middle,
     closed_span,
     half_width,
     jaw_range,
+    jaw_section,
     made_to_measure,
-    section,
 )
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, within_box
@@ -84,7 +84,7 @@ def shield(layout: Layout) -> Body | None:
     sheet, levels = layout.spec.shield, backing_of(layout.spec).shield_that_fits()
     if sheet is None or levels is None:
         return None
-    (x0, _, x1, _), y, half = layout.body, axis(layout.body).y, half_width(layout, levels[0])
+    (x0, _, x1, _), y, half = layout.body, board_middle(layout.body).y, half_width(layout, levels[0])
     is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
     plan = Region(layout.body_outline if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
@@ -118,7 +118,7 @@ def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
 
     The face of the jaw lies at `lower` (m). The opposing jaw rests on `top` (m).
     """
-    (x0, x1), y, half = jaw_range(body, jaw), axis(body).y, section(jaw).face / 2
+    (x0, x1), y, half = jaw_range(body, jaw), board_middle(body).y, jaw_section(jaw).face / 2
     face = Region(rectangle(x0, y - half, x1, y + half))
     name, pad = jaw.material.name, top + jaw.opposing_pad_thickness
     yield Body(BodyRole.JAW, face, lower - jaw.height, lower, name, jaw.material)
@@ -159,7 +159,7 @@ class Support:
         return self.carried / self.pressed if self.pressed else 1.0
 
 
-def pressed_on(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Path]:
+def pressed_piece(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Path]:
     """Return the name of the lowest piece on the board, and its closed outline above the body, whose box is `box`.
 
     The force on this piece goes through the board into the support. Name and outline of the body if nothing lies on the
@@ -181,7 +181,7 @@ def support(layout: Layout) -> Support | None:
     if carriers is None:
         return None
     body = layout.body_outline
-    name, path = pressed_on(plates_of(layout.spec), layout.body, body)
+    name, path = pressed_piece(plates_of(layout.spec), layout.body, body)
     return Support(name, enclosed_area(path), _supported_area(path, *carriers), enclosed_area(body),
                    _supported_area(body, *carriers))
 
@@ -215,7 +215,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
-    (x0, low, x1, high), y, backing = layout.body, axis(layout.body).y, backing_of(layout.spec)
+    (x0, low, x1, high), y, backing = layout.body, board_middle(layout.body).y, backing_of(layout.spec)
     sheet, jaw, closed = backing.shield_that_fits(), mount.jaw, closed_span(backing, top_height(layout.spec))
     spans = backing.spans
     if sheet is not None and backing.bottom - sheet[1] <= 1e-9:
@@ -224,7 +224,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if spans and jaw is not None and closed is not None:
         # the seat's upper face is cut back to the port where all of the seat is in it
         middle = (closed[0] + closed[1]) / 2
-        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(jaw, slack(layout))
+        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(jaw, worst_deviations(layout))
         half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
         return (x0, y - half, x1, y + half), None
     if spans or mount.kind == "bench-plate":
@@ -237,8 +237,8 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
 
 def _on_metal(body: Box, jaw: Jaw) -> tuple[Box, Box | None]:
     """Return the face of a jaw that carries the board without a seat, and the window through it."""
-    (x0, x1), middle = jaw_range(body, jaw), axis(body)
-    half = section(jaw).face / 2
+    (x0, x1), middle = jaw_range(body, jaw), board_middle(body)
+    half = jaw_section(jaw).face / 2
     if jaw.pocket is not None and jaw.recess:
         half = min(half, jaw.pocket[1] / 2)
     window = None

@@ -157,11 +157,11 @@ def working_states(names: Iterable[str]) -> list[str]:
     return [name for name in every if name not in _KINDS or TANK in _KINDS[name].judged_by] or every
 
 
-def in_words(state: str) -> str:
+def state_text(state: str) -> str:
     """Return the name of a state in a sentence, like ``at rest``."""
     return _KINDS[state].text if state in _KINDS else state
 
 
-def titled(state: str) -> str:
+def state_title(state: str) -> str:
     """Return the name of a state at the head of a row, like ``at rest (assembled)``."""
     return _KINDS[state].title if state in _KINDS else state.replace("_", " ")

@@ -134,17 +134,17 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     low, high = tail_heights(layout.spec.fpc)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (BentStretch(layout.tail_length),))
-    drop, stretch = _drop(backing_of(layout.spec), low), bend_stretch(layout)
+    drop, stretch = _descent(backing_of(layout.spec), low), bend_stretch(layout)
     pivot = pivot_along(layout.body, layout.spec.jaw)
     if drop is None:
         return straight
     places = () if stretch is None else (stretch[0] + 1e-6, sum(stretch) / 2, stretch[1] - 1e-6)
-    reason = _why_straight(layout.spec.fpc, tail, [layout.reach_at(x) for x in places])
+    reason = _straight_reason(layout.spec.fpc, tail, [layout.reach_at(x) for x in places])
     radius = bend_radius(layout.spec.fpc)
     if reason or radius is None or stretch is None:
         return TailPath(start, straight.stretches, None, reason)
     middle = radius + (high - low) / 2
-    down = _let_down(drop, middle)
+    down = _descending_bends(drop, middle)
     # the end of what carries the body and lies under the tail
     edge, tongue = lip(layout), relief(layout)
     support_end = tongue.along[1] if tongue is not None else cap_end(layout.body, layout.spec.mount,
@@ -166,7 +166,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
 TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 
-def _drop(backing: Backing, lower: float) -> float | None:
+def _descent(backing: Backing, lower: float) -> float | None:
     """Return the descent (m) of the tail, whose lower face is at `lower` (m), to the face of the jaw or the finger.
 
     None if there is neither.
@@ -181,10 +181,10 @@ def _drop(backing: Backing, lower: float) -> float | None:
 def lip(layout: Layout) -> Lip | None:
     """Return the round edge at which the tail leaves tongue or cap. None if edge, radius or room is missing."""
     mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
-    drop = _drop(backing_of(layout.spec), tail_heights(layout.spec.fpc)[0])
+    drop = _descent(backing_of(layout.spec), tail_heights(layout.spec.fpc)[0])
     if mount is None or not drop or radius is None:
         return None
-    bends = _let_down(drop, radius + tail_thickness(layout.spec.fpc) / 2)
+    bends = _descending_bends(drop, radius + tail_thickness(layout.spec.fpc) / 2)
     turn = bends[0].length / (radius + tail_thickness(layout.spec.fpc) / 2) if bends else 0.0
     if (end := cap_end(layout.body, layout.spec.mount, layout.stiffener)) is not None:
         return round_edge(layout.spec.fpc, end, (1.0 - LEFT) * mount.standoff, turn)
@@ -208,7 +208,7 @@ def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
     return Lip(end - radius * math.sin(turn), end, radius, turn)
 
 
-def free_from(layout: Layout) -> float:
+def free_tail_start(layout: Layout) -> float:
     """Return x (m) from which the tail may bend away from the coils: a bench plate's edge, or the body's end."""
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
@@ -235,7 +235,7 @@ ROD = 0.05e-3
 """Largest excess (m) of the radius of the rod for bending over the bend radius: rods come in steps of 0.1 mm."""
 
 
-def _why_straight(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -> str:
+def _straight_reason(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -> str:
     """Return the reason for a tail that is drawn straight. Empty if it is bent.
 
     `widths` are the y ranges (m) of the tail along the stretch that may be bent.
@@ -253,7 +253,7 @@ def _why_straight(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -
     return ""
 
 
-def _let_down(drop: float, radius: float) -> list[BentStretch]:
+def _descending_bends(drop: float, radius: float) -> list[BentStretch]:
     """Return two bends of a radius (m) of the middle line, one down and one back to level, over a drop (m)."""
     if drop < LEAST:
         return []
@@ -322,7 +322,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
         return None
     ends = [bend.end for bend in bends_of_mount(layout)]
     if tail.bend_direction == "down":
-        ends.append(free_from(layout))
+        ends.append(free_tail_start(layout))
     return max([stretch[0], *ends]), stretch[1]
 
 

@@ -15,7 +15,7 @@ from sitscad.basics.arguments import checked_arguments
 if TYPE_CHECKING:
     from sitscad.layout.board import Layout
 
-__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
+__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "assembly_aids", "solids"]
 
 
 @checked_arguments
@@ -44,7 +44,7 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
     return assemble(layout)
 
 
-def aids(layout: Layout) -> tuple[Solid, ...]:
+def assembly_aids(layout: Layout) -> tuple[Solid, ...]:
     """Return the jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
     from sitscad.assembly.solids.tooling import jig, mould, skin_mould
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from sitscad.assembly.places.bodies import BodyRole, board_heights, plates_of, target_gap
 from sitscad.assembly.places.fit import PinGap, closed_section
-from sitscad.assembly.places.jaws import axis, jaw_range
-from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on, tail_heights
+from sitscad.assembly.places.jaws import board_middle, jaw_range
+from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, pressed_piece, tail_heights
 from sitscad.assembly.places.tail_path import ROD, bends
 from sitscad.assembly.solids.proof import (
     BEND,
@@ -26,16 +26,16 @@ from sitscad.assembly.solids.proof import (
     PORT,
     SUPPORT,
     TRAVEL,
-    Measured,
+    Measurement,
     PadLoad,
     Proof,
-    between,
-    bulged,
+    bulged_pad,
+    moved_with_target,
+    part_between,
     pivot_of,
-    posed,
-    turned,
+    turned_about_pivot,
 )
-from sitscad.assembly.solids.solid import MM, Solid, manifold, require, seen, tessellate
+from sitscad.assembly.solids.solid import MM, Solid, display_meshes, import_extra, manifold, tessellate
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
@@ -53,7 +53,7 @@ ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across 
 
 
 @record(eq=False)
-class Shown:
+class ColouredMesh:
     """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), colour, and whether it is one of the clashing pieces."""
 
     name: str
@@ -72,7 +72,7 @@ class Clash:
     """
 
     words: str
-    bodies: tuple[Shown, ...]
+    bodies: tuple[ColouredMesh, ...]
     normal: tuple[float, float, float]
     port: tuple[float, float, float, float] | None = None
     figure: str = ""
@@ -93,7 +93,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
     Empty if the sensor fits.
     """
-    worst: dict[tuple[str, str, str], Measured] = {}
+    worst: dict[tuple[str, str, str], Measurement] = {}
     for each in proof.faults:
         worst.setdefault((each.what, each.first, each.second), each)
     return tuple(_clash(layout, whole, each, loads) for each in list(worst.values())[:MOST])
@@ -104,14 +104,14 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     jaw, (x, y, z) = layout.spec.jaw, pivot_of(layout)
     assert jaw is not None
     across = 0.5 * jaw.width * MM
-    m3 = require("manifold3d")
+    m3 = import_extra("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
-    near = [replace(piece, body=between(piece.body, x - BEFORE, x + BEHIND)) for piece in _pieces(whole, set())]
+    near = [replace(piece, body=part_between(piece.body, x - BEFORE, x + BEHIND)) for piece in _pieces(whole, set())]
     shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
-    shown = _shown(near, {BOARD}, shared, ALONG, y)
+    shown = _visible_meshes(near, {BOARD}, shared, ALONG, y)
     pin = (pin - shared).trim_by_plane(ALONG, y)
     figure = f"the tail's face is {show(gap.away, 'm', 3)} from the pivot; the pin takes {show(gap.pin, 'm', 3)}"
-    bodies = (*shown, _as_shown("pin", pin, PIN_COLOUR, True))
+    bodies = (*shown, _as_coloured("pin", pin, PIN_COLOUR, True))
     return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
 
 
@@ -121,7 +121,7 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     Glue and films in `named` are separate pieces. Other glue is left out, and the other films of the board are one
     piece.
     """
-    meshes = list(zip(whole, seen(whole), strict=True))
+    meshes = list(zip(whole, display_meshes(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
     pieces = [
         MeshedPiece(solid.name, solid.role, solid.colour, manifold(mesh))
@@ -129,52 +129,54 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
         if (solid.role is not BodyRole.GLUE or solid.name in named) and (solid, mesh) not in films
     ]
     if films:
-        m3 = require("manifold3d")
+        m3 = import_extra("manifold3d")
         body = m3.Manifold.batch_boolean([manifold(mesh) for _, mesh in films], m3.OpType.Add)
         pieces.append(MeshedPiece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
     return pieces
 
 
-def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[PadLoad, ...]) -> Clash:
+def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: tuple[PadLoad, ...]) -> Clash:
     pieces = _pieces(whole, {fault.first, fault.second})
     if fault.what == OPENING:
         pivot = pivot_of(layout)
-        there = [replace(p, body=turned(pivot, p.body, fault.angle)) if p.role in MOVING else p for p in pieces]
+        there = [replace(p, body=turned_about_pivot(pivot, p.body, fault.angle)) if p.role in MOVING else p
+                 for p in pieces]
     elif fault.what in (INTERFERENCE, PORT):
         there = pieces
     else:
         load, gap = next(each for each in loads if each.name == fault.when), target_gap(layout.spec)
-        there = [replace(piece, body=_loaded(piece, fault.what, load, gap)) for piece in pieces]
+        there = [replace(piece, body=_loaded_mesh(piece, fault.what, load, gap)) for piece in pieces]
     if fault.what == PORT:
         # What of the closed pair, between tip and heel, lies beyond the port's circle
         jaw, pair = layout.spec.jaw, closed_section(layout)
         assert jaw is not None and pair is not None
         x0, x1 = (x * MM for x in jaw_range(layout.body, jaw))
-        y, z, radius = axis(layout.body).y * MM, pair.axis * MM, fault.limit * MM
-        m3 = require("manifold3d")
+        y, z, radius = board_middle(layout.body).y * MM, pair.axis * MM, fault.limit * MM
+        m3 = import_extra("manifold3d")
         port = (
             m3.Manifold.cylinder(x1 - x0 + 2.0, radius, -1.0, 180).rotate((0.0, 90.0, 0.0)).translate((x0 - 1.0, y, z))
         )
-        outside = [between(piece.body, x0, x1) - port for piece in there]
+        outside = [part_between(piece.body, x0, x1) - port for piece in there]
         names = {p.name for p, out in zip(there, outside, strict=True) if float(out.volume()) > 1e-4}
         red = m3.Manifold.compose([body for body in outside if not body.is_empty()])
         x = _middle(red) if not red.is_empty() else fault.where[0] * MM
         reach, room = (show(length, "m", 4) for length in (fault.value, fault.limit))
         beyond = show(fault.value - fault.limit, "m", 3)
         figure = f"{fault.first} reaches {reach} from the axis, {beyond} farther than the port ({room})"
-        shown = _shown(there, names, red, ACROSS, x)
+        shown = _visible_meshes(there, names, red, ACROSS, x)
         return Clash("the closed pair and its port", shown, ACROSS, (x, y, z, radius), figure)
     bodies = {piece.name: piece.body for piece in there}
     shared = bodies[fault.first] ^ bodies[fault.second]
     x = _middle(shared if not shared.is_empty() else bodies[fault.first])
     when = f", {fault.when}" if fault.when else ""
     return Clash(
-        f"{fault.first} and {fault.second}{when}", _shown(there, {fault.first, fault.second}, shared, ACROSS, x),
+        f"{fault.first} and {fault.second}{when}", _visible_meshes(there, {fault.first, fault.second}, shared, ACROSS,
+                                                                   x),
         ACROSS, figure=_figure(fault, shared),
     )
 
 
-def _figure(fault: Measured, shared: Any) -> str:
+def _figure(fault: Measurement, shared: Any) -> str:
     """Return the volume that both pieces of a fault share, or the gap between them, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
@@ -182,20 +184,20 @@ def _figure(fault: Measured, shared: Any) -> str:
     return volume
 
 
-def _loaded(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None) -> Any:
+def _loaded_mesh(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None) -> Any:
     """Return a piece's mesh under load, for a measurement of the kind `what`. `gap` (m) is the target's at rest."""
     if piece.role is BodyRole.ELASTOMER:
-        return bulged(piece.body, load)
+        return bulged_pad(piece.body, load)
     if piece.role is BodyRole.TARGET:
-        return posed(gap, piece.body, load.pose)
+        return moved_with_target(gap, piece.body, load.pose)
     if piece.role in MOVING and what in (BULGE, TRAVEL):
         return piece.body.translate((0.0, 0.0, load.pose.z * MM))
     return piece.body
 
 
-def _shown(
+def _visible_meshes(
     pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
-) -> tuple[Shown, ...]:
+) -> tuple[ColouredMesh, ...]:
     """Return all pieces and the red volume, without the parts before the cut (a place in mm along its normal)."""
     direction = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
     offset = -at if normal == ACROSS else at
@@ -204,15 +206,15 @@ def _shown(
         clashes = piece.name in names
         body = (piece.body - red if clashes and not red.is_empty() else piece.body).trim_by_plane(direction, offset)
         if not body.is_empty():
-            bodies.append(_as_shown(piece.name, body, piece.colour, clashes))
+            bodies.append(_as_coloured(piece.name, body, piece.colour, clashes))
     red_part = red.trim_by_plane(direction, offset)
-    return (*bodies, *([] if red_part.is_empty() else [_as_shown("too much", red_part, RED, True)]))
+    return (*bodies, *([] if red_part.is_empty() else [_as_coloured("too much", red_part, RED, True)]))
 
 
-def _as_shown(name: str, body: Any, colour: str, clashes: bool) -> Shown:
+def _as_coloured(name: str, body: Any, colour: str, clashes: bool) -> ColouredMesh:
     mesh = body.to_mesh64()
     points = np.round(np.asarray(mesh.vert_properties)[:, :3], 6) + 0.0
-    return Shown(name, points, np.asarray(mesh.tri_verts).astype(np.int64), colour, clashes)
+    return ColouredMesh(name, points, np.asarray(mesh.tri_verts).astype(np.int64), colour, clashes)
 
 
 def _middle(body: Any) -> float:
@@ -231,7 +233,7 @@ Flat faces are exact, round faces within 5 um.
 CARRIER = "what carries the board"
 
 
-def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
     """Return the supported area under the pressed piece, and under the whole body.
 
     Support is a carrier's face a glue line below the board. Empty if the carrier is no solid: without a mount, or on a
@@ -244,22 +246,22 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     under = board_heights(layout.spec.fpc.stackup)[0] * MM
     # What of the carriers lies below a plane (mm), as a section from above
     height = under - layout.spec.assembly.glue_line * MM
-    m3 = require("manifold3d")
+    m3 = import_extra("manifold3d")
     faces = m3.CrossSection()
     for solid in solids:
         body = manifold(tessellate(solid))
         for level in (height - BELOW, height - HOLLOW - BELOW):
             faces = faces + body.slice(level)
-    middle = axis(layout.body)
-    name, path = pressed_on(plates_of(layout.spec), layout.body, layout.body_outline)
+    middle = board_middle(layout.body)
+    name, path = pressed_piece(plates_of(layout.spec), layout.body, layout.body_outline)
     where = (middle.x, middle.y, under / MM)
-    measured = [_measured(name, path, faces, where, MOST_OF_IT)]
+    measured = [_area_measurement(name, path, faces, where, MOST_OF_IT)]
     if name != BODY:
-        measured.append(_measured(BODY, layout.body_outline, faces, where, HALF_OF_IT))
+        measured.append(_area_measurement(BODY, layout.body_outline, faces, where, HALF_OF_IT))
     return tuple(measured)
 
 
-def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
     """Return volume (m3) that a mount's STEP file shares with the rod for the tail's bend.
 
     Empty if there is no file or no rod.
@@ -270,21 +272,23 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]
     first = min(down, key=lambda bend: bend.start)
     rod, (low, high) = (first.radius or 0.0) + ROD, layout.reach_at(first.start)
     where = first.start, (low + high) / 2, tail_heights(layout.spec.fpc)[0] - rod
-    across = require("manifold3d").Manifold.cylinder((high - low) * MM, rod * MM, rod * MM, center=True)
+    across = import_extra("manifold3d").Manifold.cylinder((high - low) * MM, rod * MM, rod * MM, center=True)
     bar = across.rotate((90.0, 0.0, 0.0)).translate(tuple(value * MM for value in where))
     shared = sum(
         float((manifold(tessellate(solid)) ^ bar).volume()) for solid in whole if solid.role is BodyRole.MOUNT) / MM**3
-    return (Measured(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
+    return (Measurement(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
 
 
 LEAST_SHARED = 1e-11
 """Largest volume (m3) that mount and rod may share: up to 0.01 mm3 is a rounding error of the meshes."""
 
 
-def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:
+def _area_measurement(
+    name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float
+) -> Measurement:
     """Compare the supported area (m2) of a piece with its required value: the piece's area times `share`."""
     points = path.flattened(1e-6)[:-1]
-    region = require("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
+    region = import_extra("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
     what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
-    return Measured(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)
+    return Measurement(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)

@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from sitscad.assembly.places.state import Vector
-from sitscad.assembly.solids.solid import MM, PartsError, require
+from sitscad.assembly.solids.solid import MM, PartsError, import_extra
 from sitscad.data import PACKAGE
 from sitscad.kernels.geometry.path import Point
 from sitscad.spec.mount import StepPart
@@ -44,18 +44,18 @@ class DatumError(PartsError):
     """An error for a datum that the STEP file lacks, or whose axes are not perpendicular."""
 
 
-def imported(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
+def import_solid(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
     """Return the solid of a file with its datum at a point and a height (m), its axes turned to the sensor's.
 
     Raises `PartsError` as `read_part` does.
     """
     solid, frame = read_part(source, part)
-    bd, gp, turn = require("build123d"), require("OCP.gp"), require("OCP.gp").gp_Trsf()
+    bd, gp, turn = import_extra("build123d"), import_extra("OCP.gp"), import_extra("OCP.gp").gp_Trsf()
     turn.SetDisplacement(
         frame, gp.gp_Ax3(gp.gp_Pnt(*(at.x * MM, at.y * MM, height * MM)), gp.gp_Dir(0, 0, 1), gp.gp_Dir(1, 0, 0))
     )
     # a copy whose very points are moved: a shape that carries a location gets a running number for a name in STEP
-    moved = require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(bare(solid), turn, True)
+    moved = import_extra("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(with_location_applied(solid), turn, True)
     return bd.Solid(moved.Shape())
 
 
@@ -70,7 +70,7 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
     brep, unit = _converted(content, part.file)
     origin, x_axis, z_axis = _frame(content.decode("latin-1"), part, unit)
-    gp, solid = require("OCP.gp"), _solid(brep, part.file)
+    gp, solid = import_extra("OCP.gp"), _solid(brep, part.file)
     try:
         return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*z_axis), gp.gp_Dir(*x_axis))
     except Exception as error:  # of the kernel: parallel or vanishing axes
@@ -81,7 +81,7 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
 @lru_cache(maxsize=4)
 def _converted(content: bytes, name: str) -> tuple[bytes, float]:
     """Convert a STEP file to OpenCASCADE's own format. Also return the file's unit of length in millimetres."""
-    require("build123d")  # a missing kernel is said as such
+    import_extra("build123d")  # a missing kernel is said as such
     with TemporaryDirectory() as folder:
         source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
         source.write_bytes(content)
@@ -103,12 +103,12 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
 
 
 def _solid(brep: bytes, name: str) -> Any:
-    bd = require("build123d")
-    shape = require("OCP.TopoDS").TopoDS_Shape()
+    bd = import_extra("build123d")
+    shape = import_extra("OCP.TopoDS").TopoDS_Shape()
     with TemporaryDirectory() as folder:  # from a stream, the kernel loses its place in shapes of many kilobytes
         path = Path(folder) / "part.brep"
         path.write_bytes(brep)
-        require("OCP.BinTools").BinTools.Read_s(shape, str(path))
+        import_extra("OCP.BinTools").BinTools.Read_s(shape, str(path))
     solids = bd.Compound(shape).solids()
     if len(solids) != 1:
         raise PartsError(f"{name} holds {len(solids)} solids, where one is wanted: export the part alone")
@@ -132,14 +132,14 @@ def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vect
         how = "has no" if not matches else f"has {len(matches)}"
         raise DatumError(f"{part.file} {how} coordinate system named {part.datum}{there}")
     _, place, z_axis, x_axis = matches[0].groups()
-    x, y, z = (value * unit for value in _triple(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
+    x, y, z = (value * unit for value in _three_numbers(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
     return (
-        (x, y, z), _triple(text, x_axis, "DIRECTION", (1.0, 0.0, 0.0), part),
-        _triple(text, z_axis, "DIRECTION", (0.0, 0.0, 1.0), part),
+        (x, y, z), _three_numbers(text, x_axis, "DIRECTION", (1.0, 0.0, 0.0), part),
+        _three_numbers(text, z_axis, "DIRECTION", (0.0, 0.0, 1.0), part),
     )
 
 
-def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPart) -> Vector:
+def _three_numbers(text: str, number: str, entity: str, left_out: Vector, part: StepPart) -> Vector:
     if number == "$":
         return left_out
     match = re.search(_TRIPLE.format(re.escape(number), entity), text)
@@ -152,10 +152,10 @@ def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPar
     return numbers[0], numbers[1], numbers[2]
 
 
-def bare(solid: Any) -> Any:
+def with_location_applied(solid: Any) -> Any:
     """Return the kernel's shape with its location applied to its points."""
     where = solid.wrapped.Location()
     if where.IsIdentity():
         return solid.wrapped
-    still = solid.wrapped.Located(require("OCP.TopLoc").TopLoc_Location())
-    return require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(still, where.Transformation(), True).Shape()
+    still = solid.wrapped.Located(import_extra("OCP.TopLoc").TopLoc_Location())
+    return import_extra("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(still, where.Transformation(), True).Shape()

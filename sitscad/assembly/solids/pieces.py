@@ -25,22 +25,29 @@ from sitscad.assembly.places.bodies import (
     plates_of,
     top_height,
 )
-from sitscad.assembly.places.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, jaw_range, rim, section
-from sitscad.assembly.solids.imported import imported
+from sitscad.assembly.places.jaws import (
+    FILM_ROUNDING,
+    POCKET_CLEARANCE,
+    board_middle,
+    jaw_range,
+    jaw_section,
+    jaw_with_rims,
+)
+from sitscad.assembly.solids.imported import import_solid
 from sitscad.assembly.solids.plates import adapter, bench_plate, fingertip, over_body
-from sitscad.assembly.solids.seat import cut_for, grasper_pad
+from sitscad.assembly.solids.seat import cut_for_retention, grasper_pad
 from sitscad.assembly.solids.solid import (
     MM,
     Solid,
     along_jaw,
     box,
+    import_extra,
     one_solid,
     prism,
-    require,
     rounded_at_tip,
+    sort_by_height,
+    subtract,
     top_edges,
-    upwards,
-    without,
 )
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, bounding_box
@@ -59,7 +66,7 @@ def board_body(outline: Path, body_end: float, fpc: FpcSpec) -> Solid:
     The tail, from `body_end` (m) on, has only the layers that run down it.
     """
     board, under = stack.board(outline, fpc.stackup), stack.tail_heights(fpc)[0]
-    whole = _drawn_out(board, "#c8821e")
+    whole = _extruded_board(board, "#c8821e")
     if under - board.lower < 1e-9:
         return whole
     _, y0, x1, y1 = bounding_box((outline,))
@@ -67,14 +74,14 @@ def board_body(outline: Path, body_end: float, fpc: FpcSpec) -> Solid:
     return replace(whole, shape=one_solid(whole.shape - below, "board"))
 
 
-def _drawn_out(body: Body, colour: str) -> Solid:
+def _extruded_board(body: Body, colour: str) -> Solid:
     return Solid(body.name, prism(body.region, *body.heights), body.material, colour, body.role)
 
 
 def above_board(plates: Plates) -> tuple[Solid, ...]:
     """Return elastomers and targets: the pads, and the plates on the pads, or on the board's face without pads."""
     return tuple(
-        _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
+        _extruded_board(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
         for body in plates.all
     )
 
@@ -92,13 +99,13 @@ def encapsulation(layout: Layout) -> Solid | None:
     for opening in layout.top_openings:
         shape = shape - prism(opening, -film.thickness, 2 * film.thickness)
     shape = one_solid(shape, "encapsulation")
-    for cover in _covers(plates_of(layout.spec), film.thickness):
+    for cover in _film_over_cells(plates_of(layout.spec), film.thickness):
         shape = one_solid(shape + cover, "encapsulation")
-    shape = without(shape, (inside.shape for inside in above_board(plates_of(layout.spec))), "encapsulation")
+    shape = subtract(shape, (inside.shape for inside in above_board(plates_of(layout.spec))), "encapsulation")
     return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
 
 
-def _covers(plates: Plates, film: float) -> list[Any]:
+def _film_over_cells(plates: Plates, film: float) -> list[Any]:
     """Return, for each cell, rounded blocks with the film's thickness around elastomer and target.
 
     A cell has one block if their plans are equal.
@@ -132,39 +139,39 @@ def jaw(layout: Layout) -> Solid | None:
         return None
     metal = mount.metal.name
     if mount.is_jaw_unmeasured and mount.step is not None:
-        shape = imported(layout.spec.source, mount.step, axis(layout.body), seat[0])
+        shape = import_solid(layout.spec.source, mount.step, board_middle(layout.body), seat[0])
     elif fitted is None:
         return None
     elif fitted.step is not None:
-        shape = imported(layout.spec.source, fitted.step, axis(layout.body), seat[0])
+        shape = import_solid(layout.spec.source, fitted.step, board_middle(layout.body), seat[0])
     else:
-        bar = _bar(layout.body, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
-        bar = _pocketed(layout.body, fitted, bar, seat[0], (fitted.pocket, fitted.recess))
-        shape = cut_for(layout.body, mount, layout.spec.assembly.glue_line, bar, seat[0])
+        bar = _bar(layout.body, jaw_with_rims(fitted), seat[0] + (jaw_with_rims(fitted).height - fitted.height))
+        bar = _with_pocket(layout.body, fitted, bar, seat[0], (fitted.pocket, fitted.recess))
+        shape = cut_for_retention(layout.body, mount, layout.spec.assembly.glue_line, bar, seat[0])
     return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
 
 
-def opposing(layout: Layout) -> tuple[Solid, ...]:
+def opposing_jaw(layout: Layout) -> tuple[Solid, ...]:
     """Return the opposing jaw of the closed pair, and its pad if it has one: face down, resting on the sensor's top.
 
     For a jaw that only a STEP file describes, it is the mirror image of the file, without a pad.
     """
     fitted, mount = layout.spec.jaw, layout.spec.mount
-    bd = require("build123d")
+    bd = import_extra("build123d")
     if fitted is None:
         if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
             return ()
-        shape = imported(layout.spec.source, mount.step, axis(layout.body),
-                         -top_height(layout.spec)).mirror(bd.Plane.XY)
+        shape = import_solid(layout.spec.source, mount.step, board_middle(layout.body),
+                             -top_height(layout.spec)).mirror(bd.Plane.XY)
         name = mount.metal.name
         return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
     pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
-    (x0, x1), y = jaw_range(layout.body, fitted), axis(layout.body).y
-    mirrored = _other(layout.body, layout.spec.source, fitted, -(top + pad)).mirror(bd.Plane.XY)
+    (x0, x1), y = jaw_range(layout.body, fitted), board_middle(layout.body).y
+    mirrored = _opposing_metal(layout.body, layout.spec.source, fitted, -(top + pad)).mirror(bd.Plane.XY)
     metal = fitted.material.name
     solids = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
     if pad > 0.0:
-        half_width, half_length = section(fitted).face / 2, (x1 - x0) / 2
+        half_width, half_length = jaw_section(fitted).face / 2, (x1 - x0) / 2
         if fitted.opposing_pocket is not None and fitted.opposing_recess:
             half_length, half_width = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
         middle = (x0 + x1) / 2
@@ -173,26 +180,28 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     return tuple(solids)
 
 
-def _other(body: Box, source: SpecSource, fitted: Jaw, floor: float) -> Any:
+def _opposing_metal(body: Box, source: SpecSource, fitted: Jaw, floor: float) -> Any:
     """Return the opposing jaw, face up at a height (m).
 
     It is a file's solid up to its heel, or the section with its own pocket. Shanks of the two jaws cross behind their
     heels, so the file does not define the opposing shank.
     """
     if fitted.step is not None:
-        shape, (_, heel) = imported(source, fitted.step, axis(body), floor), jaw_range(body, fitted)
+        shape, (_, heel) = import_solid(source, fitted.step, board_middle(body), floor), jaw_range(body, fitted)
         if heel * MM + 1e-6 < shape.bounding_box().max.X:
             before_heel = (shape & box(heel - REACH, -REACH, -REACH, heel, REACH, REACH)).solids()
             shape = max(before_heel, key=lambda solid: float(solid.volume), default=shape)
         return shape
     recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
     tall = replace(fitted, height=fitted.height + recess)
-    return _pocketed(body, fitted, _bar(body, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
+    return _with_pocket(body, fitted, _bar(body, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
 
 
-def _pocketed(body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float] ) -> Any:
+def _with_pocket(
+    body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float] 
+) -> Any:
     """Cut a pad pocket (its size, and the height of its rims, m) and its window out of the bar."""
-    (x0, x1), y, (pad, recess) = jaw_range(body, fitted), axis(body).y, pocket
+    (x0, x1), y, (pad, recess) = jaw_range(body, fitted), board_middle(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
         if size is not None:
@@ -204,8 +213,8 @@ def _pocketed(body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tupl
 
 def _bar(body: Box, fitted: Jaw, height: float) -> Any:
     """Return the section extruded along x, its tip's corners rounded in plan, its face up at a height (m)."""
-    (x0, x1), y, half = jaw_range(body, fitted), axis(body).y, fitted.width / 2
-    bar = along_jaw(section(fitted).outline, x0, x1, y, height)
+    (x0, x1), y, half = jaw_range(body, fitted), board_middle(body).y, fitted.width / 2
+    bar = along_jaw(jaw_section(fitted).outline, x0, x1, y, height)
     plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
     return one_solid(bar & prism(plan, height - 2 * fitted.height, height + fitted.height), "jaw")
 
@@ -213,10 +222,10 @@ def _bar(body: Box, fitted: Jaw, height: float) -> Any:
 def assemble(layout: Layout) -> tuple[Solid, ...]:
     """Return the solids of the spec, from the jaw upwards."""
     sheet = stack.shield(layout)
-    shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
+    shield = None if sheet is None else _extruded_board(sheet, metal_colour(sheet.material))
     plate = stack.stiffener(layout.stiffener, layout.spec.fpc)
-    stiffener = None if plate is None else _drawn_out(plate, STIFFENER_COLOUR)
-    below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener) if solid)
+    stiffener = None if plate is None else _extruded_board(plate, STIFFENER_COLOUR)
+    below = sort_by_height(solid for solid in (jaw(layout), *mount(layout), shield, stiffener) if solid)
     board = board_body(layout.outline, layout.body[2], layout.spec.fpc)
     film = encapsulation(layout)
     return (*below, board, *above_board(plates_of(layout.spec)), *([film] if film else []))
@@ -239,8 +248,8 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
     if mount_spec.kind != "custom":
         shapes = BUILDERS[mount_spec.kind](layout)
     elif mount_spec.step is not None:
-        shapes = (imported(layout.spec.source, mount_spec.step, axis(layout.body),
-                           board_heights(layout.spec.fpc.stackup)[0]),)
+        shapes = (import_solid(layout.spec.source, mount_spec.step, board_middle(layout.body),
+                               board_heights(layout.spec.fpc.stackup)[0]),)
     named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
     if mount_spec.kind == "bench-plate" and (below := adapter(layout)) is not None:
         named.insert(0, (ADAPTER, below))

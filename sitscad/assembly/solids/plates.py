@@ -16,7 +16,7 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, Heights, backing_of, board_heights, film_thickness
 from sitscad.assembly.places.column import print_limit
-from sitscad.assembly.places.jaws import axis
+from sitscad.assembly.places.jaws import board_middle
 from sitscad.assembly.places.seating import (
     CORNER_SCREW,
     FLOOR,
@@ -34,7 +34,18 @@ from sitscad.assembly.places.seating import (
 )
 from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.places.tail_path import Lip, lip, round_edge
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, face, one_solid, prism, raised, require, without
+from sitscad.assembly.solids.solid import (
+    MM,
+    PartsError,
+    Solid,
+    box,
+    extruded,
+    face,
+    import_extra,
+    one_solid,
+    prism,
+    subtract,
+)
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
@@ -58,8 +69,8 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
     plate = plate.fillet(EDGE * MM, edges)
     mount, fpc = layout.spec.mount, layout.spec.fpc
-    tail_cuts = _tail_relief(fpc, grown(layout.outline, mount), layout.body[2] + clearance(mount), plan, floor)
-    plate = without(plate, (*recess(layout, shield), *tail_cuts), "mount")
+    tail_cuts = _tail_relief(fpc, grown_outline(layout.outline, mount), layout.body[2] + clearance(mount), plan, floor)
+    plate = subtract(plate, (*recess(layout, shield), *tail_cuts), "mount")
     for hole in plate_holes(layout):
         shaft = circle(Point(*hole.at), hole.diameter / 2)
         plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
@@ -88,12 +99,12 @@ def adapter(layout: Layout) -> Any | None:
 
 def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
     """Return the cutout of a screw and its nut, set in from below the adapter."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
     (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
     corners = [bd.Vector((x + radius * math.cos(t)) * MM, (y + radius * math.sin(t)) * MM) for t in turns]
     outline = bd.Face(bd.Wire.make_polygon(corners, close=True))
-    return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
+    return shaft + extruded(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
 
 
 def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -> tuple[Any, ...]:
@@ -112,13 +123,13 @@ def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """Return the cutouts of a plate for the board with its clearance, and below it for the shield and its spacer."""
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
-    cuts = [raised(grown(layout.outline, layout.spec.mount), under, 1e-3)]
+    cuts = [extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
         plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
         if has_round_body(layout.spec.fpc.body):  # the same wall as the board's own recess
-            plan = (grown(layout.outline, layout.spec.mount) & plan).faces()[0]
-        cuts.append(raised(plan, shield[0], 1e-3))
+            plan = (grown_outline(layout.outline, layout.spec.mount) & plan).faces()[0]
+        cuts.append(extruded(plan, shield[0], 1e-3))
     if layout.stiffener is not None:
         x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
         deep = under - layout.stiffener.thickness - room
@@ -140,12 +151,12 @@ def _tail_relief(fpc: FpcSpec, recess: Any, start: float, plan: Box, floor: floa
         return ()
     deep = board_heights(fpc.stackup)[0] - depth
     edge = round_edge(fpc, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
-    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
+    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounded_edge(edge, (y0, y1), deep))
 
 
-def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
+def rounded_edge(edge: Lip, across: tuple[float, float], height: float) -> Any:
     """Return the solid to subtract for a rounded upper edge of a face at a height (m). `across` is its y range (m)."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     deep = edge.radius * (1.0 - math.cos(edge.turn))
     corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
     lie = bd.Plane((edge.start * MM, across[0] * MM, (height - edge.radius) * MM), z_dir=(0, 1, 0))
@@ -163,9 +174,9 @@ def over_body(outline: Path, body: Box, written: Path | None, lower: float, uppe
     return prism(outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
 
 
-def grown(outline: Path, mount: Mount | None) -> Any:
+def grown_outline(outline: Path, mount: Mount | None) -> Any:
     """Return the board's outline grown by the clearance, as a face."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     room = clearance(mount)
     return bd.offset(face(Region(outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
 
@@ -196,7 +207,7 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     if end is None or end - layout.body[2] < LEAST_GRIP:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
     half = cap_size(layout.body, layout.spec.mount)[0] / 2
-    top, y = under - mount.standoff, axis(layout.body).y
+    top, y = under - mount.standoff, board_middle(layout.body).y
     floor = print_limit(mount.process, "free_wall").value
     bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)
     # The block with all edges rounded but those of its open end
@@ -209,12 +220,12 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     cuts, (low, high) = [*recess(layout, shield)], layout.reach_at(end)
     if low != high and mount.standoff > 0.0:  # the round lip over which the tail leaves, as wide as the tail's slot
         edge = lip(layout) or round_edge(layout.spec.fpc, end, mount.standoff / 2, 0.0)
-        cuts.append(rounding(edge, (low - room, high + room), under))
-    cap = without(cap, cuts, "cap")
+        cuts.append(rounded_edge(edge, (low - room, high + room), under))
+    cap = subtract(cap, cuts, "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
     z = top - finger.size[1] / 2
-    bd = require("build123d")
+    bd = import_extra("build123d")
     for side in (-1.0, 1.0):
         lie = bd.Plane((x * MM, y * MM, z * MM), z_dir=(0, side, 0))
         screw = bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie)
@@ -256,7 +267,7 @@ def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
 
 def _finger(body: Box, finger: Finger, top: float, start: float, end: float, room: float ) -> Any:
     """Return the finger between two places along the tail (m), grown by `room` (m), its upper face at a height (m)."""
-    bd, y, (width, height) = require("build123d"), axis(body).y, finger.size
+    bd, y, (width, height) = import_extra("build123d"), board_middle(body).y, finger.size
     if finger.outline.is_disc:
         radius = width / 2 + room
         lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))

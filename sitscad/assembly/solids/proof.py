@@ -17,9 +17,19 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole, target_gap
 from sitscad.assembly.places.column import print_limit
 from sitscad.assembly.places.fit import closed_section, hinge_pivot
-from sitscad.assembly.places.jaws import axis, jaw_range
+from sitscad.assembly.places.jaws import board_middle, jaw_range
 from sitscad.assembly.places.state import Pose, Vector
-from sitscad.assembly.solids.solid import CHORD, MM, Clearance, Solid, box_gap, manifold, overlaps, require, tessellate
+from sitscad.assembly.solids.solid import (
+    CHORD,
+    MM,
+    Clearance,
+    Solid,
+    box_gap,
+    import_extra,
+    manifold,
+    overlaps,
+    tessellate,
+)
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
@@ -42,7 +52,7 @@ GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER:
 
 
 @record
-class Measured:
+class Measurement:
     """A measurement on the solids.
 
     `what` is its kind (see above), `first` and `second` are the pieces. `value` is compared with `limit`, both in
@@ -77,12 +87,12 @@ class Proof:
     radius: float
     plane_radius: float
     port_radius: float
-    measured: tuple[Measured, ...]
+    measured: tuple[Measurement, ...]
     clearances: tuple[Clearance, ...]
     opened: float | None
 
     @property
-    def faults(self) -> tuple[Measured, ...]:
+    def faults(self) -> tuple[Measurement, ...]:
         """Measurements that miss their limits."""
         return tuple(each for each in self.measured if not each.is_kept)
 
@@ -93,7 +103,7 @@ class Proof:
 
 
 @record(eq=False)
-class Meshed:
+class MeshedSolid:
     """A solid and its mesh as a manifold (mm)."""
 
     solid: Solid
@@ -105,7 +115,7 @@ class Meshed:
         return GROUPS.get(self.solid.role, self.solid.name)
 
 
-def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
+def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
     """Measure the solids of `sitscad.assembly.solids.whole.whole`. None if there is no jaw.
 
     Raises `MissingExtra`, `PartsError`.
@@ -113,7 +123,7 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     jaw, plane = layout.spec.jaw, closed_section(layout)
     if jaw is None or plane is None:
         return None
-    meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
+    meshed = tuple(MeshedSolid(solid, manifold(tessellate(solid))) for solid in whole)
     opened = jaw.opening if jaw.hinge is not None else None
     port = _in_port(layout.body, layout.spec.jaw, meshed, jaw.port_diameter / 2)
     measured = [*_interferences(meshed), port]
@@ -125,22 +135,22 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(measured), _gaps(meshed), opened)
 
 
-def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
+def _interferences(meshed: Sequence[MeshedSolid]) -> list[Measurement]:
     """Return the pairs of pieces that share a volume.
 
     For each pair of groups (`GROUPS`), only the two pieces with the largest shared volume are returned. If no pieces
     share a volume, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
-    worst: dict[tuple[str, str], Measured] = {}
+    worst: dict[tuple[str, str], Measurement] = {}
     for first, second, shared, volume in overlaps([(each.solid, each.body) for each in meshed]):
         key = group[first.name], group[second.name]
         if key not in worst or volume > worst[key].value:
-            worst[key] = Measured(INTERFERENCE, first.name, second.name, volume, 0.0, "m3", False, _middle(shared))
-    return list(worst.values()) or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
+            worst[key] = Measurement(INTERFERENCE, first.name, second.name, volume, 0.0, "m3", False, _middle(shared))
+    return list(worst.values()) or [Measurement(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
 
 
-def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
     """Return the interferences with a mount or a jaw that only a STEP file describes. Empty for all others.
 
     The opposing jaw is left out. It is the mirror image of the file, which does not define the start of its shank.
@@ -148,22 +158,22 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ..
     if mount is None or mount.step is None:
         return ()
     pieces = [solid for solid in whole if solid.role is not BodyRole.OPPOSING_JAW]
-    return tuple(_interferences([Meshed(solid, manifold(tessellate(solid))) for solid in pieces]))
+    return tuple(_interferences([MeshedSolid(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
-def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: float ) -> Measured:
+def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> Measurement:
     """Measure the largest distance from the closed pair's axis between tip and heel.
 
     The port is swept along the axis.
     """
     assert jaw is not None
     x0, x1 = (x * MM for x in jaw_range(body, jaw))
-    jaws = [between(m.body, x0, x1).bounding_box() for m in meshed
+    jaws = [part_between(m.body, x0, x1).bounding_box() for m in meshed
             if m.solid.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
-    y, z = axis(body).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
+    y, z = board_middle(body).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
     reaches = []
     for each in meshed:
-        part = between(each.body, x0, x1)
+        part = part_between(each.body, x0, x1)
         points = np.asarray(part.to_mesh64().vert_properties)
         if len(points):
             reach = np.hypot(points[:, 1] - y, points[:, 2] - z)
@@ -172,10 +182,10 @@ def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: flo
             reaches.append((float(reach[worst]) / MM, each.solid.name, at))
     value, name, where = max(reaches)
     is_kept = value <= radius + CHORD / MM
-    return Measured(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
+    return Measurement(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
 
 
-def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[Meshed, ...], opening: float) -> list[Measured]:
+def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[Measurement]:
     """Return the interferences of the opposing jaw while it opens about the hinge up to `opening` (rad).
 
     Its tip moves in steps of `TIP_STEP`, so that no thicker piece can lie between two steps.
@@ -184,25 +194,25 @@ def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[Meshed, ...], opening:
     still = [m for m in meshed if m not in moving]
     assert jaw.hinge is not None
     steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
-    worst: dict[tuple[str, str], Measured] = {}
+    worst: dict[tuple[str, str], Measurement] = {}
     for step in range(1, steps + 1):
         angle = opening * step / steps
         for moved in moving:
-            there = turned(pivot, moved.body, angle)
+            there = turned_about_pivot(pivot, moved.body, angle)
             when = f"open by {math.degrees(angle):.3g} deg"
             for fixed in (fixed for fixed in still if box_gap(there, fixed.body) < 0.0):
                 shared, key = there ^ fixed.body, (fixed.group, moved.group)
                 names = fixed.solid.name, moved.solid.name
                 volume = float(shared.volume()) * 1e-9  # shared by both
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
-                    worst[key] = Measured(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
+                    worst[key] = Measurement(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
     if worst:
         return [worst[key] for key in sorted(worst)]
     when = f"in {steps} steps to {math.degrees(opening):.3g} deg"
-    return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
+    return [Measurement(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _under_load(gap: float | None, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
+def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[Measurement]:
     """Return the remaining gaps to the rigid pieces under load. `gap` (m) is the target's gap at rest.
 
     The moved pieces are the loaded target, the pad with bulged sides, and the opposing jaw. This jaw follows the target
@@ -212,26 +222,26 @@ def _under_load(gap: float | None, meshed: tuple[Meshed, ...], load: PadLoad) ->
     gaps = []
     for each in meshed:
         if each.solid.role is BodyRole.TARGET:
-            moved = posed(gap, each.body, load.pose)
+            moved = moved_with_target(gap, each.body, load.pose)
             gaps.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
         if each.solid.role is BodyRole.ELASTOMER:
-            gaps.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
+            gaps.append(_nearest(BULGE, each.solid.name, bulged_pad(each.body, load), rigid, load.name))
         if each.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD):
             closer = each.body.translate((0.0, 0.0, load.pose.z * MM))
             gaps.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
     return [each for each in gaps if each is not None]
 
 
-def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -> Measured | None:
+def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> Measurement | None:
     """Return the smallest gap between a moved piece and rigid pieces. None if there are no rigid pieces."""
     gaps = [(float(moved.min_gap(other.body, SEARCH)) / MM, other) for other in rigid]
     if not gaps:
         return None
     gap, other = min(gaps, key=lambda entry: (entry[0], entry[1].solid.name))
-    return Measured(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
+    return Measurement(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
 
 
-def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
+def _gaps(meshed: tuple[MeshedSolid, ...]) -> tuple[Clearance, ...]:
     """Return the smallest gap of each pair of groups of pieces, without glue."""
     groups: dict[str, list[Any]] = {}
     for each in meshed:
@@ -271,7 +281,7 @@ class PadLoad:
     bulge: float
 
 
-def between(body: Any, x0: float, x1: float) -> Any:
+def part_between(body: Any, x0: float, x1: float) -> Any:
     """Return the part of a mesh between two places along the jaw (mm)."""
     return body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
 
@@ -280,16 +290,16 @@ def pivot_of(layout: Layout) -> Vector:
     """Return the pivot of the jaws' hinge (mm). The hinge must be known."""
     pivot = hinge_pivot(layout)
     assert pivot is not None
-    return pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
+    return pivot.x * MM, board_middle(layout.body).y * MM, pivot.y * MM
 
 
-def turned(pivot: Vector, body: Any, angle: float) -> Any:
+def turned_about_pivot(pivot: Vector, body: Any, angle: float) -> Any:
     """Return a mesh (mm) turned about the hinge's pivot (mm) by an angle (rad), so that its tip goes up."""
     x, y, z = pivot
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 
-def posed(gap: float | None, body: Any, pose: Pose) -> Any:
+def moved_with_target(gap: float | None, body: Any, pose: Pose) -> Any:
     """Return a mesh (mm) moved like the target: turned about its near face's centre, then displaced.
 
     `gap` (m) is the gap from the board to this face at rest.
@@ -302,10 +312,10 @@ def posed(gap: float | None, body: Any, pose: Pose) -> Any:
     return body.transform(np.column_stack([turn, shift]))
 
 
-def bulged(body: Any, load: PadLoad) -> Any:
+def bulged_pad(body: Any, load: PadLoad) -> Any:
     """Return the pad (mm), lower by the press and wider by its bulge, its upper half moved with the target."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
-    grow, m3 = load.bulge * MM, require("manifold3d")
+    grow, m3 = load.bulge * MM, import_extra("manifold3d")
     size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
     shift = (load.pose.x * MM / 2, load.pose.y * MM / 2)
     return m3.Manifold.cube(size).translate((x0 - grow + shift[0], y0 - grow + shift[1], z0))
@@ -339,7 +349,7 @@ class Unprintable:
 
 
 @record
-class Printable:
+class PrintedPiece:
     """A manufactured piece: size (m), volume of material (m3), thinnest wall and smallest hole (m).
 
     Wall and hole are None if the piece has none. It also has the side on the print bed, and the area (m2) that then
@@ -356,7 +366,7 @@ class Printable:
     faults: tuple[Unprintable, ...]
 
 
-def printable(solid: Solid, process: str) -> Printable:
+def check_print(solid: Solid, process: str) -> PrintedPiece:
     """Measure one piece, and list the features that a process (``resin``, ``powder``, ...) cannot make."""
     mesh = tessellate(solid, *COARSE)
     corners = mesh.vertices[mesh.triangles]
@@ -364,7 +374,7 @@ def printable(solid: Solid, process: str) -> Printable:
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
     # The diameter (m) of the smallest round hole; None without one
-    tools = require("OCP.BRepTools").BRepTools
+    tools = import_extra("OCP.BRepTools").BRepTools
     diameters = []
     for face in solid.shape.faces():
         if face.geom_type.name == "CYLINDER":
@@ -389,7 +399,7 @@ def printable(solid: Solid, process: str) -> Printable:
     # The volume (m3) of hollows that nothing leads out of
     shells, hollow = solid.shape.shells(), 0.0
     if len(shells) > 1:
-        volumes = [abs(float(require("build123d").Solid(shell).volume)) for shell in shells]
+        volumes = [abs(float(import_extra("build123d").Solid(shell).volume)) for shell in shells]
         hollow = 1e-9 * (sum(volumes) - max(volumes))
     bed, unsupported = _bed(corners, normals)
     x, y, z = (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)) * 1e-3
@@ -406,7 +416,7 @@ def printable(solid: Solid, process: str) -> Printable:
     if hollow > 0.0:
         fix = "open it by two holes (sitscad/data/print_limits.csv: escape)"
         faults.append(Unprintable("trapped volume", hollow, 0.0, fix))
-    return Printable(solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(faults))
+    return PrintedPiece(solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(faults))
 
 
 CHUNK = 128  # Rays that are traced at once: each meets every triangle that is near
@@ -440,7 +450,7 @@ EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes
 
 def _opens_inwards(face: Any) -> bool:
     """Whether a cylinder's outward normal points at its axis, as in a hole but not on a pin."""
-    axis = require("OCP.BRepAdaptor").BRepAdaptor_Surface(face.wrapped).Cylinder().Axis()
+    axis = import_extra("OCP.BRepAdaptor").BRepAdaptor_Surface(face.wrapped).Cylinder().Axis()
     at, direction = axis.Location(), axis.Direction()
     point, normal = face.position_at(0.5, 0.5), face.normal_at(0.5, 0.5)
     offset = np.array([point.X - at.X(), point.Y - at.Y(), point.Z - at.Z()])
@@ -466,7 +476,7 @@ def _bed(corners: Array, normals: Array) -> tuple[str, float]:
     return name, unsupported * 1e-6
 
 
-def as_json(piece: Printable, process: str) -> dict[str, Any]:
+def as_json(piece: PrintedPiece, process: str) -> dict[str, Any]:
     """Return one piece as plain values, with lengths in metres to a tenth of a micrometre."""
     return {
         "piece": piece.name,

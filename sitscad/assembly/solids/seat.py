@@ -11,10 +11,10 @@ import math
 from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, Heights, backing_of, top_height
-from sitscad.assembly.places.column import print_limit, process_of, slack
+from sitscad.assembly.places.column import print_limit, process_of, worst_deviations
 from sitscad.assembly.places.jaws import (
     POCKET_CLEARANCE,
-    axis,
+    board_middle,
     closed_span,
     jaw_range,
     made_to_measure,
@@ -24,26 +24,26 @@ from sitscad.assembly.places.seating import (
     clearance,
     joint_clearance,
     ledge,
-    neck,
     pin_places,
     relief,
     retention,
     side_ledges,
     stop_place,
     tongue_across,
+    tongue_neck,
 )
 from sitscad.assembly.places.tail_path import Lip, lip
-from sitscad.assembly.solids.plates import rounding
+from sitscad.assembly.solids.plates import rounded_edge
 from sitscad.assembly.solids.solid import (
     MM,
     PartsError,
     Solid,
     along_jaw,
     box,
+    import_extra,
     manifold,
     one_solid,
     prism,
-    require,
     rounded_at_tip,
     tessellate,
     top_edges,
@@ -74,9 +74,9 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body
     tip = 0.0 if stop_place(layout.body, layout.spec.jaw, layout.spec.mount) else min(TIP_ROUNDING, (y1 - y0) / 4)
     slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
-    slabs[-1] = _grooved(layout.body, layout.spec.mount, slabs[-1], spans[-1])
+    slabs[-1] = _with_grooves(layout.body, layout.spec.mount, slabs[-1], spans[-1])
     if tongue is not None:
-        slabs[-1] = _relieved(layout.spec.mount, lip(layout), slabs[-1], spans[-1], tongue)
+        slabs[-1] = _with_relief(layout.spec.mount, lip(layout), slabs[-1], spans[-1], tongue)
     else:  # its upper edge towards the hinge is rounded, so that the tail bends over no sharp edge
         radius = min(HEEL_ROUNDING, 0.6 * (spans[-1][1] - spans[-1][0]))
         slabs[-1] = slabs[-1].fillet(radius * MM, _top_edges_at_heel(slabs[-1]))
@@ -86,7 +86,8 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
         slabs[0] = one_solid(slabs[0] + placing, "mount")
     jaw, closed = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
     if jaw is not None and closed is not None:
-        slabs = [_within_port(layout.body, jaw, closed, made_to_measure(jaw, slack(layout)), slab) for slab in slabs]
+        slabs = [_within_port(layout.body, jaw, closed, made_to_measure(jaw, worst_deviations(layout)), slab)
+                 for slab in slabs]
     slabs[0] = with_retention(layout.body, layout.spec.mount, slabs[0], spans[0][0])
     return tuple(slabs)
 
@@ -99,7 +100,7 @@ def _top_edges_at_heel(shape: Any) -> list[Any]:
     return [edge for edge in at_end if top - 1e-6 < edge.bounding_box().min.Z]
 
 
-def _relieved(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, tongue: Relief) -> Any:
+def _with_relief(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, tongue: Relief) -> Any:
     """Return the slab with a tongue under the tail, round at its end, and cheeks beside the tail if they have room.
 
     `edge` is the tongue's edge over which the tail is bent. None if it is not bent there.
@@ -111,7 +112,7 @@ def _relieved(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, t
         radius = min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
         bar = bar.fillet(radius * MM, _top_edges_at_heel(bar))
     else:
-        bar = one_solid(bar - rounding(edge, tongue.across, tongue.top), "mount")
+        bar = one_solid(bar - rounded_edge(edge, tongue.across, tongue.top), "mount")
     slab = one_solid(slab + bar + box(start - lap, low, span[0], start + lap, high, span[1]), "mount")
     if tongue.cheeks is None:
         return slab
@@ -123,7 +124,7 @@ def _relieved(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, t
     return slab
 
 
-def grooves(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple[float, ...], float]:
+def groove_places(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple[float, ...], float]:
     """Return places along x (m) of the grooves across the board's glue face, and their width (m).
 
     No places if the grooves would leave too thin a wall.
@@ -136,9 +137,9 @@ def grooves(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple[float
     return tuple(x0 + share * (x1 - x0) for share in GROOVES), width
 
 
-def _grooved(body: Box, mount: Mount | None, slab: Any, span: Heights) -> Any:
+def _with_grooves(body: Box, mount: Mount | None, slab: Any, span: Heights) -> Any:
     """Return the slab with its grooves."""
-    (places, width), (_, y0, _, y1) = grooves(body, mount, span), body
+    (places, width), (_, y0, _, y1) = groove_places(body, mount, span), body
     for x in places:
         groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
         slab = one_solid(slab - groove, "mount")
@@ -151,8 +152,8 @@ def _within_port(body: Box, fitted: Jaw, closed: Heights, room: float, slab: Any
     `closed` are the heights of both backs, and `room` (m) is the radius of the circle for the slab.
     """
     slab = _within_pocket(body, fitted, slab, closed[0] + fitted.height)
-    bd, radius = require("build123d"), room * MM
-    bounds, middle, level = slab.bounding_box(), axis(body).y * MM, (closed[0] + closed[1]) / 2 * MM
+    bd, radius = import_extra("build123d"), room * MM
+    bounds, middle, level = slab.bounding_box(), board_middle(body).y * MM, (closed[0] + closed[1]) / 2 * MM
     heights = (bounds.min.Z - level, bounds.max.Z - level)
     half_size = max(bounds.max.Y - middle, middle - bounds.min.Y)
     reach = max(math.hypot(half_size, height) for height in heights)
@@ -186,7 +187,7 @@ def _within_pocket(body: Box, fitted: Jaw, slab: Any, floor: float) -> Any:
     bounds, rims = slab.bounding_box(), floor + fitted.recess
     if rims - 1e-9 < bounds.min.Z / MM:
         return slab
-    (x0, x1), y = jaw_range(body, fitted), axis(body).y
+    (x0, x1), y = jaw_range(body, fitted), board_middle(body).y
     middle = (x0 + x1) / 2
     half_length, half_width = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
     above = box(x0 - 1e-3, y - fitted.width, rims, x1 + 1e-3, y + fitted.width, bounds.max.Z / MM + 1e-3)
@@ -212,7 +213,7 @@ def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: flo
 
     `half_widths` (m) are the inner and outer half width of the ledges.
     """
-    (x0, _, x1, _), y, (inner, outer) = body, axis(body).y, half_widths
+    (x0, _, x1, _), y, (inner, outer) = body, board_middle(body).y, half_widths
     ledges = []
     for side in (-1.0, 1.0):
         radius = min(CORNER_ROUNDING, (outer - inner) / 2)
@@ -243,10 +244,10 @@ def with_retention(body: Box, mount: Mount | None, seat: Any, metal: float) -> A
             seat = one_solid(seat + peg.chamfer(min(CHAMFER, joint.depth / 3) * MM, None, rim), "mount")
         return seat
     x0, x1 = seat.bounding_box().min.X / MM, body[2]
-    return one_solid(seat + along_jaw(_tongue(joint, 0.0), x0, x1, axis(body).y, metal), "mount")
+    return one_solid(seat + along_jaw(_tongue(joint, 0.0), x0, x1, board_middle(body).y, metal), "mount")
 
 
-def cut_for(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) -> Any:
+def cut_for_retention(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) -> Any:
     """Return the jaw, its face at a height (m), with the groove or the holes for the mount's tongue or pins.
 
     They are larger by a clearance. The groove is open at the tip. The holes are drilled through so that glue can leave.
@@ -261,13 +262,13 @@ def cut_for(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) 
             jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
         return jaw
     tip = jaw_range(body, fitted)[0] - OVERCUT
-    groove = along_jaw(_tongue(joint, room), tip, body[2] + room, axis(body).y, metal)
+    groove = along_jaw(_tongue(joint, room), tip, body[2] + room, board_middle(body).y, metal)
     return one_solid(jaw - groove, "jaw")
 
 
 def _tongue(joint: Retention, room: float) -> Path:
     """Return the dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` if its flanks cross."""
-    if neck(joint) <= 0.0:
+    if tongue_neck(joint) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(joint, room)
     above = 0.1e-3  # into the mount, or out of the jaw: no face of it lies in that of another

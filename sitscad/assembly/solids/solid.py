@@ -50,7 +50,7 @@ class _Later(ModuleType):
         return getattr(module, name)
 
 
-def require(package: str) -> ModuleType:
+def import_extra(package: str) -> ModuleType:
     """Import a package of the extra.
 
     Raises `MissingExtra` in one sentence if it is missing or cannot be loaded.
@@ -117,7 +117,7 @@ def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
     return tuple(solid for solid in solids if solid.role in roles)
 
 
-def upwards(solids: Iterable[Solid]) -> list[Solid]:
+def sort_by_height(solids: Iterable[Solid]) -> list[Solid]:
     """Return solids by the heights of their lowest corners, to a nanometre: exact boxes of round faces are slow."""
     return sorted(solids, key=lambda solid: round(min(corner.Z for corner in solid.shape.vertices()), 6))
 
@@ -127,26 +127,26 @@ MM = 1e3
 
 def face(region: Region) -> Any:
     """Return the build123d face of a region in the plane z = 0, with its arcs."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     return bd.Face(_wire(region.outline), [_wire(hole) for hole in region.holes])
 
 
 def prism(region: Region | Path, lower: float, upper: float) -> Any:
     """Return a region extruded from height `lower` to `upper` (m), as a build123d solid."""
     shape = face(region if isinstance(region, Region) else Region(region))
-    return raised(shape, lower, upper)
+    return extruded(shape, lower, upper)
 
 
-def raised(shape: Any, lower: float, upper: float) -> Any:
+def extruded(shape: Any, lower: float, upper: float) -> Any:
     """Return a build123d face in the plane z = 0, extruded from height `lower` to `upper` (m)."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     upright = shape if shape.normal_at().Z > 0 else -shape
     return bd.Solid.extrude(upright.moved(bd.Location((0, 0, lower * MM))), bd.Vector(0, 0, (upper - lower) * MM))
 
 
 def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any:
     """Return an upright box between two corners (m), as a build123d solid."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     corner = bd.Plane((x0 * MM, y0 * MM, z0 * MM))
     return bd.Solid.make_box((x1 - x0) * MM, (y1 - y0) * MM, (z1 - z0) * MM, corner)
 
@@ -156,7 +156,7 @@ def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
 
     The path's x becomes y, its y becomes z, and its origin lies at (y, z).
     """
-    bd = require("build123d")
+    bd = import_extra("build123d")
     stand = bd.Plane((x0 * MM, y * MM, z * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     return prism(section, 0.0, x1 - x0).moved(bd.Location(stand))
 
@@ -175,7 +175,7 @@ def one_solid(shape: Any, what: str) -> Any:
     return solids[0]
 
 
-def without(shape: Any, cuts: Iterable[Any], what: str) -> Any:
+def subtract(shape: Any, cuts: Iterable[Any], what: str) -> Any:
     """Return a solid less others, which may overlap. Raises `PartsError` if no piece or several pieces remain.
 
     All are cut at once, in half the time of separate cuts.
@@ -186,7 +186,7 @@ def without(shape: Any, cuts: Iterable[Any], what: str) -> Any:
 
 def tapered(lower: Path, upper: Path, z0: float, z1: float) -> Any:
     """Return a solid with straight inclined walls from an outline at height `z0` to another at height `z1` (m)."""
-    bd, outlines = require("build123d"), ((lower, z0), (upper, z1))
+    bd, outlines = import_extra("build123d"), ((lower, z0), (upper, z1))
     ends = [face(Region(path)).moved(bd.Location((0, 0, z * MM))).outer_wire() for path, z in outlines]
     return bd.Solid.make_loft(ends, ruled=True)
 
@@ -203,7 +203,7 @@ def _wire(path: Path) -> Any:
 
     From a list of edges, OpenCASCADE merges ends by address, and the last bits vary.
     """
-    bd, wire = require("build123d"), require("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
+    bd, wire = import_extra("build123d"), import_extra("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
     for segment in path:
         is_arc = isinstance(segment, Arc)
         places = [segment.at(t) for t in (0.0, 0.5, 1.0)] if is_arc else [segment.start, segment.end]
@@ -240,7 +240,7 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
 
     Meshes that the kernel has cached for the solid are cleared before and after.
     """
-    clean = require("OCP.BRepTools").BRepTools.Clean_s
+    clean = import_extra("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
     solid.shape.mesh(chord, turn)
     vertices, triangles = _faces(solid.shape)
@@ -262,8 +262,8 @@ def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
 
     Iteration over OpenCASCADE's array of triangles, as in build123d, takes ten times as long as access by number.
     """
-    tool, reversed_ = require("OCP.BRep").BRep_Tool, require("OCP.TopAbs").TopAbs_Orientation.TopAbs_REVERSED
-    place = require("OCP.TopLoc").TopLoc_Location
+    tool, reversed_ = import_extra("OCP.BRep").BRep_Tool, import_extra("OCP.TopAbs").TopAbs_Orientation.TopAbs_REVERSED
+    place = import_extra("OCP.TopLoc").TopLoc_Location
     vertices: list[tuple[float, float, float]] = []
     triangles: list[NDArray[np.int64]] = []
     for face in shape.faces():
@@ -278,20 +278,20 @@ def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
 
 
 @lru_cache(maxsize=1)
-def made(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
+def printed_meshes(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
     """Return the meshes of printed solids: one tessellation for all formats of a package."""
     return tuple(tessellate(solid) for solid in solids)
 
 
 @lru_cache(maxsize=1)
-def seen(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
+def display_meshes(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
     """Return the meshes of solids for display: within 20 um of their faces, curves in steps of 20 degrees."""
     return tuple(tessellate(solid, 0.02, 0.35) for solid in solids)
 
 
 def manifold(mesh: TriangleMesh) -> Any:
     """Return the mesh as a ``manifold3d.Manifold`` in double precision. Raises `NotManifold`."""
-    m3 = require("manifold3d")
+    m3 = import_extra("manifold3d")
     body = m3.Manifold(m3.Mesh64(vert_properties=mesh.vertices, tri_verts=mesh.triangles.astype("uint64")))
     if body.status() != m3.Error.NoError or body.volume() <= 0.0:
         raise NotManifold(f"the mesh of {mesh.name} is not closed ({body.status().name})")

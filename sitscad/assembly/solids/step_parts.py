@@ -15,11 +15,11 @@ import numpy as np
 
 from sitscad.assembly.places.bodies import backing_of
 from sitscad.assembly.places.fit import ClosedSection, back_reach, closed_section
-from sitscad.assembly.places.jaws import axis, jaw_range, section
+from sitscad.assembly.places.jaws import board_middle, jaw_range, jaw_section
 from sitscad.assembly.solids.imported import DatumError, read_part
 from sitscad.assembly.solids.pieces import jaw as placed_jaw
-from sitscad.assembly.solids.proof import Measured, between
-from sitscad.assembly.solids.solid import CHORD, MM, PartsError, manifold, require, tessellate
+from sitscad.assembly.solids.proof import Measurement, part_between
+from sitscad.assembly.solids.solid import CHORD, MM, PartsError, import_extra, manifold, tessellate
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import bounding_box
@@ -73,7 +73,7 @@ Up to this fraction, it is a warning.
 """
 
 
-def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
+def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measurement, ...]:
     """Check for each STEP file of a spec that it holds one closed solid with the datum that the spec names.
 
     Raises `MissingExtra` without a CAD kernel.
@@ -88,7 +88,7 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
             read_part(source, part)
         except PartsError as error:
             why, at = str(error), f"{section}.{'datum' if isinstance(error, DatumError) else 'step'}"
-        measured.append(Measured(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
+        measured.append(Measurement(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
     return tuple(measured)
 
 
@@ -126,11 +126,11 @@ class PlacedJaw:
 
 def _face_width(figures: Jaw) -> float:
     """Return the width (m) of the face, or of the pocket's floor, in the spec."""
-    wide = section(figures).face
+    wide = jaw_section(figures).face
     return min(wide, figures.pocket[1]) if figures.pocket is not None and figures.recess else wide
 
 
-def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
+def measured_jaw(layout: Layout) -> tuple[Measurement, ...]:
     """Compare the solid of a jaw's STEP file with the jaw's sizes in the spec. Empty if no file describes the jaw."""
     mount, seat = layout.spec.mount, backing_of(layout.spec).seat_heights
     figures = layout.spec.jaw
@@ -145,7 +145,7 @@ def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
     coils = bounding_box(
         [ring.boundary.rotated(ring.placement.rotation).shifted(*ring.placement.centre) for ring in rings]
     )
-    place = axis(layout.body)
+    place = board_middle(layout.body)
     jaw = PlacedJaw(body, seat[0], figures, (place.x, place.y), coils, size)
     measured = [_face(jaw)]
     if measured[0].unit:  # there is metal under the coils
@@ -178,42 +178,42 @@ def _stations(jaw: PlacedJaw) -> Iterator[tuple[str, float]]:
 
 def _slices(jaw: PlacedJaw) -> Iterator[tuple[str, float, Any]]:
     for place, x in _stations(jaw):
-        yield place, x, between(jaw.body, (x - HALF_SLICE) * MM, (x + HALF_SLICE) * MM)
+        yield place, x, part_between(jaw.body, (x - HALF_SLICE) * MM, (x + HALF_SLICE) * MM)
 
 
-def _across(body: Any, y: float, half: float) -> Any:
+def _part_near_middle(body: Any, y: float, half: float) -> Any:
     """Return the part of a mesh (mm) within a distance (m) of the jaw's middle."""
     return body.trim_by_plane((0.0, 1.0, 0.0), (y - half) * MM).trim_by_plane((0.0, -1.0, 0.0), -(y + half) * MM)
 
 
-def _floor(body: Any, face: float, depth: float) -> Any:
+def _part_near_face(body: Any, face: float, depth: float) -> Any:
     """Return the part of a mesh (mm) from `depth` (m) below the face in the spec to `FACE_TOLERANCE` above the face."""
     return body.trim_by_plane((0.0, 0.0, 1.0), (face - depth) * MM).trim_by_plane(
         (0.0, 0.0, -1.0), -(face + FACE_TOLERANCE) * MM)
 
 
-def _measured(
+def _measure_jaw(
     jaw: PlacedJaw, key: str, name: str, value: float, limit: float, keeps: bool, x: float, when: str
-) -> Measured:
+) -> Measurement:
     where = (x, jaw.middle[1], jaw.face)
-    return Measured(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
+    return Measurement(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
 
 
-def _face(jaw: PlacedJaw) -> Measured:
+def _face(jaw: PlacedJaw) -> Measurement:
     """Compare the height (m) of the metal's face with the spec, in the slice with the largest deviation."""
     heights = []
     for place, x, part in _slices(jaw):
-        cut = _across(part, jaw.middle[1], jaw.half_face)
+        cut = _part_near_middle(part, jaw.middle[1], jaw.half_face)
         above = -math.inf if cut.is_empty() else float(cut.bounding_box()[5]) / MM - jaw.face
         heights.append((abs(above), above, x, place))
     _, above, x, place = max(heights)
     if math.isinf(above):
-        return replace(_measured(jaw, "step", "no metal", 0.0, 0.0, False, x, place), unit="")
+        return replace(_measure_jaw(jaw, "step", "no metal", 0.0, 0.0, False, x, place), unit="")
     keeps = abs(above) <= FACE_TOLERANCE
-    return _measured(jaw, "datum", "face", above, math.copysign(FACE_TOLERANCE, above), keeps, x, place)
+    return _measure_jaw(jaw, "datum", "face", above, math.copysign(FACE_TOLERANCE, above), keeps, x, place)
 
 
-def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
     """Yield width, height, rim and sideways offset (m), each from the slice with the largest deviation."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
@@ -230,33 +230,33 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
         fits = abs(values[most] - written) <= room
         k = least if fits and values[least] < LEAST_OF_SIZE * written else most
         keeps = fits and k == most
-        yield _measured(jaw, key, name, values[k], written, keeps, boxes[k][1], boxes[k][0])
+        yield _measure_jaw(jaw, key, name, values[k], written, keeps, boxes[k][1], boxes[k][0])
     above = max((b[5] / MM - jaw.face, place, x) for place, x, b in boxes)
-    yield _measured(jaw, "recess", "rim", above[0], rims, abs(above[0] - rims) <= jaw.tolerance(rims), above[2],
-                    above[1])
+    yield _measure_jaw(jaw, "recess", "rim", above[0], rims, abs(above[0] - rims) <= jaw.tolerance(rims), above[2],
+                       above[1])
     offset = max((abs((b[1] + b[4]) / 2 / MM - jaw.middle[1]), place, x) for place, x, b in boxes)
     (value, place, x), limit = offset, jaw.tolerance(figures.width)
-    yield _measured(jaw, "datum", "distance from the middle", value, limit, value <= limit, x, place)
+    yield _measure_jaw(jaw, "datum", "distance from the middle", value, limit, value <= limit, x, place)
     yield from _face_widths(jaw, figures)
 
 
-def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
     """Yield the largest width (m) of the face over all slices, a little below the face."""
     written, widest = _face_width(figures), (0.0, "", 0.0)
     for place, x, part in _slices(jaw):
         half = written / 2 if figures.pocket is not None and figures.recess else figures.width
-        cut = _across(_floor(part, jaw.face, EDGE), jaw.middle[1], half)
+        cut = _part_near_middle(_part_near_face(part, jaw.face, EDGE), jaw.middle[1], half)
         if not cut.is_empty():
             box = cut.bounding_box()
             widest = max(widest, ((box[4] - box[1]) / MM, place, x))
     wide, place, x = widest
     if place and figures.face is None and not figures.recess and wide > written + jaw.tolerance(written):
-        yield _measured(jaw, "face", ASSUMED_FACE, wide, written, False, x, place)
+        yield _measure_jaw(jaw, "face", ASSUMED_FACE, wide, written, False, x, place)
     elif place:
-        yield _measured(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
+        yield _measure_jaw(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
 
 
-def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
     """Compare two largest distances (m) from the closed pair's axis: of the file's jaw, and of the assumed jaw section.
 
     `assumed` (m) is the distance for the assumed section. The file's jaw may reach farther by the height's tolerance if
@@ -273,29 +273,29 @@ def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> 
     reach, place, where = max(reaches)
     passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
     is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
-    yield Measured(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
-                   key="mount.jaw.step")
+    yield Measurement(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
+                      key="mount.jaw.step")
 
 
-def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measured]:
+def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measurement]:
     """Compare the ends of the face in the file with the jaw's length in the spec, and yield the missing lengths (m).
 
     A tip may be round, and a shank may follow behind the heel.
     """
-    floor = _across(_floor(jaw.body, jaw.face, TEETH), jaw.middle[1], jaw.half_face)
+    floor = _part_near_middle(_part_near_face(jaw.body, jaw.face, TEETH), jaw.middle[1], jaw.half_face)
     if floor.is_empty():
         return
     box, room = floor.bounding_box(), jaw.tolerance(figures.length)
     first, face, last = jaw.body.bounding_box()[0] / MM, box[0] / MM, box[3] / MM
     shortfall = first - tip if tip < first - room else face - tip if face + room < tip else 0.0
-    yield _measured(jaw, "length", "tip", shortfall, room, not shortfall, tip, "at the tip")
+    yield _measure_jaw(jaw, "length", "tip", shortfall, room, not shortfall, tip, "at the tip")
     short = heel - last
-    yield _measured(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
+    yield _measure_jaw(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
 
 
-def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measured]:
+def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measurement]:
     """Yield the area (m2) of metal under the coils from above, compared with the face in the spec less its window."""
-    m3 = require("manifold3d")
+    m3 = import_extra("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:
         half, (low, high) = _face_width(jaw.figures) / 2, jaw_range(body, jaw.figures)
@@ -309,14 +309,14 @@ def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measured]:
     if jaw.figures is not None and jaw.figures.fenestration is not None:
         (long, wide), (x, y) = jaw.figures.fenestration, jaw.middle
         written = region - _rectangle(m3, x - long / 2, y - wide / 2, x + long / 2, y + wide / 2)
-    there = _floor(jaw.body, jaw.face, TEETH).project() ^ region
+    there = _part_near_face(jaw.body, jaw.face, TEETH).project() ^ region
     wrong = float(((there - written) + (written - there)).area()) / MM**2
     of, area = (float(each.area()) / MM**2 for each in (written, there))
     limit = MOST_MISSING * float(region.area()) / MM**2
     what = FEW_METAL if wrong > FAR_TOO_MUCH / MOST_MISSING * limit else JAW_METAL
     key = "step" if jaw.figures is None or jaw.figures.fenestration is None else "fenestration"
-    yield Measured(what, "metal under the coils", "", area, of, "m2", wrong <= limit,
-                   ((x0 + x1) / 2, (y0 + y1) / 2, jaw.face), key=f"mount.jaw.{key}")
+    yield Measurement(what, "metal under the coils", "", area, of, "m2", wrong <= limit,
+                      ((x0 + x1) / 2, (y0 + y1) / 2, jaw.face), key=f"mount.jaw.{key}")
 
 
 def _rectangle(m3: Any, x0: float, y0: float, x1: float, y1: float) -> Any:

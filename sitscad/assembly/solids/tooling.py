@@ -38,11 +38,11 @@ from sitscad.assembly.places.bodies import (
     plates_of,
     top_height,
 )
-from sitscad.assembly.places.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
+from sitscad.assembly.places.column import Toleranced, layer_heights, mount_tolerance, on_board, print_limit, process_of
 from sitscad.assembly.places.seating import plate_plan, process_clearance
 from sitscad.assembly.places.stack import has_round_body
-from sitscad.assembly.solids.plates import grown, over_body
-from sitscad.assembly.solids.solid import MM, Solid, box, one_solid, prism, raised, require, tapered, without
+from sitscad.assembly.solids.plates import grown_outline, over_body
+from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra, one_solid, prism, subtract, tapered
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, beyond, within_box
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
@@ -70,7 +70,7 @@ class Pour:
     mixed: float
 
 
-def pour(plates: Plates) -> Pour | None:
+def silicone_to_mix(plates: Plates) -> Pour | None:
     """Return the silicone to mix for one mould. None if there is no elastomer."""
     if plates.elastomer is None:
         return None
@@ -104,8 +104,8 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
     vents = (circle(Point(centre.x, centre.y + side * beside), size / 2)
              for centre in _centres(pad, cavities) for side in (-1.0, 1.0))
-    lid = without(prism(_plan(pad, cavities), 0.0, LID), (prism(vent, -1e-3, LID + 1e-3) for vent in vents), "mould")
-    pieces = (("mould-tray", without(tray, cuts, "mould")), ("mould-lid", lid))
+    lid = subtract(prism(_plan(pad, cavities), 0.0, LID), (prism(vent, -1e-3, LID + 1e-3) for vent in vents), "mould")
+    pieces = (("mould-tray", subtract(tray, cuts, "mould")), ("mould-lid", lid))
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
 
 
@@ -199,7 +199,7 @@ class JigFrame:
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
     """Return the frames in the order of gluing. Empty for a sensor without pieces on its board."""
     rows = [row for part in ("elastomer", "target") if (row := plates_of(layout.spec).glued(part))]
-    at, gap, frames = levels(on_board(layout)), process_clearance(layout.spec.mount), []
+    at, gap, frames = layer_heights(on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
     for row in rows:
         kind = row[0].role.value
@@ -208,7 +208,7 @@ def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
         if under:  # what is glued already may be thick, and must not be touched
             pad = at[under[0].role.value][1] - at["board"][1]
             clear = pad.nominal + pad.spread + OVER_PAD
-        walls, relief = _between(layout.spec.mount, row)
+        walls, relief = _walls_between_wells(layout.spec.mount, row)
         cuts = [(body.outline(gap), 0.0, height) for body in row]
         cuts += [(body.outline(ROOM_ROUND_PAD), 0.0, clear) for body in under]
         for body in row:
@@ -232,7 +232,7 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             low, high = (low if low > 0.0 else -1e-3), (high if high < frame.height else frame.height + 1e-3)
             tools.append(prism(outline, low, high))
         block = prism(rectangle(*plan, 2e-3), 0.0, frame.height)
-        shapes += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
+        shapes += [(f"jig-{frame.kind}", subtract(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
     if pockets := foot_pockets(layout):
         shapes.append((BOARD_PRESS, _board_press(layout, pockets)))
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in shapes)
@@ -283,7 +283,7 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
     if has_round_body(layout.spec.fpc.body):
         centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
-        spare = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_reach(body, centre) for body in bodies)
+        spare = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_largest_distance(body, centre) for body in bodies)
         if spare < FOOT_ROOM[0]:
             return ()
         return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - spare + min(spare, FOOT_ROOM[1])),)
@@ -312,7 +312,7 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     return tuple(pockets)
 
 
-def _reach(body: Body, centre: Point) -> float:
+def _largest_distance(body: Body, centre: Point) -> float:
     """Return the distance (m) of a body's farthest point from a centre."""
     distance, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
     return distance + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
@@ -325,15 +325,15 @@ def _round_boxes(boxes: Sequence[Box]) -> Box:
 
 def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
     """Return the press of the board: feet on its rim, pockets over the pieces, and a plate with a peg."""
-    bd, (x0, y0, x1, y1) = require("build123d"), layout.body
+    bd, (x0, y0, x1, y1) = import_extra("build123d"), layout.body
     film = layout.spec.encapsulation
     base = film.thickness if film is not None and is_cast(layout) else 0.0
     roof = max(frame.face.nominal for frame in jig_frames(layout)) + base + (1.0 - FOAM_STRAIN) * FOAM
     foot = over_body(layout.outline, layout.body, layout.spec.body_outline, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
     plan = bd.offset(foot, -FOOT_INSET * MM, kind=bd.Kind.ARC).faces()[0]
     start = roof + FLOOR
-    block = one_solid(raised(plan, base, start), "press")
-    block = without(block, (prism(pocket, base - 1e-3, roof) for pocket in pockets), "press")
+    block = one_solid(extruded(plan, base, start), "press")
+    block = subtract(block, (prism(pocket, base - 1e-3, roof) for pocket in pockets), "press")
     low, high = (_plate(layout.body, has_round_body(layout.spec.fpc.body), wider) for wider in (-FOOT_INSET, COLLAR))
     middle, (diameter, height) = Point((x0 + x1) / 2, (y0 + y1) / 2), PEG
     top = start + COLLAR + FLOOR
@@ -360,7 +360,7 @@ def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float
     return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
 
 
-def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
+def _walls_between_wells(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
     """Return the walls between neighbouring wells that are too thin to be made, and the radius (m) of drilled corners.
 
     The walls are left out, which joins the wells. The corners are drilled so that thin walls stay in one piece with the
@@ -389,7 +389,7 @@ def _base(layout: Layout, plan: Box) -> Any:
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
-    body = one_solid(body - raised(grown(layout.outline, layout.spec.mount), under, 1e-3), "jig")
+    body = one_solid(body - extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3), "jig")
     plate, gap = layout.stiffener, process_clearance(layout.spec.mount)
     if plate is not None:
         x0, y0, x1, y1 = bounding_box([plate.outline.outline])
@@ -397,7 +397,7 @@ def _base(layout: Layout, plan: Box) -> Any:
             room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
             body = one_solid(body.cut(prism(room, under - plate.thickness - gap, 1e-3)), "jig")
     places, across = push_places(layout.body, layout.body_outline)
-    body = without(body, (prism(circle(at, across / 2), under - JIG_FLOOR - 1e-3, 1e-3) for at in places), "jig")
+    body = subtract(body, (prism(circle(at, across / 2), under - JIG_FLOOR - 1e-3, 1e-3) for at in places), "jig")
     for at, size in pins(plan):
         body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
     return body
@@ -445,11 +445,11 @@ def skin_mould(layout: Layout) -> Solid | None:
         vents.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
     for x in (max(points, key=lambda p: p.y).x,) if is_written else corners:
         vents.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
-    cup = without(cup, vents, "mould")
+    cup = subtract(cup, vents, "mould")
     gap = process_clearance(layout.spec.mount)
     for at, size in pins(plan):
         cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
-    turned = one_solid(cup.rotate(require("build123d").Axis.X, 180.0), "mould")
+    turned = one_solid(cup.rotate(import_extra("build123d").Axis.X, 180.0), "mould")
     return Solid("mould-skin", turned, MATERIAL, COLOUR, BodyRole.MOULD)
 
 

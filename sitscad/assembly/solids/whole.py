@@ -31,13 +31,13 @@ from sitscad.assembly.places.bodies import (
     board_heights,
     target_lines,
 )
-from sitscad.assembly.places.column import GLUE, column, levels
+from sitscad.assembly.places.column import GLUE, column, layer_heights
 from sitscad.assembly.places.state import Vector
 from sitscad.assembly.places.tail_path import BentStretch, Station, TailPath, tail_path
-from sitscad.assembly.solids import aids
-from sitscad.assembly.solids.pieces import STIFFENER_COLOUR, assemble, encapsulation, opposing
+from sitscad.assembly.solids import assembly_aids
+from sitscad.assembly.solids.pieces import STIFFENER_COLOUR, assemble, encapsulation, opposing_jaw
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, extruded, face, import_extra, prism, sort_by_height
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
 from sitscad.data import cited, rows
@@ -73,7 +73,7 @@ def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]
     if path is None:
         return tuple(solids)
     upper = 0.0
-    flat = plan(path, Region(layout.outline), bent_width)
+    flat = tail_plan(path, Region(layout.outline), bent_width)
     for index, layer in enumerate(layout.spec.fpc.tail_layers):
         shape = flat.laid(upper - layer.thickness, upper)
         kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
@@ -91,13 +91,13 @@ def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     """Return the ring that a coil's tracks cover on one of its layers, from above."""
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
-    outer = _turned(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
+    outer = _at_coil(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
     if min(spec.size) / 2 - depth < LEAST_OPENING:
         return Region(outer)
-    return Region(outer, (_turned(spec.outline.boundary(spec.size, -depth), coil),))
+    return Region(outer, (_at_coil(spec.outline.boundary(spec.size, -depth), coil),))
 
 
-def _turned(path: Path, coil: Coil) -> Path:
+def _at_coil(path: Path, coil: Coil) -> Path:
     return path.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
@@ -115,14 +115,14 @@ def _of_body(
     """Yield one film of the body. For a copper layer: its coils' rings and the fill around them."""
     kind = layer.kind.value
     if layer.kind is not LayerKind.COPPER:
-        name, shape = f"board-{index + 1}-{kind}", raised(body, *heights)
+        name, shape = f"board-{index + 1}-{kind}", extruded(body, *heights)
         yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
         return
     if rings:
         holes = [face(Region(plate.outline)).outer_wire() for _, plate in rings]
-        body = require("build123d").Face(body.outer_wire(), holes)
+        body = import_extra("build123d").Face(body.outer_wire(), holes)
     name = f"board-{index + 1}-fill"
-    yield Solid(name, raised(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
+    yield Solid(name, extruded(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
     for coil, plate in rings:
         yield Solid(
             f"copper-{number}-{coil.name}", prism(plate, *heights), "copper", COLOURS["copper"], BodyRole.COPPER
@@ -229,7 +229,7 @@ class FlatPlan:
     def _pieces(self, part: FlatPart, lower: float, upper: float) -> list[Any]:
         if part.stretch.turn:
             # A bent stretch: the tail's section there, drawn out round the bend's axis
-            bd, here, (low, high) = require("build123d"), part.here, (lower - self.middle, upper - self.middle)
+            bd, here, (low, high) = import_extra("build123d"), part.here, (lower - self.middle, upper - self.middle)
             normal = (-math.sin(here.angle), math.cos(here.angle))
             y0, y1 = self.width
             corners = (y0, low), (y1, low), (y1, high), (y0, high)
@@ -238,10 +238,10 @@ class FlatPlan:
             radius = part.stretch.length / part.stretch.turn
             centre = ((here.x + radius * normal[0]) * MM, 0.0, (here.z + radius * normal[1]) * MM)
             return [bd.Solid.revolve(section, math.degrees(part.stretch.turn), bd.Axis(centre, (0, -1, 0)))]
-        return [_moved(raised(each, lower, upper), part, self.middle) for each in part.faces]
+        return [_at_station(extruded(each, lower, upper), part, self.middle) for each in part.faces]
 
 
-def plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
+def tail_plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
     """Return the part of a flat region beyond the body, cut into the stretches of the tail's path.
 
     `bent_width` is the y range (m) of the bent parts.
@@ -262,14 +262,14 @@ def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[fl
     """Return the plate under the contacts, at the end of the laid tail."""
     if plate is None:
         return None
-    flat = raised(face(plate.region), *plate.heights)
-    shape = flat if path is None else plan(path, plate.region, bent_width).laid(*plate.heights)
+    flat = extruded(face(plate.region), *plate.heights)
+    shape = flat if path is None else tail_plan(path, plate.region, bent_width).laid(*plate.heights)
     return Solid(plate.name, shape, plate.material, STIFFENER_COLOUR, BodyRole.STIFFENER)
 
 
-def _moved(flat: Any, part: FlatPart, middle: float) -> Any:
+def _at_station(flat: Any, part: FlatPart, middle: float) -> Any:
     """Return a flat piece moved to its station, with its middle at height `middle` (m)."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
     to_place = bd.Location((part.here.x * MM, 0, part.here.z * MM), (0, -math.degrees(part.here.angle), 0))
     return flat.moved(to_place * to_origin)
@@ -292,65 +292,65 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
     if not line or glue is None:
         return ()
     # The board's body, whose films are pieces of their own
-    bd, body = require("build123d"), _body_face(layout.body, layout.outline)
+    bd, body = import_extra("build123d"), _body_face(layout.body, layout.outline)
     shapes = {solid.name: solid.shape for solid in pieces}
     low, high = (height * MM for height in board_heights(layout.spec.fpc.stackup))
-    plates = {name: _level(shape) for name, shape in shapes.items()} | {
+    plates = {name: _level_faces(shape) for name, shape in shapes.items()} | {
         "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
     }
     lines = []
     # The pieces that have glue under them
     named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
     kinds = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
-    for part in [name for kind in kinds for name in plates if _kind(name) == kind]:
+    for part in [name for kind in kinds for name in plates if _piece_kind(name) == kind]:
         lowest = low if part == "board" else float(shapes[part].bounding_box().min.Z)
-        shape = _line(part, plates, lowest, line * MM)
+        shape = _glue_line(part, plates, lowest, line * MM)
         if shape is not None:
-            used = glue if hard is None or _kind(part) in SOFT_LINES else hard
+            used = glue if hard is None or _piece_kind(part) in SOFT_LINES else hard
             lines.append(Solid(f"glue-{part}", shape, used.name, COLOUR, BodyRole.GLUE))
     return tuple(lines)
 
 
-def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
+def _glue_line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
     """Return the glue under a piece, `line` (mm) thick. None if no piece lies below.
 
     The glue covers the piece's lower face, at height `low` (mm), clipped to the level faces of the pieces below.
     """
-    bd, height = require("build123d"), low - line
-    below = [each for name, plate in plates.items() if name != part for each in _at(plate, height)]
+    bd, height = import_extra("build123d"), low - line
+    below = [each for name, plate in plates.items() if name != part for each in _faces_at(plate, height)]
     if not below:
         return None
     bounds = [each.bounding_box() for each in below]
     x0, y0 = min(b.min.X for b in bounds), min(b.min.Y for b in bounds)
     x1, y1 = max(b.max.X for b in bounds), max(b.max.Y for b in bounds)
-    widest = max(_at(plates[part], low), key=lambda each: float(each.area))
+    widest = max(_faces_at(plates[part], low), key=lambda each: float(each.area))
     upright = widest if widest.normal_at().Z > 0 else -widest
     reach = face(Region(rectangle(x0 / MM, y0 / MM, x1 / MM, y1 / MM)))
     plan = (upright.moved(bd.Location((0, 0, -low))) & reach).faces()
     if not plan:
         return None
-    return raised(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
+    return extruded(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
 
 
-def _at(faces: list[Any], height: float) -> list[Any]:
+def _faces_at(faces: list[Any], height: float) -> list[Any]:
     """Return the faces in a level plane (mm)."""
     return [each for each in faces if abs(each.center().Z - height) < SAME_LEVEL]
 
 
-def _level(shape: Any) -> list[Any]:
+def _level_faces(shape: Any) -> list[Any]:
     """Return a shape's level faces. Level corners exclude most other faces without the kernel's exact, slow boxes."""
     corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
     return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
-def glued(lifts: dict[str, float], solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+def lifted_by_glue(lifts: dict[str, float], solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Return the solids lifted by the glue lines below them (`glue_lifts`, m). The board stays in place."""
-    bd = require("build123d")
-    lifted = ((s, lifts.get(_kind(s.name))) for s in solids)
+    bd = import_extra("build123d")
+    lifted = ((s, lifts.get(_piece_kind(s.name))) for s in solids)
     return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in lifted)
 
 
-def _kind(name: str) -> str:
+def _piece_kind(name: str) -> str:
     """Return a piece's name without the number of its cell. Webs count as pads."""
     kind, _, number = name.rpartition("-")
     return kind.removesuffix("-web") if number.isdecimal() else name
@@ -358,7 +358,7 @@ def _kind(name: str) -> str:
 
 def glue_lifts(layout: Layout) -> dict[str, float]:
     """Return the lift (m) of each piece by glue: the height of its lower face with glue, less without glue."""
-    at, mount = levels(column(layout)), layout.spec.mount
+    at, mount = layer_heights(column(layout)), layout.spec.mount
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
         spec = layout.spec
@@ -415,7 +415,7 @@ def whole(
         without a CAD kernel
     """
     alone = assemble(layout) if pieces is None else pieces
-    pieces = glued(glue_lifts(layout), (*alone, *opposing(layout), *metal_below(layout)))
+    pieces = lifted_by_glue(glue_lifts(layout), (*alone, *opposing_jaw(layout), *metal_below(layout)))
     path = tail_path(layout)
     # the encapsulation over pieces that glue lifts is that of a pad so much thicker
     spec, pad, lines = layout.spec, layout.spec.elastomer, target_lines(layout.spec)
@@ -430,7 +430,7 @@ def whole(
     rigid = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
     glue = glue_lines(layout, tuple(rigid), hard_glue)
     solids = [*rigid, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
-    return tuple(upwards(solids))
+    return tuple(sort_by_height(solids))
 
 
 @record(eq=False)
@@ -456,7 +456,7 @@ class Solids:
     @cached_property
     def aids(self) -> tuple[Solid, ...]:
         """Solids of the assembly tools: jig and moulds."""
-        return aids(self.layout)
+        return assembly_aids(self.layout)
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
@@ -529,7 +529,7 @@ def _weight(
     coils: tuple[Coil, ...], trace_width: float, solid: Solid, densities: dict[str, tuple[float, str]], copper: float
 ) -> Weight:
     """Return a solid's mass (kg) with `copper` (m3), and its centre (m). Without a density: no mass, and the reason."""
-    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
+    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(import_extra("build123d").CenterOf.MASS))
     track_fraction = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     entry, of_copper = densities.get(solid.material) or density(solid.material), density("copper")
     assert of_copper is not None

@@ -18,8 +18,8 @@ from sitscad.assembly.places.fit import closed_section, end_section, pin_gaps, s
 from sitscad.assembly.places.stack import BODY, shield
 from sitscad.assembly.places.tail_path import bends_at_every_grasp, tail_path
 from sitscad.basics.finding import Finding, Place, Severity
-from sitscad.checks.board.fabrication import house
-from sitscad.checks.fixes.moves import plated_in_holes_alone, read_anew, sealed, thinner_tails
+from sitscad.checks.board.fabrication import limit_document
+from sitscad.checks.fixes.moves import hole_plating_only, reread_change, thinner_tails, with_film
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import (
     ROUNDING,
@@ -27,11 +27,11 @@ from sitscad.checks.rules import (
     Verdict,
     Violation,
     finding_of,
-    joined,
-    located,
+    join_texts,
+    locate_finding,
     not_checked,
     rule_of,
-    violated,
+    violation_of,
 )
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
@@ -57,20 +57,20 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if tail.bend == "none":
         return
     if is_rigid(spec.fpc.stackup):
-        yield violated("bend-rigid", "fpc.tail.bend", bend=tail.bend, stackup=spec.fpc.stackup.name,
-                       fixes=(lambda: read_anew(spec, "fpc.tail.bend", "none"),))
+        yield violation_of("bend-rigid", "fpc.tail.bend", bend=tail.bend, stackup=spec.fpc.stackup.name,
+                           fixes=(lambda: reread_change(spec, "fpc.tail.bend", "none"),))
         return
     if tail.bend == "static" and bends_at_every_grasp(spec.fpc.tail, spec.jaw):
-        yield _moved(spec, tail)
+        yield _repeated_bend_finding(spec, tail)
     if tail.bend == "dynamic":
-        yield from _moving(spec, tail)
+        yield from _repeated_bend_materials(spec, tail)
     if figure is None:
         yield not_checked("no-bend-radius", profile=spec.fpc.rules.name, bend=tail.bend)
     else:
         yield from _bend_radius(spec, tail, *figure)
 
 
-def _moved(spec: SensorSpec, tail: Tail) -> Violation:
+def _repeated_bend_finding(spec: SensorSpec, tail: Tail) -> Violation:
     """Return the finding on a tail with ``bend: static`` that in fact bends at every grasp.
 
     It is a warning if the tail exceeds a limit for repeated bending, or if the fabricator states no such limit.
@@ -78,17 +78,18 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
-    results = [*_moving(dynamic.spec, moving), *(_bend_radius(dynamic.spec, moving, *figure) if figure else ())]
+    results = [*_repeated_bend_materials(dynamic.spec, moving),
+               *(_bend_radius(dynamic.spec, moving, *figure) if figure else ())]
     is_wrong = bool(results) or figure is None
-    return violated(
+    return violation_of(
         "bend-static", "fpc.tail.bend", hint="bend-static-wrong" if is_wrong else "",
         details=() if figure else ("no-moving-radius",), severity=Severity.WARNING if is_wrong else Severity.NOTE,
         fixes=() if is_wrong else (lambda: [dynamic],), rules=spec.fpc.rules.name,
-        broken=joined(*(each.text("message") for each in results if isinstance(each, Violation))),
+        broken=join_texts(*(each.text("message") for each in results if isinstance(each, Violation))),
     )
 
 
-def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
+def _repeated_bend_materials(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
     """Yield findings on the number of copper layers and the type of foil of a tail that bends repeatedly.
 
     A tail that passes the jaw's hinge bends at every grasp. Allowed are one layer (two with a warning) and
@@ -96,7 +97,7 @@ def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
     """
     in_hinge = bends_at_every_grasp(spec.fpc.tail, spec.jaw)
     if tail.layers > 1:
-        yield violated(
+        yield violation_of(
             "moving-layers", "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
             hint="moving-layers-hinge" if in_hinge else "",
             severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING,
@@ -104,9 +105,9 @@ def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
                    lambda: [] if in_hinge else [setting(spec, "fpc.tail.bend", "static", "static")]),
         )
     if spec.fpc.copper != "rolled-annealed":
-        yield violated(
+        yield violation_of(
             "moving-foil", "fpc.copper", hint="moving-foil-hinge" if in_hinge else "", severity=Severity.WARNING,
-            fixes=(lambda: read_anew(spec, "fpc.copper", "rolled-annealed"),), foil=spec.fpc.copper,
+            fixes=(lambda: reread_change(spec, "fpc.copper", "rolled-annealed"),), foil=spec.fpc.copper,
         )
 
 
@@ -123,14 +124,16 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
         yield not_checked("no-bend-room")
     elif spec_radius > max(radius, room + ROUNDING):
         tightest = round(1e3 * max(radius, min(spec_radius, room)), 6)
-        yield violated("bend-radius-port", "fpc.tail.bend.radius", spec_radius, room, "m", severity=Severity.WARNING,
-                       fixes=(lambda: read_anew(spec, "fpc.tail.bend.radius", tightest),), radius=f"{tightest:.6g}")
+        yield violation_of("bend-radius-port", "fpc.tail.bend.radius", spec_radius, room, "m",
+                           severity=Severity.WARNING,
+                           fixes=(lambda: reread_change(spec, "fpc.tail.bend.radius", tightest),),
+                           radius=f"{tightest:.6g}")
     elif radius > room + ROUNDING:
-        yield violated(
+        yield violation_of(
             "bend-port", "fpc.tail.bend", radius, room, "m", source=spec.fpc.rules.source_of(field), bend=tail.bend,
             severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
-            layers=tail.layers, house=house(spec.fpc.rules, field), ratio=ratio, thickness=thickness,
-            fixes=(lambda: thinner_tails(spec), lambda: plated_in_holes_alone(spec)),
+            layers=tail.layers, house=limit_document(spec.fpc.rules, field), ratio=ratio, thickness=thickness,
+            fixes=(lambda: thinner_tails(spec), lambda: hole_plating_only(spec)),
         )
 
 
@@ -149,12 +152,12 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
         coils = coils_breadth(design.spec.all_placements, design.spec.coil)
         width, across = high - low, 2.0 * max(middle - coils.low, coils.high - middle)
         if across > width + ROUNDING:
-            yield violated("shield-narrow", "shield.gap", width, across, "m", severity=Severity.WARNING,
-                           missing=(across - width) / 2)
+            yield violation_of("shield-narrow", "shield.gap", width, across, "m", severity=Severity.WARNING,
+                               missing=(across - width) / 2)
     needed = part.gap + part.thickness
     high = round(math.ceil(needed * 1e6 - 1e-3) * 1e-6, 9)  # rounded as written
     if needed > mount.standoff + ROUNDING:
-        yield violated(
+        yield violation_of(
             "shield-low", "shield.gap", needed, mount.standoff, "m", base="jaw" if mount.jaw else "mount",
             missing=needed - mount.standoff,
             fixes=(lambda: [setting(design.spec, "mount.standoff", high, f"{1e3 * high:.6g}")],),
@@ -166,7 +169,7 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
     target = design.spec.target
     if design.spec.encapsulation is None:
         metal = "copper" if target is not None and target.material.name == "copper" else "metal"
-        yield violated("bare-target", "target", fixes=(lambda: sealed(design.spec),), metal=metal)
+        yield violation_of("bare-target", "target", fixes=(lambda: with_film(design.spec),), metal=metal)
 
 
 def jaw_of(jaw: Jaw | None) -> Jaw:
@@ -181,12 +184,12 @@ def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
     return elastomer
 
 
-def unverified(jaw: Jaw) -> tuple[str, ...]:
+def unmeasured_jaw_case(jaw: Jaw) -> tuple[str, ...]:
     """Return the message case of the remark that the jaw's dimensions were not measured. Empty if they were."""
     return ("jaw-unverified",) if is_unverified(jaw.source) else ()
 
 
-def on_solids(design: Design) -> Iterator[Verdict]:
+def measured_on_solids(design: Design) -> Iterator[Verdict]:
     """Yield the reason for "not checked": only `build` makes the solids that this rule measures."""
     yield not_checked("on-solids")
 
@@ -212,11 +215,11 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
         return
     for gap in pin_gaps(layout):
         if not gap.is_free:
-            yield violated("tail-past-pin", "mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=gap.source)
+            yield violation_of("tail-past-pin", "mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=gap.source)
     half = (jaw.opening or 0.0) / 2
     needed = (closed.radius + tail_thickness(design.spec.fpc) / 2) * math.tan(half / 2)
     if needed > jaw.hinge:
-        yield violated("bend-before-pivot", "fpc.tail.bend", needed, jaw.hinge, "m", radius=closed.radius)
+        yield violation_of("bend-before-pivot", "fpc.tail.bend", needed, jaw.hinge, "m", radius=closed.radius)
 
 
 def end_through_shaft(design: Design) -> Iterator[Verdict]:
@@ -229,8 +232,8 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
     width, thick = end_section(layout)
     across = math.hypot(width, thick)
     if across > behind.bore:
-        yield violated("tail-through-shaft", "fpc.tail.connector", across, behind.bore, "m", width=width, thick=thick,
-                       bore=behind.source)
+        yield violation_of("tail-through-shaft", "fpc.tail.connector", across, behind.bore, "m", width=width,
+                           thick=thick, bore=behind.source)
 
 
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
@@ -240,7 +243,7 @@ def judged_on_solids(document: Mapping[str, Any], device: Converter, source: Spe
         if not each["kept"]:
             rule, key = JUDGED_BY[each["what"]]
             violation = _solid_violation(each, each.get("key", key))
-            findings.append(located(finding_of(_RULES[rule], violation, device), source))
+            findings.append(locate_finding(finding_of(_RULES[rule], violation, device), source))
     return tuple(findings)
 
 
@@ -260,7 +263,7 @@ def _solid_violation(each: Mapping[str, Any], key: str) -> Violation:
             if case == "jaw-file-assumed-face":
                 hint, severity = case, Severity.WARNING
     has_unit = bool(each["unit"])
-    return violated(
+    return violation_of(
         case, key, value if has_unit else None, each["limit"] if has_unit else None, each["unit"] or None, hint=hint,
         details=details, severity=severity, place=Place(*each["where_m"][:2]) if has_unit else None, first=first,
         second=each["second"], value=abs(value), least=abs(limit), excess=value - limit, at=each["where_m"],
@@ -312,7 +315,7 @@ severity. Cases are keys of ``data/messages.csv``. The severity is None if the r
 """
 
 
-def settles(document: Mapping[str, Any]) -> frozenset[str]:
+def rules_in_fit_file(document: Mapping[str, Any]) -> frozenset[str]:
     """Return the identifiers of the rules whose values are in the document ``mount/fit.json``."""
     return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
 
@@ -330,10 +333,11 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT308", tail_bend, "tail"),
     rule_of("SIT309", shield_gap, "shield", "mount"),
     rule_of("SIT311", bare_metal, "target", "jaw"),
-    rule_of("SIT320", on_solids, "jaw"), rule_of("SIT321", on_solids, "jaw"), rule_of("SIT322", on_solids, "jaw"),
-    rule_of("SIT323", on_solids, "jaw"), rule_of("SIT324", tail_past_pin, "jaw", "tail"),
-    rule_of("SIT325", end_through_shaft, "jaw", "tail"), rule_of("SIT326", on_solids, "mount"),
-    rule_of("SIT332", on_solids, "jaw file"), rule_of("SIT333", on_solids, "STEP file"),
+    rule_of("SIT320", measured_on_solids, "jaw"), rule_of("SIT321", measured_on_solids, "jaw"),
+    rule_of("SIT322", measured_on_solids, "jaw"),
+    rule_of("SIT323", measured_on_solids, "jaw"), rule_of("SIT324", tail_past_pin, "jaw", "tail"),
+    rule_of("SIT325", end_through_shaft, "jaw", "tail"), rule_of("SIT326", measured_on_solids, "mount"),
+    rule_of("SIT332", measured_on_solids, "jaw file"), rule_of("SIT333", measured_on_solids, "STEP file"),
 )
 
 _RULES = {rule.id: rule for rule in RULES}

@@ -16,26 +16,26 @@ from typing import Any
 from sitscad.assembly.places.bodies import MOUNT_PIECES, Backing, PartsError, backing_of
 from sitscad.assembly.places.column import PrintLimit, print_limit
 from sitscad.assembly.places.fit import heads_above
-from sitscad.assembly.places.jaws import section
+from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.places.seating import (
     BESIDE_HEAD,
     adapter_needed,
-    beside_board,
     board_boxes,
+    distance_beside_board,
     joint_clearance,
     metal_below,
-    neck,
     pin_places,
     plate_holes,
     retention,
     screw_spacing,
+    tongue_neck,
 )
 from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
 from sitscad.basics.finding import Severity
-from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
-from sitscad.checks.fixes.moves import each_read
+from sitscad.checks.assembly.fit import jaw_of, pad_of, unmeasured_jaw_case
+from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
@@ -65,12 +65,12 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
     if jaw.fenestration is not None:
         # metal beside a window through the jaw's face and at its ends
         (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
-        rest = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
+        rest = min((jaw_section(jaw).face - wide) / 2, (jaw.length - long) / 2)
         if rest < wall.value - ROUNDING:
-            yield _too_little("window-wall", wall, rest, "mount.jaw.fenestration", details=unverified(jaw), long=long,
-                              wide=wide)
+            yield _too_little_metal("window-wall", wall, rest, "mount.jaw.fenestration",
+                                    details=unmeasured_jaw_case(jaw), long=long, wide=wide)
     if joint is not None and not _stands_on_metal(backing_of(design.spec)):
-        yield violated("joint-on-nothing", "mount.retention", kind=joint.kind)
+        yield violation_of("joint-on-nothing", "mount.retention", kind=joint.kind)
     elif joint is not None and joint.kind == "dovetail":
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
         remaining = metal_below(design.layout.body, mount, design.spec.assembly.glue_line)
@@ -80,7 +80,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         yield from _pins(mount.process, jaw, joint, clearance, bool(pin_places(design.layout.body, design.spec.mount)))
 
 
-def _too_little(
+def _too_little_metal(
     case: str, limit: PrintLimit, have: float, key: str, *, details: tuple[str, ...] = (),
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
@@ -89,7 +89,7 @@ def _too_little(
     The limit is the smallest size that the printing or cutting process makes, or the least thickness of metal that must
     remain.
     """
-    return violated(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
+    return violation_of(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
 
 
 def _stands_on_metal(backing: Backing) -> bool:
@@ -106,17 +106,18 @@ def _dovetail(
     spec: SensorSpec, process: str, jaw: Jaw, tongue: Retention, remaining: float | None, clearance: float
 ) -> Iterator[Verdict]:
     """Yield findings on the tongue's neck, and on the metal that remains below its groove (m)."""
-    wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), neck(tongue)
+    wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), tongue_neck(tongue)
     if narrow <= 0.0:
-        yield violated("tongue-none", "mount.retention.depth", tongue.depth,
-                       0.5 * tongue.width * math.tan(tongue.angle), "m", width=tongue.width)
+        yield violation_of("tongue-none", "mount.retention.depth", tongue.depth,
+                           0.5 * tongue.width * math.tan(tongue.angle), "m", width=tongue.width)
     elif narrow < wall.value - ROUNDING:
-        wide = _written(tongue.width + wall.value - narrow)
-        yield _too_little("tongue-neck", wall, narrow, "mount.retention.width", width=f"{wide:.6g}", process=process,
-                          fixes=(partial(each_read, spec, "mount.retention.width", [wide]),))
+        wide = _rounded_up_mm(tongue.width + wall.value - narrow)
+        yield _too_little_metal("tongue-neck", wall, narrow, "mount.retention.width", width=f"{wide:.6g}",
+                                process=process,
+                                fixes=(partial(reread_changes, spec, "mount.retention.width", [wide]),))
     if remaining is not None and remaining < metal.value - ROUNDING:
-        yield _too_little("groove-metal", metal, remaining, "mount.retention.depth", details=unverified(jaw),
-                          clearance=clearance)
+        yield _too_little_metal("groove-metal", metal, remaining, "mount.retention.depth",
+                                details=unmeasured_jaw_case(jaw), clearance=clearance)
 
 
 def _pins(
@@ -125,15 +126,17 @@ def _pins(
     """Yield findings on the pins' diameter and length, and on the metal around their holes."""
     pin = print_limit(process, "pin")
     if pins.diameter < pin.value - ROUNDING:
-        yield _too_little("pin-diameter", pin, pins.diameter, "mount.retention.diameter", process=process)
+        yield _too_little_metal("pin-diameter", pin, pins.diameter, "mount.retention.diameter", process=process)
     if pins.depth > jaw.height - ROUNDING:
-        yield violated("pin-length", "mount.retention.depth", pins.depth, jaw.height, "m", details=unverified(jaw))
+        yield violation_of("pin-length", "mount.retention.depth", pins.depth, jaw.height, "m",
+                           details=unmeasured_jaw_case(jaw))
     radius, metal = pins.diameter / 2 + clearance, print_limit("machined", "wall")
     assert pins.spacing is not None
-    remaining = min(section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - pins.spacing,
+    remaining = min(jaw_section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - pins.spacing,
                     pins.spacing - jaw.fenestration[0] if jaw.fenestration else math.inf) / 2 - radius
     if remaining < metal.value - ROUNDING and has_places:
-        yield _too_little("pin-metal", metal, remaining, "mount.retention.spacing", details=unverified(jaw))
+        yield _too_little_metal("pin-metal", metal, remaining, "mount.retention.spacing",
+                                details=unmeasured_jaw_case(jaw))
 
 
 def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
@@ -142,8 +145,8 @@ def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
         if hole.diameter < limit.value - ROUNDING:
-            yield violated("screw-holes", "mount.holes", hole.diameter, limit.value, "m", severity=Severity.WARNING,
-                           source=limit.source, process=mount.process)
+            yield violation_of("screw-holes", "mount.holes", hole.diameter, limit.value, "m", severity=Severity.WARNING,
+                               source=limit.source, process=mount.process)
             return
     if mount.step is not None and mount.kind == "custom":
         yield not_checked("step-mount")
@@ -165,28 +168,28 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
-            wall = _written(limit.value)
+            wall = _rounded_up_mm(limit.value)
             sunk = (spec.shield.gap + spec.shield.thickness) if spec.shield is not None else 0.0
-            on_metal, over_piece = _written(sunk), _written(sunk + limit.value)
+            on_metal, over_piece = _rounded_up_mm(sunk), _rounded_up_mm(sunk + limit.value)
             if spec.shield is None:
                 hint, key, lengths = "wall-standoff", "mount.standoff", [wall, 0.0]
             elif is_spacer:
                 hint, key, lengths = "wall-spacer", "shield.gap", [wall]
             else:
                 hint, key, lengths = "wall-shield", "mount.standoff", [on_metal, over_piece]
-            yield violated(
+            yield violation_of(
                 "piece-wall", key, upper - lower, limit.value, "m", hint=hint, source=limit.source, piece=name,
                 process=mount.process, wall=f"{wall:.6g}", on_metal=f"{on_metal:.6g}", over_piece=f"{over_piece:.6g}",
-                fixes=(partial(each_read, spec, key, lengths),),
+                fixes=(partial(reread_changes, spec, key, lengths),),
             )
 
 
-def _written(length: float) -> float:
+def _rounded_up_mm(length: float) -> float:
     """Return a length (m) in mm, rounded up to whole micrometres, as hints print it."""
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-3, 3)
 
 
-def carried(design: Design) -> Iterator[Verdict]:
+def unsupported_board(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the board is not supported under the pressed area, or elsewhere, by mount, shield or metal."""
     mount = design.spec.mount
     assert mount is not None
@@ -210,7 +213,7 @@ def carried(design: Design) -> Iterator[Verdict]:
             hint = "carried-finger"
         else:
             hint = "carried-window" if mount.jaw is not None and not mount.standoff else "carried-jaw"
-        yield violated(
+        yield violation_of(
             "carried-body" if name == BODY else "carried", "mount.standoff", area,
             (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2", hint=hint, details=details,
             severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING, part=name, area=of,
@@ -225,9 +228,9 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
         return
     names = [name for name in presets.names("adhesive") if presets.adhesive(name).bonds_silicone]
     primed = [f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names]
-    yield violated("glue-silicone", "assembly.adhesive", source=glue.source, glue=glue.name, glues=primed,
-                   rubber=pad_of(design.spec.elastomer).material.name,
-                   fixes=(lambda: each_read(design.spec, "assembly.adhesive", names),))
+    yield violation_of("glue-silicone", "assembly.adhesive", source=glue.source, glue=glue.name, glues=primed,
+                       rubber=pad_of(design.spec.elastomer).material.name,
+                       fixes=(lambda: reread_changes(design.spec, "assembly.adhesive", names),))
 
 
 def glue_open_times(design: Design) -> Iterator[Verdict]:
@@ -240,8 +243,8 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         used, most = hard_adhesive(design.layout), MOST_PRESSURE * area
         if used is not None and used.open_time is not None and board_force(design.layout, used) > most:
             takes = lying_time(used, plan, most, spec.assembly.glue_line, HARD_HANDLING)
-            yield violated("glue-board", "assembly.glue_line", takes, used.open_time, "s", source=used.source,
-                           glue=used.name, force=most)
+            yield violation_of("glue-board", "assembly.glue_line", takes, used.open_time, "s", source=used.source,
+                               glue=used.name, force=most)
             return
     if glue.open_time is None:
         return
@@ -253,9 +256,9 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         if takes <= glue.open_time:
             continue
         adhesives = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
-        yield violated("glue-part", "assembly.adhesive", takes, glue.open_time, "s", source=glue.source,
-                       hint="" if adhesives else "glue-part-smaller", glue=glue.name, part=part, force=force,
-                       others=adhesives, fixes=(partial(each_read, spec, "assembly.adhesive", adhesives),))
+        yield violation_of("glue-part", "assembly.adhesive", takes, glue.open_time, "s", source=glue.source,
+                           hint="" if adhesives else "glue-part-smaller", glue=glue.name, part=part, force=force,
+                           others=adhesives, fixes=(partial(reread_changes, spec, "assembly.adhesive", adhesives),))
         return
 
 
@@ -266,10 +269,10 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
         return
     free = [each for each in map(presets.adhesive, presets.names("adhesive")) if not each.inhibitor]
     holds = [each.name for each in free if each.bonds_silicone or design.spec.elastomer is None]
-    yield violated("film-inhibited", "encapsulation.material", source=glue.source,
-                   hint="" if holds else "film-barrier", film=film.material.name, glue=glue.product,
-                   inhibitor=glue.inhibitor, others=holds,
-                   fixes=(partial(each_read, design.spec, "assembly.adhesive", holds),) if holds else ())
+    yield violation_of("film-inhibited", "encapsulation.material", source=glue.source,
+                       hint="" if holds else "film-barrier", film=film.material.name, glue=glue.product,
+                       inhibitor=glue.inhibitor, others=holds,
+                       fixes=(partial(reread_changes, design.spec, "assembly.adhesive", holds),) if holds else ())
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
@@ -289,8 +292,8 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         yield from _under_board(pattern, adapter_needed(design.layout), board_boxes(design.layout))
         return
     apart = math.dist(pattern.holes[first].at, pattern.holes[second].at)
-    yield violated("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
-                   holes=(first + 1, second + 1), moved=f"mount.holes.{second}.at", missing=-short)
+    yield violation_of("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
+                       holes=(first + 1, second + 1), moved=f"mount.holes.{second}.at", missing=-short)
 
 
 def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
@@ -301,10 +304,10 @@ def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]
     """
     if not holes or pattern.name != "written out":
         return
-    room, k = min((beside_board(boxes, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
+    room, k = min((distance_beside_board(boxes, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
     needed = holes[k].head / 2 + BESIDE_HEAD
-    yield violated("hole-under-board", _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
-                   hole=k + 1, missing=-room)
+    yield violation_of("hole-under-board", _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
+                       hole=k + 1, missing=-room)
 
 
 def _hole_key(pattern: HolePattern, number: int) -> str:
@@ -313,20 +316,20 @@ def _hole_key(pattern: HolePattern, number: int) -> str:
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each tolerance of a part that exceeds half of the part's size."""
-    limit, sizes = own_limits()["tolerance_share"], toleranced_sizes(design.spec)
+    limit, sizes = constant_limits()["tolerance_share"], toleranced_sizes(design.spec)
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
         if size and tolerance > limit.value * size * (1 + 1e-9):
-            yield violated(
+            yield violation_of(
                 "tolerance", f"assembly.tolerances.{part}", tolerance, limit.value * size, "m", source=limit.source,
                 part=TolerancesDocument.keys[part].about, size=size, ratio=tolerance / size, most=limit.value,
             )
 
 
-def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
+def missing_metal_note(mount: Mount | None) -> Iterator[Verdict]:
     """Yield a note for a custom mount if the spec describes no metal behind it. Estimates then assume no metal."""
     if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
-        yield violated("metal-behind", "mount", severity=Severity.NOTE)
+        yield violation_of("metal-behind", "mount", severity=Severity.NOTE)
 
 
 def screw_heads(design: Design) -> Iterator[Verdict]:
@@ -338,18 +341,18 @@ def screw_heads(design: Design) -> Iterator[Verdict]:
     if above is None or above <= ROUNDING:
         return
     apart = screw_spacing(plate_holes(design.layout))
-    yield violated("screw-heads", "mount.holes", above, 0.0, "m",
-                   details=() if apart is None else ("screw-heads-apart",), apart=apart)
+    yield violation_of("screw-heads", "mount.holes", above, 0.0, "m",
+                       details=() if apart is None else ("screw-heads-apart",), apart=apart)
 
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", lambda design: mount_holes(design.spec.mount), "mount"),
-    rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", carried, "mount"),
+    rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", unsupported_board, "mount"),
     rule_of("SIT329", glue_on_silicone, "elastomer"),
     rule_of("SIT330", hole_places, "mount"),
     rule_of("SIT331", tolerance_shares),
     rule_of("SIT334", glue_open_times),
     rule_of("SIT335", film_inhibitors),
-    rule_of("SIT336", lambda design: counted_metal(design.spec.mount), "mount"),
+    rule_of("SIT336", lambda design: missing_metal_note(design.spec.mount), "mount"),
     rule_of("SIT337", screw_heads, "mount"),
 )

@@ -16,17 +16,17 @@ from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.assembly.plates import (
     MOST_MARGIN,
     cut_to_board,
-    grown,
+    grow_box,
     larger_pad,
-    lies,
-    lowest,
+    lowest_plates,
     more_margin,
     pad_under_target,
-    pair,
+    pair_text,
+    plates_lie_on_body,
 )
-from sitscad.checks.fixes.moves import each_read, larger_body
+from sitscad.checks.fixes.moves import larger_body, reread_changes
 from sitscad.checks.fixes.search import Family, Fix
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import beyond
 from sitscad.kernels.geometry.path import Path
@@ -57,16 +57,16 @@ def overhang(design: Design) -> Iterator[Verdict]:
                   on: tuple[float, ...], details: tuple[str, ...] = ()) -> Violation:
         # an error if a piece's middle lies beside its support: it falls off, and the numbers do not apply
         beside = beyond(carrier, low.footprint.centre) > 0.0
-        sides = _sides(box, on)
+        sides = _overhang_texts(box, on)
         (x0, y0, x1, y1), (x, y), jaw = design.layout.body, spec.array.middle, spec.jaw
         offset = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
         # direction in which the jaw limits the body's growth
         limits = "overhang-jaw-length" if offset[0] >= offset[1] else "overhang-jaw-width"
         is_limited = case != "overhang-target" and jaw is not None and max(offset) >= GRAIN
-        return violated(
+        return violation_of(
             case, key, over, 0.0, "m", details=("overhang-sides" if sides else "overhang-corners",
                                                 *[limits] * is_limited),
-            severity=Severity.ERROR if beside else Severity.WARNING, fixes=_onto_body(design), sides=sides,
+            severity=Severity.ERROR if beside else Severity.WARNING, fixes=_plates_onto_body(design), sides=sides,
             part=low.role.value, body_key=spec.fpc.body_key, aside=max(offset),
             length=0.0 if jaw is None else jaw.length, width=0.0 if jaw is None else jaw.width,
         )
@@ -74,16 +74,16 @@ def overhang(design: Design) -> Iterator[Verdict]:
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         yield complaint("overhang-target", plate, pad.outline(), "elastomer.size", over, plate.footprint.box,
                         pad.footprint.box)
-    low = max(lowest(plates_of(spec)), key=lambda each: each.footprint.hangs_over(body), default=None)
+    low = max(lowest_plates(plates_of(spec)), key=lambda each: each.footprint.hangs_over(body), default=None)
     overlap = -math.inf if low is None else low.footprint.hangs_over(body)
     if low is None or overlap + round_it <= ROUNDING:
         return
     beside, name = 0.0 if overlap > ROUNDING else round_it, low.role.value
     yield complaint("overhang-film" if beside else "overhang-plate", low, body, f"{name}.size", overlap + beside,
-                    grown(low.footprint.box, beside), design.layout.body)
+                    grow_box(low.footprint.box, beside), design.layout.body)
 
 
-def _sides(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
+def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
     """Return a text for each side at which a box extends beyond its support, with the length.
 
     Boxes are (x_min, y_min, x_max, y_max; m). Empty if only rounded corners of the support are exceeded.
@@ -92,7 +92,7 @@ def _sides(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
     return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
 
 
-def _onto_body(design: Design) -> tuple[Family, ...]:
+def _plates_onto_body(design: Design) -> tuple[Family, ...]:
     """Return families of changes after which target and elastomer lie completely on the body.
 
     The first families keep the body: a larger elastomer, and an elastomer moved under the target. Then follow a larger
@@ -102,23 +102,23 @@ def _onto_body(design: Design) -> tuple[Family, ...]:
 
     def lying(fixes: Iterable[Fix]) -> Iterator[Fix]:
         for fix in fixes:
-            if lies(plates_of(fix.spec), film_thickness(fix.spec.encapsulation), body):
+            if plates_lie_on_body(plates_of(fix.spec), film_thickness(fix.spec.encapsulation), body):
                 yield fix
 
-    return (lambda: lying(larger_pad(spec)), lambda: lying(pad_under_target(spec)), lambda: _widened(design),
+    return (lambda: lying(larger_pad(spec)), lambda: lying(pad_under_target(spec)), lambda: _larger_bodies(design),
             lambda: lying(cut_to_board(spec, body)))
 
 
-def _widened(design: Design) -> Iterator[Fix]:
+def _larger_bodies(design: Design) -> Iterator[Fix]:
     """Yield changes to a larger body on which the plates lie, and to an elastomer under the whole target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
-    layout, lows, film = design.layout, lowest(plates_of(changed)), film_thickness(changed.encapsulation)
+    layout, lows, film = design.layout, lowest_plates(plates_of(changed)), film_thickness(changed.encapsulation)
     if changed.fpc.body is not None and lows:
         over = max(low.footprint.hangs_over(layout.body_outline) for low in lows) + film
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
         edge = fix.spec.body_outline
-        if fix.edits and edge is not None and lies(plates_of(fix.spec), film, edge):
+        if fix.edits and edge is not None and plates_lie_on_body(plates_of(fix.spec), film, edge):
             yield replace(fix, edits=(*fix.edits, *also))
         return
     now, places = changed.fpc.margin, [low.footprint for low in lows]
@@ -127,7 +127,7 @@ def _widened(design: Design) -> Iterator[Fix]:
         margin = tuple(round(present + factor * (more - present), 9) for present, more in zip(now, needed, strict=True))
         if max(margin) <= MOST_MARGIN:
             x, y = margin
-            written = f"{x * 1e3:.6g}" if x == y else pair((x, y))
+            written = f"{x * 1e3:.6g}" if x == y else pair_text((x, y))
             yield Fix((Edit("fpc.margin", written), *also), replace(changed, fpc=replace(changed.fpc, margin=(x, y))))
 
 
@@ -149,11 +149,11 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
                       if needs > has + ROUNDING), None)
         if short is not None:
             x, y = (max(pair) * 1e3 for pair in zip(needed, cutting.sheet, strict=True))
-            yield violated("sheet-size", "cutting.sheet", *short, "m", part=plate.part, x=f"{x:.6g}", y=f"{y:.6g}")
+            yield violation_of("sheet-size", "cutting.sheet", *short, "m", part=plate.part, x=f"{x:.6g}", y=f"{y:.6g}")
         elif (nests(plate.size, plate.kerf, cutting, plate.count * boards)[0].count > 1
               and cutting.gap <= plate.kerf + ROUNDING):
-            yield violated("sheet-gap", "cutting.gap", cutting.gap, plate.kerf, "m", part=plate.part,
-                           fixes=(partial(each_read, spec, "cutting.gap", [1.5]),))
+            yield violation_of("sheet-gap", "cutting.gap", cutting.gap, plate.kerf, "m", part=plate.part,
+                               fixes=(partial(reread_changes, spec, "cutting.gap", [1.5]),))
 
 
 def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
@@ -163,10 +163,10 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
         return
     most, name = laser_limit(plate.material.name), plate.material.name
     assert most is not None
-    yield violated(
+    yield violation_of(
         "laser-metal", "target.thickness", plate.thickness, most, "m", severity=Severity.NOTE, metal=name,
         most=f"{1e3 * most:.3g}",
-        fixes=(partial(each_read, spec, "target.thickness", [float(f"{1e3 * most:.3g}")]),),
+        fixes=(partial(reread_changes, spec, "target.thickness", [float(f"{1e3 * most:.3g}")]),),
     )
 
 
@@ -175,8 +175,8 @@ def finger_carries(body_size: tuple[float, float], mount: Mount | None) -> Itera
     width = body_size[1]
     if mount is not None and mount.finger is not None and width > mount.finger.size[0] + ROUNDING:
         has = mount.finger.size[0]
-        yield violated("finger-width", "mount.finger.size", width, has, "m", beside=(width - has) / 2,
-                       missing=width - has, details=("finger-metal",) if mount.finger.material else ())
+        yield violation_of("finger-width", "mount.finger.size", width, has, "m", beside=(width - has) / 2,
+                           missing=width - has, details=("finger-metal",) if mount.finger.material else ())
 
 
 RULES: tuple[Rule, ...] = (

@@ -24,9 +24,16 @@ from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.fit import GRAIN
-from sitscad.checks.fixes.moves import Plate, carrying, each_read, larger_target, over_the_middle, resized
+from sitscad.checks.fixes.moves import (
+    Plate,
+    centred_plates,
+    larger_target,
+    pad_sides_under_plate,
+    reread_changes,
+    resized_plates,
+)
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.data import rows
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box, Footprint, beyond
@@ -44,17 +51,17 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """Largest value of ``fpc.margin``, and largest side of a plate, that a spec may have (m)."""
 
 
-def lowest(plates: Plates) -> tuple[Body, ...]:
+def lowest_plates(plates: Plates) -> tuple[Body, ...]:
     """Return the plates that lie directly on the board."""
     return plates.elastomers or plates.targets
 
 
-def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
+def grow_box(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
     """Return a box (x_min, y_min, x_max, y_max) larger by a length (m) on every side."""
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by
 
 
-def lies(plates: Plates, film: float, body: Path) -> bool:
+def plates_lie_on_body(plates: Plates, film: float, body: Path) -> bool:
     """Whether each target lies completely on its elastomer, and the lowest plates on the body's outline.
 
     `film` is the thickness (m) of the film around the lowest plates; it must lie on the body, too.
@@ -62,7 +69,7 @@ def lies(plates: Plates, film: float, body: Path) -> bool:
     pad, plate = plates.elastomer, plates.target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest(plates))
+    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest_plates(plates))
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
@@ -70,7 +77,8 @@ def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
     pad, plate = plates_of(spec).elastomer, plates_of(spec).target
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
-    for edits, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
+    for edits, larger in resized_plates("elastomer", spec.elastomer,
+                                        pad_sides_under_plate(pad.footprint, plate.footprint)):
         if max(larger.size) <= MOST_SIDE:
             yield Fix(edits, replace(spec, elastomer=larger))
 
@@ -82,7 +90,7 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
     """
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
-        yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
+        yield setting(spec, "elastomer.offset", plate.offset, pair_text(plate.offset))
     moved = [name for name, part in (("elastomer", pad), ("target", plate)) if part is not None and any(part.offset)]
     if moved:
         back: dict[str, Any] = {name: replace(getattr(spec, name), offset=(0.0, 0.0)) for name in moved}
@@ -97,7 +105,7 @@ def more_margin(
     `here` are the places of the plates, `film` the film's thickness (m), `trace_width` the width of the coils' tracks
     (m). `body` is the present body; its larger version has rounded corners.
     """
-    boxes = [grown(plate.box, film) for plate in here]
+    boxes = [grow_box(plate.box, film) for plate in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
     radius = max(CORNER_RADIUS, fpc.rules.copper_to_edge + trace_width / 2)
 
@@ -106,7 +114,7 @@ def more_margin(
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
         return max(plate.hangs_over(larger) for plate in here) + film <= 0.0
 
-    beside = _least(has_room, radius)
+    beside = _least_amount(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
             for now, side in zip(fpc.margin, more, strict=True))
     return x, y
@@ -122,29 +130,29 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
             yield from _cut(spec, spec.elastomer, body, grain)
         elif spec.target is not None:
             here, film = footprint(spec, spec.target), film_thickness(spec.encapsulation)
-            for edits, plate in _fitting("target", here, spec.target, body, film, grain):
+            for edits, plate in _fitting_plates("target", here, spec.target, body, film, grain):
                 yield Fix(edits, replace(spec, target=plate))
 
 
 def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
     for pad in (*(c.spec.elastomer for c in larger_pad(spec) if c.spec.elastomer), now):
         film = film_thickness(spec.encapsulation)
-        for below, smaller in _fitting("elastomer", footprint(spec, pad), pad, body, film, grain):
+        for below, smaller in _fitting_plates("elastomer", footprint(spec, pad), pad, body, film, grain):
             if smaller == now:
                 below = ()
             elif smaller == pad:
-                below = _written("elastomer", now, smaller)
+                below = _plate_edits("elastomer", now, smaller)
             if spec.target is None:
                 yield Fix(below, replace(spec, elastomer=smaller))
                 continue
             outline = footprint(spec, smaller).outline()
             here = footprint(spec, spec.target)
-            for on_top, plate in _fitting("target", here, spec.target, outline, 0.0, grain):
+            for on_top, plate in _fitting_plates("target", here, spec.target, outline, 0.0, grain):
                 if below or on_top:
                     yield Fix((*below, *on_top), replace(spec, target=plate, elastomer=smaller))
 
 
-def _fitting(
+def _fitting_plates(
     key: str, here: Footprint, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
     """Yield smaller versions of a plate that lie on an outline, each with the edits of the spec.
@@ -161,7 +169,7 @@ def _fitting(
         size = _room(kind, on, around, not (cut.is_disc or cut.is_long), grain)
         if size is not None:
             smaller = replace(plate, shape=shape, size=size)
-            yield _written(key, plate, smaller), smaller
+            yield _plate_edits(key, plate, smaller), smaller
 
 
 def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
@@ -171,16 +179,16 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
     if room < GRAIN:
         return None
     if here.is_round:
-        side = _down(min(here.size[0], 2.0 * room), grain)
+        side = _round_down(min(here.size[0], 2.0 * room), grain)
         return side, side
-    size = [min(here.size[k], _widest(here, on, around, k)) for k in (0, 1)]
+    size = [min(here.size[k], _widest_side(here, on, around, k)) for k in (0, 1)]
     size = [min(size)] * 2 if is_square else size
     directions = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
-    sizes = [cut for way in directions if (cut := _shortened(here, size, way, on, around, grain)) is not None]
+    sizes = [cut for way in directions if (cut := _shortened_sides(here, size, way, on, around, grain)) is not None]
     return max(sizes, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
 
 
-def _shortened(
+def _shortened_sides(
     here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
     """Return reduced sides (m) of a plate with which its corners and the film lie on the outline `on`.
@@ -198,12 +206,12 @@ def _shortened(
 
     if not has_room(max(size)):
         return None
-    x, y = (now if now - side < ROUNDING else _down(side, grain)
-            for now, side in zip(here.size, sides(_least(has_room, max(size))), strict=True))
+    x, y = (now if now - side < ROUNDING else _round_down(side, grain)
+            for now, side in zip(here.size, sides(_least_amount(has_room, max(size))), strict=True))
     return x, y
 
 
-def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
+def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
     """Return the largest side (m) along one axis of a plate, while its other side is nearly zero.
 
     The plate keeps its place. With the film `around` it (m), it must lie on the outline `on`.
@@ -214,10 +222,10 @@ def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
         sides[axis] = max(GRAIN, here.size[axis] - less)
         return replace(here, size=(sides[0], sides[1])).hangs_over(on) + around <= 0.0
 
-    return max(GRAIN, here.size[axis] - _least(has_room, here.size[axis]))
+    return max(GRAIN, here.size[axis] - _least_amount(has_room, here.size[axis]))
 
 
-def _least(enough: Callable[[float], bool], most: float) -> float:
+def _least_amount(enough: Callable[[float], bool], most: float) -> float:
     """Return the smallest amount (m) for which `enough` is true, found by bisection between 0 and `most`.
 
     The error is at most a thousandth of `GRAIN`.
@@ -231,22 +239,22 @@ def _least(enough: Callable[[float], bool], most: float) -> float:
     return high
 
 
-def _down(length: float, grain: float) -> float:
+def _round_down(length: float, grain: float) -> float:
     """Return a length (m) rounded down to a multiple of `grain` (m), at least `GRAIN`.
 
-    A length just below a multiple counts as this multiple, because the bisection in `_least` has this error.
+    A length just below a multiple counts as this multiple, because the bisection in `_least_amount` has this error.
     """
     return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
 
 
-def pair(lengths: tuple[float, float]) -> str:
+def pair_text(lengths: tuple[float, float]) -> str:
     """Return two lengths (m) as the text of a YAML list in mm."""
     return f"[{lengths[0] * 1e3:.6g}, {lengths[1] * 1e3:.6g}]"
 
 
-def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
+def _plate_edits(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
     """Return the edits of the spec that change a plate's shape and size from `before` to `after`."""
-    size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
+    size = pair_text(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
     written = {"shape": after.shape if after.shape != before.shape else "", "size": size * (after.size != before.size)}
     return tuple(Edit(f"{key}.{name}", text) for name, text in written.items() if text)
 
@@ -265,30 +273,30 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     pitch = _line_pitch(array)
     coil = _largest_coil(design.spec.array.placements, design.spec.coil.size, target.rotation)
 
-    hint, size = _larger(target, pitch, coil)
+    hint, size = _larger_target(target, pitch, coil)
     fixes: tuple[Family, ...] = () if size is None else (partial(larger_target, design.spec, *size),)
     if not is_as_long_as_line(design.spec.array, design.spec.target):
         yield from _beside_line_length(design, hint, fixes)
     for case, axis in (("target-narrow", 1),) if pitch else (("target-short", 0), ("target-narrow", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
-            yield violated(case, "target.size", target.size[axis], coil[axis], "m", hint=hint, fixes=fixes)
+            yield violation_of(case, "target.size", target.size[axis], coil[axis], "m", hint=hint, fixes=fixes)
     if any(target.offset):
         here = footprint(design.spec, target)
         middle = footprint(design.spec, replace(target, offset=(0.0, 0.0)))
-        yield from _aside(array, target, here, middle, coil, (partial(over_the_middle, design.spec),))
+        yield from _coils_left_uncovered(array, target, here, middle, coil, (partial(centred_plates, design.spec),))
     elif pitch is None:
         # a target in the middle of several coils may reach none of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
         nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
         if nearest >= half:
-            yield violated("target-between", "target.size", nearest, half, "m")
+            yield violation_of("target-between", "target.size", nearest, half, "m")
     if pitch is None and len(array.placements) > 1:
         yield not_checked("target-length-line")
 
 
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
     """Yield a finding if a target as long as the distance of two coils would give clearly larger signals."""
-    spec, pitch, limit = design.spec, _line_pitch(design.spec.array), own_limits()["target_length_gain"]
+    spec, pitch, limit = design.spec, _line_pitch(design.spec.array), constant_limits()["target_length_gain"]
     target, requirements = spec.target, spec.requirements
     assert pitch is not None and target is not None
     if requirements.normal_resolution is not None and requirements.shear_resolution is not None:
@@ -306,9 +314,9 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     worth = gain.normal * gain.shear if is_shear_felt else gain.normal
     if worth <= limit.value:
         return
-    yield violated(
+    yield violation_of(
         "target-length", "target.size", worth, limit.value, hint=hint, source=limit.source, fixes=fixes,
-        details=("target-length-shear",) if is_shear_felt else (), length=_chord(target), pitch=pitch,
+        details=("target-length-shear",) if is_shear_felt else (), length=_length_along_coils(target), pitch=pitch,
         normal=gain.normal, shear=gain.shear,
     )
 
@@ -316,7 +324,7 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
 NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length has no effect on them"
 
 
-def _larger(
+def _larger_target(
     target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[float, float] | None]:
     """Return the case of the hint, and the proposed size (m) of the target.
@@ -342,10 +350,10 @@ def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
     The relative difference may be at most `TARGET_LENGTH_TOLERANCE`. True for other arrays.
     """
     pitch = _line_pitch(array)
-    return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
+    return not pitch or target is None or abs(_length_along_coils(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
-def _aside(
+def _coils_left_uncovered(
     array: ArraySpec, target: Target, here: Footprint, middle: Footprint, coil: tuple[float, float],
     fixes: tuple[Family, ...],
 ) -> Iterator[Verdict]:
@@ -366,11 +374,11 @@ def _aside(
         names, over = list(lost), max(lost.values(), default=0.0)
         case, over_coil = "target-aside-middles", over
     if names:
-        yield violated(case, "target.offset", over, 0.0, "m", fixes=fixes,
-                       offset=pair(target.offset), coils=names, over=over_coil)
+        yield violation_of(case, "target.offset", over, 0.0, "m", fixes=fixes,
+                           offset=pair_text(target.offset), coils=names, over=over_coil)
 
 
-def _chord(target: Target) -> float:
+def _length_along_coils(target: Target) -> float:
     """Return the length (m) of the target through its middle, along the line of the coils."""
     if target.outline.is_disc:
         return target.size[0]
@@ -412,10 +420,10 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
                   if row["material"] == "silicone" and row["least"]), default=0.0)
     if plates_of(spec).webs and spec.web is not None and spec.web < finest:
-        yield violated(
+        yield violation_of(
             "webs-narrow", "cells.web", spec.web, finest, "m", severity=Severity.WARNING,
             source="data/laser_cutting.csv", web=f"{1e3 * finest:.6g}",
-            fixes=(partial(each_read, spec, "cells.web", [1e3 * finest]),),
+            fixes=(partial(reread_changes, spec, "cells.web", [1e3 * finest]),),
         )
     for bodies, least in ((plates_of(spec).elastomers, beside), (plates_of(spec).targets, wall)):
         pairs = combinations(bodies, 2)
@@ -423,13 +431,13 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         name, key = bodies[0].role.value, spec.array.distance_key
         kerf = spec.elastomer.kerf if spec.elastomer is not None and name == "elastomer" else 0.0
         if gap <= 0.0:
-            yield violated("plates-overlap" if gap < -1e-9 else "plates-touch", key, gap, 0.0, "m",
-                           severity=Severity.ERROR, plate=name, cells=cells, overlap=-gap)
+            yield violation_of("plates-overlap" if gap < -1e-9 else "plates-touch", key, gap, 0.0, "m",
+                               severity=Severity.ERROR, plate=name, cells=cells, overlap=-gap)
         elif gap <= kerf and plates_of(spec).webs:
-            yield violated("plates-kerf", key, gap, kerf, "m", severity=Severity.ERROR, plate=name, cells=cells)
+            yield violation_of("plates-kerf", key, gap, kerf, "m", severity=Severity.ERROR, plate=name, cells=cells)
         elif gap < least:
-            yield violated("plates-near", key, gap, least, "m", severity=Severity.WARNING, plate=name, cells=cells,
-                           wall=wall, bulge=2.0 * bulge)
+            yield violation_of("plates-near", key, gap, least, "m", severity=Severity.WARNING, plate=name, cells=cells,
+                               wall=wall, bulge=2.0 * bulge)
 
 
 def _gap(first: Footprint, second: Footprint) -> float:
@@ -483,7 +491,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     other = replace(target, shape=LONG_PLATE, size=(length, max(target.size[1], spec.coil.size[1])), rotation=0.0)
     wide = replace(pad, shape=LONG_PLATE, size=other.size)
     if pad.size != target.size:
-        size = carrying(footprint(spec, pad), footprint(spec, other))
+        size = pad_sides_under_plate(footprint(spec, pad), footprint(spec, other))
         wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
     force = design.spec.requirements.normal_force or full_normal(design.spec)
     loads = 0.5 * force, shear or SHEAR_SHARE * force

@@ -12,18 +12,18 @@ from functools import cache, partial
 from itertools import islice
 
 from sitscad.assembly.places.bodies import Body, PartsError, backing_of, plates_of
-from sitscad.assembly.places.column import GLUE, column, levels
+from sitscad.assembly.places.column import GLUE, column, layer_heights
 from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, rim, section
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, jaw_section, jaw_with_rims
 from sitscad.assembly.places.stack import width_under
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
-from sitscad.checks.assembly.plates import pair as in_brackets
-from sitscad.checks.fixes.moves import each_read, narrower, other_ends
+from sitscad.checks.assembly.fit import GRAIN, jaw_of, unmeasured_jaw_case
+from sitscad.checks.assembly.plates import pair_text as in_brackets
+from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.lanes import coils_breadth
@@ -59,14 +59,14 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
         yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
     if design.spec.mount is not None:
-        lower = partial(each_read, design.spec, "mount.standoff", [jaw.recess * 1e3])
+        lower = partial(reread_changes, design.spec, "mount.standoff", [jaw.recess * 1e3])
         yield from _in_pocket(jaw, design.spec.mount.standoff, design.layout.body_size, design.spec.array.distance_key,
                               (lower,))
     if across > jaw.port_diameter + ROUNDING:
         is_body = across <= design.layout.body_size[1] + ROUNDING
-        yield violated(
+        yield violation_of(
             "flat-body" if is_body else "flat-tail", "coil.outer_diameter" if is_body else "fpc.tail", across,
-            jaw.port_diameter, "m", severity=Severity.WARNING, details=unverified(jaw),
+            jaw.port_diameter, "m", severity=Severity.WARNING, details=unmeasured_jaw_case(jaw),
         )
 
 
@@ -77,9 +77,10 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
     if needed > room + ROUNDING:
         is_aside = needed - width > ROUNDING
-        yield violated(
+        yield violation_of(
             "plate-aside" if is_aside else "plate-wide", f"{slab.role.value}.{'offset' if is_aside else 'size'}",
-            needed, room, "m", details=unverified(jaw), plate=slab.name, width=width, aside=(needed - width) / 2,
+            needed, room, "m", details=unmeasured_jaw_case(jaw), plate=slab.name, width=width,
+            aside=(needed - width) / 2,
             carrier="jaw" if room == jaw.width else "board in its port", excess=(needed - room) / 2,
         )
 
@@ -112,12 +113,12 @@ MOST_ENDS = 6
 """Largest number of designs to try in which the coil's layers end at other angles, so that leads move."""
 
 
-def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
+def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
     """Return families of changes that make a board narrower by `by` (m).
 
     The first moves the ends of the coil's layers, the second makes the coils smaller.
     """
-    return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
+    return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower_coils, spec, by)
 
 
 def _in_pocket(
@@ -132,10 +133,10 @@ def _in_pocket(
     long, wide = body_size
     length, room = (side - 2.0 * POCKET_CLEARANCE for side in jaw.pocket)
     if long > length + ROUNDING:
-        yield violated("pocket-long", distance_key, long, length, "m", details=unverified(jaw))
+        yield violation_of("pocket-long", distance_key, long, length, "m", details=unmeasured_jaw_case(jaw))
     if standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
-        yield violated(
-            "pocket-wide", "mount.standoff", wide, room, "m", details=unverified(jaw),
+        yield violation_of(
+            "pocket-wide", "mount.standoff", wide, room, "m", details=unmeasured_jaw_case(jaw),
             depth=jaw.recess - standoff, standoff=f"{jaw.recess * 1e3:.6g}", fixes=fixes,
         )
 
@@ -158,16 +159,16 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     elif less is not None:
         key, hint, fixes = "fpc.margin", "face-margin", (lambda: _less_margins(spec, 1, excess),)
     elif severity is Severity.ERROR:
-        fixes = _narrower(spec, excess)
+        fixes = _narrower_boards(spec, excess)
     has_shares = severity is not None and bool(margin or leads > ROUNDING)
     details = (*["width-shares"] * has_shares, *["width-margin"] * (has_shares and margin > 0.0),
                *["width-leads"] * (has_shares and leads > ROUNDING), "with-tolerances", *["face-cut"] * is_cut,
-               *unverified(jaw))
-    yield violated(
+               *unmeasured_jaw_case(jaw))
+    yield violation_of(
         "face-overhang" if over.limit else "face-overhang-bare", key, over.measured, over.limit, "m", hint=hint,
         details=details, severity=severity or Severity.NOTE, fixes=fixes, body=body, overhang=max(0.0, over.nominal),
-        face=section(rim(jaw)).face, excess=excess, coils=coils, edges=edges, margin=margin, leads=leads, cut=wide,
-        likely=over.root_sum_square, worst=over.worst,
+        face=jaw_section(jaw_with_rims(jaw)).face, excess=excess, coils=coils, edges=edges, margin=margin, leads=leads,
+        cut=wide, likely=over.root_sum_square, worst=over.worst,
     )
 
 
@@ -181,9 +182,10 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     less = _less_margin(design.spec, 0, excess)
     hint = "length-pitch" if len(design.spec.array.placements) > 1 else "length-coils"
     hint = hint if design.spec.array.reference is None else "length-reference"
-    yield violated(
+    yield violation_of(
         "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
-        hint="length-margin" if less else hint, details=("with-tolerances", *unverified(jaw)), severity=severity,
+        hint="length-margin" if less else hint, details=("with-tolerances", *unmeasured_jaw_case(jaw)),
+        severity=severity,
         fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (), length=measure.nominal, excess=excess,
         likely=measure.root_sum_square, worst=measure.worst,
     )
@@ -201,18 +203,20 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         return
     pair, jaw = _measure_of(design.fit, CLOSED_PAIR), jaw_of(design.spec.jaw)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
-        yield violated("jaw-wide", "mount.jaw.width", jaw.width, jaw.port_diameter, "m", details=unverified(jaw))
+        yield violation_of("jaw-wide", "mount.jaw.width", jaw.width, jaw.port_diameter, "m",
+                           details=unmeasured_jaw_case(jaw))
     # height of the pad pockets' rims, against the distance between the pockets' floors
-    at = levels(column(design.layout))
+    at = layer_heights(column(design.layout))
     between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
     if rims > between + ROUNDING:
-        yield violated("rims-meet", "mount.jaw.recess", rims, between, "m")
+        yield violation_of("rims-meet", "mount.jaw.recess", rims, between, "m")
     if pair is not None and _weight_of(pair) is not None:
         yield _too_high(design, jaw, pair)
     square = square_back(design.layout)
     if square is not None and 2.0 * square > jaw.port_diameter + ROUNDING:
-        yield violated("square-back", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m", severity=Severity.NOTE)
+        yield violation_of("square-back", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m",
+                           severity=Severity.NOTE)
 
 
 def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
@@ -236,7 +240,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
         def passes(less: float) -> bool:
             narrow = replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))
-            return _pair(measures(narrow)).margin >= 0.0
+            return _pair_measure(measures(narrow)).margin >= 0.0
 
         # 0 if no narrower board suffices
         return (_least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None) or 0.0
@@ -250,13 +254,13 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         if by and _less_margin(spec, 1, by) is not None:
             yield from _less_margins(spec, 1, by)
         elif by:
-            yield from (fix for family in _narrower(spec, by) for fix in family())
+            yield from (fix for family in _narrower_boards(spec, by) for fix in family())
 
     glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
     passes_measured = pair.measured <= wider + ROUNDING
-    return violated(
+    return violation_of(
         "closed-pair", "mount.standoff", pair.measured, jaw.port_diameter, "m", hint=hint, severity=_weight_of(pair),
-        details=("with-tolerances", *unverified(jaw), *["pair-measured-port"] * passes_measured),
+        details=("with-tolerances", *unmeasured_jaw_case(jaw), *["pair-measured-port"] * passes_measured),
         fixes=(fixes,) if pair.decided_by == BOARD else (), nominal=pair.nominal, part=pair.decided_by, glue=glue,
         heights=[f"{key} {show(height, 'm', 3)}" for key, height in heights], keys=[key for key, _ in heights],
         loose=[f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest], wider=wider, less=less_height,
@@ -264,7 +268,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     )
 
 
-def _pair(fit: tuple[Measure, ...]) -> Measure:
+def _pair_measure(fit: tuple[Measure, ...]) -> Measure:
     """Return the closed pair's measure. The fit must be for a layout in a jaw in which the shield fits."""
     return next(measure for measure in fit if measure.name == CLOSED_PAIR)
 
@@ -280,7 +284,7 @@ def _height_to_take_off(design: Design, pair: Measure) -> float:
 
     def passes(less: float) -> bool:
         thinner = replace(spec, elastomer=replace(pad, thickness=pad.thickness - less))
-        return float(getattr(_pair(measures(replace(design.layout, spec=thinner))), counted)) <= pair.limit
+        return float(getattr(_pair_measure(measures(replace(design.layout, spec=thinner))), counted)) <= pair.limit
 
     return _least_that(passes, over, pad.thickness) or over
 

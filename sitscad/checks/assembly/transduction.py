@@ -12,11 +12,11 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
-from sitscad.checks.assembly.plates import lies
+from sitscad.checks.assembly.plates import plates_lie_on_body
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.fixes.pads import other_thicknesses
 from sitscad.checks.fixes.search import Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.loads.pressing import loaded_face, pressed, rests_on_pad, surround
 from sitscad.kernels.geometry.path import Path
@@ -56,15 +56,16 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         yield not_checked("beside-pad")
         return
     rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
-    nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
-    yield from _in_use(design.spec, force, nominal)
+    nominal, least, most = (pressed(design.spec, modulus=factor)
+                            for factor in (1.0, 1.0 + sigma, _modulus_lower_bound(sigma)))
+    yield from _strain_in_use(design.spec, force, nominal)
     if most.strain <= valid:
         return
     certain = nominal.strain
     if nominal.doubt:
         # material around the loaded part of a pad makes it stiffer by at most this much, and no pad is compressed
         # less than if all of it is loaded
-        helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
+        helped = pressed(design.spec, modulus=1.0 + constant_limits()["surround_stiffness_most"].value)
         certain = max(helped.strain, nominal.least_strain)
     is_error = certain > STRAIN_ERROR
     strain, limit = (certain, STRAIN_ERROR) if is_error else (most.strain, valid)
@@ -81,7 +82,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     is_part, is_doubtful = nominal.loaded_share < LOADED, bool(nominal.doubt)
     details = (*["compression-helped"] * (is_error and is_doubtful), *["compression-beyond"] * (nominal.strain > valid),
                *["pad-part"] * is_part, *["pad-cut"] * (is_part and is_doubtful))
-    yield violated(
+    yield violation_of(
         "compression-error" if is_error else "compression", "elastomer.material", strain, limit, hint=hint,
         severity=Severity.ERROR if is_error else Severity.WARNING, details=details,
         fixes=(lambda: stiffer().fixes,), force=force, thickness=pad.thickness, rubber=rubber.name,
@@ -93,7 +94,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
+def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
     """Yield a finding with the pad's compression at the temperature of use, if its modulus differs there.
 
     All other numbers are for a pad at 20 degrees Celsius.
@@ -105,7 +106,7 @@ def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> I
     film = spec.encapsulation.material.modulus_temperature_coefficient if spec.encapsulation is not None else 0.0
     factors = {"modulus": 1.0 + more, "film": 1.0 + film * (at - ROOM_TEMPERATURE)}
     there, valid = pressed(spec, **factors).strain, elastomer.VALID_STRAIN
-    yield violated(
+    yield violation_of(
         "compression-in-use", "requirements.temperature", there, valid,
         severity=Severity.WARNING if there > valid >= nominal.strain else Severity.NOTE, keeps_limit=there <= valid,
         temperature=at, room=ROOM_TEMPERATURE, modulus=1.0 + more, force=force, nominal=nominal.strain, slope=slope,
@@ -131,7 +132,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     ratio, part = pad.thickness / width, "pad" if width == min(pad.size) else "target"
     if lost not in (GIVES_WAY, TOO_SOFT):
         if ratio > SLENDERNESS + ROUNDING:
-            yield violated(
+            yield violation_of(
                 "slender", "elastomer.thickness", ratio, SLENDERNESS, severity=Severity.NOTE, part=part,
                 slender=SLENDERNESS * width,
                 reading="force" if len(design.spec.array.placements) == 1 else "shear",
@@ -143,7 +144,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
         hint = "gives-way-stiffer" if enough is None else "gives-way-thinner"
     else:
         hint = "gives-way-stiffer-level" if enough is None else "gives-way-thinner-level"
-    yield violated(
+    yield violation_of(
         "gives-way-level" if lost == TOO_SOFT else "gives-way-free", "elastomer.thickness", ratio,
         None if enough is None else enough / width, hint=hint,
         severity=Severity.ERROR if lost == TOO_SOFT else Severity.WARNING, force=force or 0.0, part=part,
@@ -184,7 +185,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(spec):
         yield not_checked("beside-pad")
         return
-    strain = _sheared(spec, force)
+    strain = _relative_shear_travel(spec, force)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
         yield not_checked("no-pitch")
@@ -192,14 +193,15 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
     travel, over_coils = strain * pad.thickness, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness)
     if math.inf > travel > pitch / 2.0:
-        yield violated(
+        yield violation_of(
             "shear-travel", "elastomer.material", travel, pitch / 2.0, "m", force=force,
             uncertainty=pad.material.shear_modulus_sigma, ratio=travel / pad.thickness,
-            fixes=(lambda: _taking(spec, _softest_for_shear(spec, force, over_coils)), lambda: other_thicknesses(spec)),
+            fixes=(lambda: _with_silicone(spec, _softest_for_shear(spec, force, over_coils)),
+                   lambda: other_thicknesses(spec)),
         )
 
 
-def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
+def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
     """Return the target's sideways travel under a shear force (N), divided by the pad's thickness.
 
     The target stays level. The force acts along the softer axis. The travel is the larger of two: without and with the
@@ -223,8 +225,8 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """Yield findings on the shear strain with the pad's nominal modulus, and with a modulus one sigma softer."""
     spec, limit = design.spec, elastomer.VALID_SHEAR
-    softest = _softest(pad_of(spec.elastomer).material.shear_modulus_sigma)
-    usual = _sheared(spec, force, softest)
+    softest = _modulus_lower_bound(pad_of(spec.elastomer).material.shear_modulus_sigma)
+    usual = _relative_shear_travel(spec, force, softest)
     if usual <= limit:
         # beyond the validated range of the pad's law, as in data sheet and calibration
         from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear
@@ -232,9 +234,9 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         validated = held_shear(spec)
         if force > validated:
             modulus = pad_of(spec.elastomer).material.shear_modulus
-            stiffer = _softest_enough(
+            stiffer = _softest_sufficient(
                 lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
-            yield violated(
+            yield violation_of(
                 "shear-validated", "requirements.shear_force", force, validated, "N", severity=Severity.NOTE,
                 hint="shear-validated-preset" if stiffer else "", beyond=beyond_held_shear(validated),
                 preset="" if stiffer is None else stiffer.name,
@@ -263,11 +265,11 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         return "shear-body-preset" if enough() else "shear-body"
 
     case = "shear-strain" if math.isfinite(usual) else "shear-strain-softer"
-    yield violated(
+    yield violation_of(
         case if math.isfinite(strain) else "shear-lost", "elastomer.material",
         most if math.isfinite(most) else None, limit, hint=hint, source=elastomer.SHEAR_SOURCE,
         severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
-        fixes=(lambda: _taking(spec, enough()),), force=force, rubber=material.name, strain=strain, softer=usual,
+        fixes=(lambda: _with_silicone(spec, enough()),), force=force, rubber=material.name, strain=strain, softer=usual,
         modulus=wanted_modulus, area=wanted_area, now=area,
         face=0.0 if spec.jaw is None else spec.jaw.width * spec.jaw.length,
         preset=lambda: getattr(enough(), "name", ""), body_key=spec.fpc.body_key,
@@ -278,15 +280,16 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
     return setting(spec, "elastomer.material", material, material.name)
 
 
-def _taking(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
+def _with_silicone(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
     """Return the change to a pad of another silicone, in a list. Empty if `material` is None."""
     return [] if material is None else [_of(spec, material)]
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
     """Return the softest silicone that stays within a shear strain, one sigma softer, under a shear force (N)."""
-    return _softest_enough(
-        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
+    return _softest_sufficient(
+        lambda other, modulus: _relative_shear_travel(_of(spec, other).spec, force,
+                                                      modulus / other.shear_modulus) <= limit)
 
 
 def _modulus_for_shear(
@@ -300,13 +303,13 @@ def _modulus_for_shear(
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
         low, lower, high = high, upper, 2.0 * high
-        upper = _sheared(spec, force, high)
+        upper = _relative_shear_travel(spec, force, high)
     while high > 1.0005 * low and upper < 0.99 * limit:
         share = 0.5
         if math.isfinite(lower):
             share = min(max(math.log(lower / (0.995 * limit)) / math.log(lower / upper), 0.05), 0.95)
         middle = low * (high / low) ** share
-        sheared = _sheared(spec, force, middle)
+        sheared = _relative_shear_travel(spec, force, middle)
         if sheared > limit:
             low, lower = middle, sheared
         else:
@@ -320,15 +323,15 @@ def _has_room(spec: SensorSpec, scale: float, body: Path) -> bool:
     assert target is not None
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
-    return lies(plates_of(larger), film_thickness(larger.encapsulation), body)
+    return plates_lie_on_body(plates_of(larger), film_thickness(larger.encapsulation), body)
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:
     """Yield a finding on a target without an elastomer, which lies on the board itself."""
     if design.spec.elastomer is None:
         film = design.spec.fpc.stackup.layers[0].kind
-        yield violated("target-gap", "elastomer", 0.0, None, "m",
-                       film="bare copper" if film is LayerKind.COPPER else str(film))
+        yield violation_of("target-gap", "elastomer", 0.0, None, "m",
+                           film="bare copper" if film is LayerKind.COPPER else str(film))
 
 
 def target_bending(design: Design) -> Iterator[Verdict]:
@@ -341,7 +344,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(spec):
         yield not_checked("beside-pad")
         return
-    limits, contact = own_limits(), spec.requirements.contact
+    limits, contact = constant_limits(), spec.requirements.contact
     is_finger = contact is None
     if contact is None:
         if spec.jaw is not None:
@@ -370,14 +373,14 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
         is_flat = bent[-1] <= limit
-        yield violated(
+        yield violation_of(
             "target-bends", "target.thickness", float(bent[0]), limit, hint="target-bends-thicker" if is_flat else "",
             fixes=(lambda: [thicker_target(spec, enough)],) if is_flat else (), thickness=target.thickness,
             metal=target.material.name, force=force, contact=contact, enough=enough,
         )
 
 
-def _softest(sigma: float) -> float:
+def _modulus_lower_bound(sigma: float) -> float:
     """Return the lower bound of a material's modulus, as a fraction of its nominal modulus.
 
     It is one standard deviation below nominal (`sigma`, relative), and at least 0.05.
@@ -417,20 +420,20 @@ def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
     while high > 1.0005 * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
-    least, enough = _rounded_up(high / _softest(sigma)), _softest_enough(bears)
+    least, enough = _rounded_up(high / _modulus_lower_bound(sigma)), _softest_sufficient(bears)
     written = show(least, "Pa", 3)
     change = setting(spec, "elastomer.material.shear_modulus", least, written, f"a shear modulus of {written} or more")
-    fixes = (*_taking(spec, enough), change)
+    fixes = (*_with_silicone(spec, enough), change)
     if enough is None:
         return _StifferPad(least, fixes=fixes)
     return _StifferPad(least, enough.name, enough.shear_modulus, enough.shear_modulus_sigma, fixes)
 
 
-def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
+def _softest_sufficient(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
     # The softest preset silicone that is stiff enough even one sigma softer. `bears` tests a silicone with
     # this shear modulus (Pa). None if there is none.
     presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
-    return next((m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma))), None)
+    return next((m for m in presets if bears(m, m.shear_modulus * _modulus_lower_bound(m.shear_modulus_sigma))), None)
 
 
 def _rounded_up(value: float) -> float:

@@ -13,10 +13,10 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Missing, Place
-from sitscad.checks.board.fabrication import gap_asked_by, short_of
-from sitscad.checks.fixes.moves import larger_connectors, wider
+from sitscad.checks.board.fabrication import gap_asked_by, shorter_than_limit
+from sitscad.checks.fixes.moves import larger_connectors, wider_tracks
 from sitscad.checks.fixes.search import Family, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
@@ -48,7 +48,7 @@ A spiral's gap, measured perpendicular to the track, is a little smaller than it
 """
 
 
-def nearer_by(coil: CoilSpec) -> float:
+def spiral_gap_reduction(coil: CoilSpec) -> float:
     """Return the largest difference (m) between a round coil's spacing and the gap between neighbouring turns.
 
     The gap is measured perpendicular to the track, so it is smaller than the spacing. The difference is largest at the
@@ -66,14 +66,14 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
 
     A connector's contacts may extend to the end that is plugged in.
     """
-    spec, rules, tail, copper = design.spec, design.spec.fpc.rules, design.spec.fpc.tail, copper_in(design)
+    spec, rules, tail, copper = design.spec, design.spec.fpc.rules, design.spec.fpc.tail, cached_copper(design)
     # A body too small for its coils is one finding (SIT135), not one for every layer of every coil
     has_body_room = not any(short.what is Missing.BODY_ROOM for short in design.layout.shortfalls)
     for (name, layer), (gap, index, item) in _near_edge(copper, design.layout.outline, rules, tail is not None).items():
         x, y = copper.pieces.start[index].tolist()
         place, missing = Place(x, y, layer, (item.net,)), rules.copper_to_edge - gap
         if tail is not None and isinstance(item, Trace) and item.role is Role.TAIL:
-            yield short_of(
+            yield shorter_than_limit(
                 "edge", rules, "copper_to_edge", gap, "fpc.tail.connector", place, hint=(
                     "edge-contacts-unverified" if is_unverified(tail.connector.source, "edge_margin")
                     else "edge-contacts"),
@@ -81,8 +81,8 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
                 gap=max(0.0, gap), connector=tail.connector.name, margin=tail.connector.edge_margin,
             )
         elif has_body_room:
-            yield short_of("edge", rules, "copper_to_edge", gap, "coil.outer_diameter", place, item=name, layer=layer,
-                           missing=missing, gap=max(0.0, gap))
+            yield shorter_than_limit("edge", rules, "copper_to_edge", gap, "coil.outer_diameter", place, item=name,
+                                     layer=layer, missing=missing, gap=max(0.0, gap))
 
 
 def _near_edge(
@@ -107,11 +107,11 @@ def _near_edge(
 def drill_to_copper(design: Design) -> Iterator[Verdict]:
     """Yield findings on the distance of every hole's wall to copper that does not belong to it, on every layer."""
     rules = design.spec.fpc.rules
-    for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
+    for near in drill_nearness(cached_copper(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
-        yield short_of("drill-to-copper", rules, "drill_to_copper", near.gap, "coil.turns",
-                       Place(near.x, near.y, near.layer, near.nets), net=via.net, item=name_of(foreign),
-                       layer=near.layer, gap=max(0.0, near.gap), missing=rules.drill_to_copper - near.gap)
+        yield shorter_than_limit("drill-to-copper", rules, "drill_to_copper", near.gap, "coil.turns",
+                                 Place(near.x, near.y, near.layer, near.nets), net=via.net, item=name_of(foreign),
+                                 layer=near.layer, gap=max(0.0, near.gap), missing=rules.drill_to_copper - near.gap)
 
 
 def edge_of(outline: Path) -> Primitives:
@@ -119,7 +119,7 @@ def edge_of(outline: Path) -> Primitives:
     return from_rows([row for row, _ in path_rows(outline)])
 
 
-def copper_in(design: Design) -> Copper:
+def cached_copper(design: Design) -> Copper:
     """Return the copper of the design, computed once for all rules."""
     return cached_per_board(design, "copper", lambda: copper_of(design.layout))
 
@@ -147,7 +147,7 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     spacing = design.spec.fpc.rules.trace_spacing
     winding = min(spacing, design.spec.coil.trace_spacing)
     for near in cached_per_board(design, "near copper", lambda: tuple(
-            too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
+            too_near(cached_copper(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
             pair = sorted((_kind(near.one), _kind(near.other)))
             kinds.setdefault((*pair, near.one.net == near.other.net, near.one is near.other), []).append(near)
@@ -167,11 +167,11 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
     if radius is not None:
         key, hint = "coil.corner_radius", "gap-radius"
         fixes = (lambda: [setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
-    elif is_of_turns and minimum - near.gap <= nearer_by(spec.coil):
+    elif is_of_turns and minimum - near.gap <= spiral_gap_reduction(spec.coil):
         spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (minimum - near.gap)) / GRAIN - 1e-6)
         # with fewer turns if the wider pitch needs their room
-        key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider(spec, 0.0, spacing),)
-    return violated(
+        key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider_tracks(spec, 0.0, spacing),)
+    return violation_of(
         "gap", key, near.gap, minimum, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
         place=Place(near.x, near.y, near.layer, near.nets), fixes=fixes, pair=pair_in_words(near), layer=near.layer,
         gap=max(0.0, near.gap), house=holder, places=places, missing=minimum - near.gap,
@@ -210,12 +210,13 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
             pairs = nearest_pairs(opening.boxes, np.full(len(opening), ROUNDING), edge.boxes, np.zeros(len(edge)))
             near, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
             on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
-            sides = opening.take(_remaining(len(opening), pairs[on, 0]))
-            inside = _inside_of(sides, layout.outline, rules.coverlay_web)
-            yield from _narrow_web("web-to-edge", rules, inside, edge.take(_remaining(len(edge), pairs[on, 1])), side)
+            sides = opening.take(_remaining_numbers(len(opening), pairs[on, 0]))
+            inside = _sides_inside(sides, layout.outline, rules.coverlay_web)
+            yield from _narrow_web("web-to-edge", rules, inside,
+                                   edge.take(_remaining_numbers(len(edge), pairs[on, 1])), side)
 
 
-def _remaining(count: int, used: Index) -> Index:
+def _remaining_numbers(count: int, used: Index) -> Index:
     """Return the integers from 0 to `count` - 1 that are not in `used`.
 
     numpy's own function for this would import its masked arrays first, which takes time.
@@ -225,7 +226,7 @@ def _remaining(count: int, used: Index) -> Index:
     return np.flatnonzero(free)
 
 
-def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
+def edge_crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
     """Yield the fractions of a line's length at which the edges of a closed polygon cross it."""
     # Line and edge, start + t d and a + u b, meet at parameters given by cross products:
     # t = (a x b) / (d x b) and u = (a x d) / (d x b), with `a` counted from the line's start.
@@ -250,8 +251,8 @@ def _narrow_web(
     pairs = nearest_pairs(edges.boxes, np.full(len(edges), rules.coverlay_web), across.boxes, np.zeros(len(across)))
     web = float(np.min(distances(edges.take(pairs[:, 0]), across.take(pairs[:, 1])), initial=np.inf))
     if web < rules.coverlay_web - ROUNDING:
-        yield short_of(case, rules, "coverlay_web", web, "fpc.tail.connector",
-                       Place(float(edges.start[0, 0]), float(edges.start[0, 1])), side=side)
+        yield shorter_than_limit(case, rules, "coverlay_web", web, "fpc.tail.connector",
+                                 Place(float(edges.start[0, 0]), float(edges.start[0, 1])), side=side)
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
@@ -261,24 +262,26 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
             is_shorted = side == "top" and target is not None and spec.elastomer is None
-            yield violated("no-coverlay", "fpc.stackup", details=("no-coverlay-target",) if is_shorted else (),
-                           side=side, finish=spec.fpc.finish, metal="" if target is None else target.material.name)
+            yield violation_of("no-coverlay", "fpc.stackup", details=("no-coverlay-target",) if is_shorted else (),
+                               side=side, finish=spec.fpc.finish, metal="" if target is None else target.material.name)
         elif film.kind is not LayerKind.COVERLAY and openings:
-            yield violated("no-opening", "fpc.stackup", side=side, kind=str(film.kind))
+            yield violation_of("no-opening", "fpc.stackup", side=side, kind=str(film.kind))
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
-            for item, gap, point in _bared(copper_in(design), rules.coverlay_opening_to_trace, number, region.outline):
-                yield short_of("opening-to-track", rules, "coverlay_opening_to_trace", gap, "fpc.tail",
-                               Place(float(point[0]), float(point[1]), number, (item.net,)), item=name_of(item),
-                               layer=number, gap=max(0.0, gap))
+            for item, gap, point in _bared_copper(cached_copper(design), rules.coverlay_opening_to_trace, number,
+                                                  region.outline):
+                yield shorter_than_limit("opening-to-track", rules, "coverlay_opening_to_trace", gap, "fpc.tail",
+                                         Place(float(point[0]), float(point[1]), number, (item.net,)),
+                                         item=name_of(item), layer=number, gap=max(0.0, gap))
     # solder pads too small for the coverlay to cover their rims as far as the rules require; all have the same size
     for pad in layout.pads[:1] if tail is None or tail.connector.kind == "pads" else ():
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
-            yield short_of("pad-lap", rules, "pad_lap", lap, "fpc.tail.connector", Place(*pad.centre, 1, (pad.net,)))
+            yield shorter_than_limit("pad-lap", rules, "pad_lap", lap, "fpc.tail.connector",
+                                     Place(*pad.centre, 1, (pad.net,)))
 
 
-def _bared(
+def _bared_copper(
     copper: Copper, minimum: float, number: int, opening: Path
 ) -> Iterator[tuple[Trace | Via, float, Array]]:
     """Yield tracks and vias that a coverlay opening exposes, or that are nearer to it than `minimum` (m).
@@ -293,16 +296,17 @@ def _bared(
             key = int(copper.item[index])
             worst[key] = min(worst.get(key, (gap, index)), (gap, index))
     for key, item in enumerate(copper.items):
-        if isinstance(item, Via) and _inside(corners, item.centre):
+        if isinstance(item, Via) and _is_inside_polygon(corners, item.centre):
             worst[key] = (-item.pad / 2.0, int(np.flatnonzero(copper.item == key)[0]))
     for key, (gap, index) in sorted(worst.items()):
         item = copper.items[key]
         ends = (item.path.start, item.path.end) if isinstance(item, Trace) else ()
-        if isinstance(item, Via) or (isinstance(item, Trace) and not any(_inside(corners, end) for end in ends)):
+        if isinstance(item, Via) or (isinstance(item, Trace)
+                                     and not any(_is_inside_polygon(corners, end) for end in ends)):
             yield item, gap, copper.pieces.start[index]
 
 
-def _inside_of(sides: Primitives, outline: Path, web: float) -> Primitives:
+def _sides_inside(sides: Primitives, outline: Path, web: float) -> Primitives:
     """Return the parts of an opening's straight sides inside the board's outline.
 
     The last `web` (m) before an edge that a side crosses is left out, because there the opening extends over the edge
@@ -316,15 +320,15 @@ def _inside_of(sides: Primitives, outline: Path, web: float) -> Primitives:
             continue
         start, end = Point(*sides.start[index].tolist()), Point(*sides.end[index].tolist())
         short = web / max(start.distance(end), ROUNDING)
-        for first, last in pairwise([0.0, *sorted(crossings(start, end, corners)), 1.0]):
+        for first, last in pairwise([0.0, *sorted(edge_crossings(start, end, corners)), 1.0]):
             a, b = first + (short if first > 0.0 else 0.0), last - (short if last < 1.0 else 0.0)
-            if b > a and _inside(corners, Line(start, end).at((first + last) / 2.0)):
+            if b > a and _is_inside_polygon(corners, Line(start, end).at((first + last) / 2.0)):
                 parts.append((index, a, b))
     table = np.array(parts, dtype=float).reshape(-1, 3)
     return sides.take(table[:, 0].astype(np.intp)).trimmed(table[:, 1], table[:, 2])
 
 
-def _inside(corners: Sequence[Point], point: Point) -> bool:
+def _is_inside_polygon(corners: Sequence[Point], point: Point) -> bool:
     """Whether a point lies inside a closed polygon (even-odd rule)."""
     inside = False
     for a, b in pairwise(corners):

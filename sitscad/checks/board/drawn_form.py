@@ -15,10 +15,10 @@ import numpy as np
 
 from sitscad.basics.finding import Place
 from sitscad.basics.record import record
-from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
+from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, cached_copper
 from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.fixes.moves import other_ends
-from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, Segment
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
@@ -113,7 +113,7 @@ class TrackGraph:
     @cached_property
     def edges(self) -> tuple[_Edge, ...]:
         """Tracks, divided at the nodes that they touch."""
-        meetings, edges = _meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
+        meetings, edges = _track_meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
         for index, trace in enumerate(self.layout.traces):
             cuts = [(0.0, self.node_of(trace.path.start, trace.layer)),
                     (trace.path.length, self.node_of(trace.path.end, trace.layer))]
@@ -167,7 +167,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
         yield from ((first, pad) for pad in roots.values() if pad is not first)
 
 
-def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
+def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
     """Return the ends of other tracks that run into each track between its ends: the path length (m) and the place."""
     meetings: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, copper_layers + 1):
@@ -194,13 +194,13 @@ def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[t
             apart = min(point.distance(trace.path.start), point.distance(trace.path.end))
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
-                meetings[whose[j]].append((starts[j] + _along(segment, point), point))
+                meetings[whose[j]].append((starts[j] + _place_on_segment(segment, point), point))
     # one meeting per point, although an end can touch two pieces of a track
     return {i: list({_cell(point): (way, point) for way, point in meetings[i]}.values())
             for i in range(len(traces))}
 
 
-def _along(segment: Segment, point: Point) -> float:
+def _place_on_segment(segment: Segment, point: Point) -> float:
     """Return the path length (m) on a segment to its place nearest to a point, within 1/32 of the length."""
     share = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1] / 32
     return float(share * segment.length)
@@ -262,7 +262,7 @@ _SAME_PLACE = 1e-8
 
 def acute_angle(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks that meet at an acute angle, without a pad over the corner."""
-    copper = copper_in(design)
+    copper = cached_copper(design)
     pairs: set[tuple[int, int]] = set()
     for first, second, (x, y), angle in _corners(copper):
         a, b = copper.items[copper.item[first]], copper.items[copper.item[second]]
@@ -275,7 +275,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
         if a.net != b.net or pair in pairs or is_covered:
             continue
         pairs.add(pair)
-        yield violated(
+        yield violation_of(
             "acute", "coil", math.degrees(angle), math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
             fixes=(lambda: other_ends(design.spec),), tracks=[name_of(a), name_of(b)], layer=layer,
         )
@@ -285,8 +285,8 @@ def sliver(design: Design) -> Iterator[Verdict]:
     """Yield findings on gaps within one conductor that turns back on itself, narrower than the fabricator's spacing."""
     minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
     holder, source = gap_asked_by(design.spec.fpc.rules, minimum)
-    for near in conductor_notches(copper_in(design), minimum - ALLOWED_SHORTFALL):
-        yield violated(
+    for near in conductor_notches(cached_copper(design), minimum - ALLOWED_SHORTFALL):
+        yield violation_of(
             "notch", "coil", near.gap, minimum, "m", source=source, fixes=(lambda: other_ends(design.spec),),
             place=Place(near.x, near.y, near.layer, (near.one.net,)), pair=pair_in_words(near), layer=near.layer,
             house=holder,
@@ -297,8 +297,9 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Yield findings on closed conducting loops of any net, with the coils that they run around."""
     for loop in closed_loops(_graph(design)):
         coils = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
-        yield violated("shorted-turn" if coils else "closed-loop", "coil", hint="shorted-turn",
-                       place=Place(*loop.points[0], loop.layer, loop.nets), nets=loop.nets, area=loop.area, coils=coils)
+        yield violation_of("shorted-turn" if coils else "closed-loop", "coil", hint="shorted-turn",
+                           place=Place(*loop.points[0], loop.layer, loop.nets), nets=loop.nets, area=loop.area,
+                           coils=coils)
 
 
 def unconnected(design: Design) -> Iterator[Verdict]:
@@ -311,10 +312,10 @@ def unconnected(design: Design) -> Iterator[Verdict]:
         yield not_checked("incomplete-layout")
         return
     for point, layer, net in loose_ends(_graph(design)):
-        yield violated("loose-end", "coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
+        yield violation_of("loose-end", "coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
     for first, second in open_nets(_graph(design)):
-        yield violated("open-net", "coil", place=Place(*second.centre, second.layer, (first.net,)),
-                       pins=(first.pin, second.pin), net=first.net)
+        yield violation_of("open-net", "coil", place=Place(*second.centre, second.layer, (first.net,)),
+                           pins=(first.pin, second.pin), net=first.net)
 
 
 def _graph(design: Design) -> TrackGraph:

@@ -14,9 +14,9 @@ from typing import Any
 
 from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import each_read, finer_fabricators, plated_in_holes_alone, read_anew, wider
+from sitscad.checks.fixes.moves import finer_fabricators, hole_plating_only, reread_change, reread_changes, wider_tracks
 from sitscad.checks.fixes.search import Family, Fix, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
 from sitscad.layout.board import Via
@@ -33,8 +33,8 @@ def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """Yield findings on drills smaller than the fabricator's smallest."""
     for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
-            yield short_of("via-drill", rules, "via_drill", via.drill, "fpc.rules",
-                           Place(*via.centre, nets=(via.net,)), net=via.net)
+            yield shorter_than_limit("via-drill", rules, "via_drill", via.drill, "fpc.rules",
+                                     Place(*via.centre, nets=(via.net,)), net=via.net)
 
 
 def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -42,8 +42,9 @@ def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
     for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield short_of("annular-ring", rules, "annular_ring", ring, "fpc.rules",
-                           Place(*via.centre, nets=(via.net,)), net=via.net, pad=via.drill + 2.0 * rules.annular_ring)
+            yield shorter_than_limit("annular-ring", rules, "annular_ring", ring, "fpc.rules",
+                                     Place(*via.centre, nets=(via.net,)), net=via.net,
+                                     pad=via.drill + 2.0 * rules.annular_ring)
 
 
 def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -53,8 +54,8 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
         if wall < rules.hole_to_hole - ROUNDING:
             place = Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
                           nets=tuple(sorted({via.net, other.net})))
-            yield short_of("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place, nets=(via.net, other.net),
-                           missing=rules.hole_to_hole - wall)
+            yield shorter_than_limit("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place,
+                                     nets=(via.net, other.net), missing=rules.hole_to_hole - wall)
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
@@ -67,11 +68,11 @@ def part_size(design: Design) -> Iterator[Verdict]:
     if short is not None:
         # a service with one process takes no special requests
         case = "part-in-panel" if in_panel else "part-size-service" if rules.one_process else "part-size"
-        yield violated(
+        yield violation_of(
             case, "fpc.rules" if in_panel else "fpc.panel", *short, "m", board=_sides(board), least=_sides(least),
-            house=house(rules, "part_size"), source=rules.source_of("part_size"), name=spec.name,
+            house=limit_document(rules, "part_size"), source=rules.source_of("part_size"), name=spec.name,
             severity=Severity.WARNING if case == "part-size-service" else Severity.NOTE,
-            fixes=(partial(each_read, spec, "fpc.panel", ["auto"]),) if rules.one_process and not in_panel else (),
+            fixes=(partial(reread_changes, spec, "fpc.panel", ["auto"]),) if rules.one_process and not in_panel else (),
         )
     if in_panel:
         wish = spec.fpc.panel
@@ -79,12 +80,13 @@ def part_size(design: Design) -> Iterator[Verdict]:
         count = len(bridges(design.layout))
         if count < FEWEST_BRIDGES:
             narrower = narrower_bridge(design.layout)
-            yield violated(
+            yield violation_of(
                 "bridges", "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), severity=Severity.ERROR,
                 source="two bridges are a hinge, three hold a part in its plane", width=wish.bridge,
                 hint="" if narrower else "bridges-none", narrower=f"{(narrower or 0.0) * 1e3:.1f}",
-                fixes=(partial(each_read, spec, "fpc.panel.bridge", [round(narrower * 1e3, 1)] if narrower else []),
-                       partial(each_read, spec, "fpc.panel", ["none"])),
+                fixes=(partial(reread_changes, spec, "fpc.panel.bridge",
+                               [round(narrower * 1e3, 1)] if narrower else []),
+                       partial(reread_changes, spec, "fpc.panel", ["none"])),
             )
     else:
         yield from _panel_size(rules, board)
@@ -105,9 +107,9 @@ def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -
         is_usual = is_choice and field == "panel_size"
         if side is None or (is_usual and not parts):
             continue
-        holder = house(rules, "largest_part" if is_usual else field)
+        holder = limit_document(rules, "largest_part" if is_usual else field)
         case, hint = ("panel-usual", "panel-usual-parts") if is_usual else ("panel-size", "panel-size-parts")
-        yield violated(
+        yield violation_of(
             case if parts else "board-size", "fpc.panel" if parts else "fpc.rules", side, largest, "m",
             hint=hint if parts > 1 else "", severity=Severity.NOTE if is_usual else Severity.WARNING,
             source=rules.source_of(field), size=_sides(size), limits=_sides(limits), house=holder,
@@ -121,7 +123,7 @@ def _sides(size: Sequence[float]) -> list[float]:
     return sorted(size, reverse=True)
 
 
-def house(rules: DesignRules, field: str) -> str:
+def limit_document(rules: DesignRules, field: str) -> str:
     """Return the name of the document that sets a limit: the profile's name, or file and line of a user's own profile.
 
     " (unverified)" is added to limits that were not verified. `field` is the limit's key in the rules.
@@ -130,13 +132,13 @@ def house(rules: DesignRules, field: str) -> str:
     return rules.holder(field) + mark
 
 
-def short_of(
+def shorter_than_limit(
     case: str, rules: DesignRules, field: str, have: float, key: str, place: Place, *, hint: str = "",
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
     """Return the violation for a length `have` (m) smaller than the limit `field` of the fabricator's rules."""
-    return violated(case, key, have, getattr(rules, field), "m", source=rules.source_of(field), place=place, hint=hint,
-                    fixes=fixes, house=house(rules, field), **values)
+    return violation_of(case, key, have, getattr(rules, field), "m", source=rules.source_of(field), place=place,
+                        hint=hint, fixes=fixes, house=limit_document(rules, field), **values)
 
 
 def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
@@ -147,7 +149,7 @@ def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
     """
     if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
-    return house(rules, "trace_spacing"), rules.source_of("trace_spacing")
+    return limit_document(rules, "trace_spacing"), rules.source_of("trace_spacing")
 
 
 NAMED = 4
@@ -162,9 +164,9 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield short_of("track-width", rules, "trace_width", trace.width, "fpc.rules",
-                           Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value, net=trace.net,
-                           layer=trace.layer)
+            yield shorter_than_limit("track-width", rules, "trace_width", trace.width, "fpc.rules",
+                                     Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
+                                     net=trace.net, layer=trace.layer)
 
 
 def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
@@ -179,10 +181,10 @@ def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
         return [name for name, _ in islice(finer_fabricators(spec.coil, spec.fpc.stackup), NAMED)]
 
     if value < least - ROUNDING:
-        yield violated(
+        yield violation_of(
             case, f"coil.{field}", value, least, "m", hint=lambda: "finer-rules" if finer() else "finer-rules-none",
-            source=spec.fpc.rules.source_of(field), fixes=_widened(spec, field), house=house(spec.fpc.rules, field),
-            finer=finer,
+            source=spec.fpc.rules.source_of(field), fixes=_wider_tracks(spec, field),
+            house=limit_document(spec.fpc.rules, field), finer=finer,
         )
 
 
@@ -196,8 +198,8 @@ def _thicker_foil(
     rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
     thickest = rules.beyond.get(field)
     if thickest is not None:
-        yield violated("foil-unstated", "fpc.rules", foil, thickest, "m", severity=severity,
-                       source=rules.source_of(field), lines=lines, field=field, house=house(rules, field))
+        yield violation_of("foil-unstated", "fpc.rules", foil, thickest, "m", severity=severity,
+                           source=rules.source_of(field), lines=lines, field=field, house=limit_document(rules, field))
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
@@ -222,13 +224,13 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             binds = rules.binds(f"coil_{field}")
             # not every fabricator has a minimum for coils: it is only a warning unless the rules make it binding
             unbound = "loop-unbound-base" if rules.unbound else "loop-unbound"
-            yield violated(
+            yield violation_of(
                 "loop-width" if field == "trace_width" else "loop-spacing", f"coil.{field}", value, smallest, "m",
                 hint="" if _is_installed(design.spec.coil, design.spec.fpc) else "loop-own-rules",
                 details=(*["loop-copper"] * (rules.coil_copper is not None), *[unbound] * (not binds)),
                 severity=Severity.ERROR if binds else Severity.WARNING, source=rules.source_of(f"coil_{field}"),
-                fixes=_widened(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
-                house=house(rules, f"coil_{field}"), holder=rules.holders.get("coil_rule_binding", rules.name),
+                fixes=_wider_tracks(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
+                house=limit_document(rules, f"coil_{field}"), holder=rules.holders.get("coil_rule_binding", rules.name),
                 profile=rules.name,
                 waiver=[f"coil_{name}: {show(drawn_value, 'm', 6)}" for name, drawn_value in too_fine.items()],
             )
@@ -238,7 +240,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
         yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
 
 
-def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
+def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
     """Return families of changes: wider tracks and gaps, plating in the holes alone, and finer fabricators.
 
     The new widths and gaps meet all binding minimums. With `is_all` they also meet minimums that do not bind, and no
@@ -256,7 +258,7 @@ def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family
             yield setting(spec, "fpc.rules", profile, name)
 
     houses = () if is_all else (finer,)
-    return partial(wider, spec, width, spacing), partial(_as_foil, spec, field), *houses
+    return partial(wider_tracks, spec, width, spacing), partial(_as_foil, spec, field), *houses
 
 
 def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
@@ -265,7 +267,7 @@ def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
     Without plating on the tracks, the copper is as thin as the foil, for which the fabricator's limit is smaller.
     """
     value = getattr(spec.coil, field.removeprefix("coil_"))
-    for fix in plated_in_holes_alone(spec):
+    for fix in hole_plating_only(spec):
         if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING:
             yield fix
 
@@ -287,7 +289,7 @@ GLUES = ("adhesive", "bondply")
 """Materials of dielectric layers that glue other layers together. All other dielectrics carry copper (cores)."""
 
 
-def offered(design: Design) -> Iterator[Verdict]:
+def unlisted_materials(design: Design) -> Iterator[Verdict]:
     """Yield findings on materials of the board that the fabricator does not list.
 
     Lists that are not stated are not checked.
@@ -298,10 +300,10 @@ def offered(design: Design) -> Iterator[Verdict]:
     if all(each is None for each in lists) and rules.order_multiple == 1:
         yield not_checked("no-offers", profile=rules.name)
         return
-    other = partial(each_read, spec)
-    refused = list(_refused(fpc.stackup, rules))
+    other = partial(reread_changes, spec)
+    refused = list(_refused_parts(fpc.stackup, rules))
     candidates = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
-    good = [name for name in candidates if not any(_refused(presets.stackup(name), rules))]
+    good = [name for name in candidates if not any(_refused_parts(presets.stackup(name), rules))]
     for case, field, measured, value, plated in refused:
         yield _not_offered(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",
                            details=("foil-finished",) if plated else (), others=good, plated=plated,
@@ -316,9 +318,9 @@ def offered(design: Design) -> Iterator[Verdict]:
                            fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
-        yield violated("order-multiple", "fpc.boards", float(fpc.boards), float(more), severity=Severity.WARNING,
-                       source=rules.source_of("order_multiple"), fixes=(partial(other, "fpc.boards", [more]),),
-                       house=house(rules, "order_multiple"), multiple=rules.order_multiple)
+        yield violation_of("order-multiple", "fpc.boards", float(fpc.boards), float(more), severity=Severity.WARNING,
+                           source=rules.source_of("order_multiple"), fixes=(partial(other, "fpc.boards", [more]),),
+                           house=limit_document(rules, "order_multiple"), multiple=rules.order_multiple)
 
 
 def _not_offered(
@@ -327,12 +329,13 @@ def _not_offered(
 ) -> Violation:
     """Return the violation for a material that the fabricator does not list. The message contains the list."""
     listed = [show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field)]
-    return violated(case, key, measured, unit=None if measured is None or field == "layer_counts" else "m", hint=hint,
-                    details=details, source=rules.source_of(field), fixes=fixes, house=house(rules, field),
-                    value=value, listed=listed, **values)
+    return violation_of(case, key, measured, unit=None if measured is None or field == "layer_counts" else "m",
+                        hint=hint,
+                        details=details, source=rules.source_of(field), fixes=fixes, house=limit_document(rules, field),
+                        value=value, listed=listed, **values)
 
 
-def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
+def _refused_parts(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
     """Yield a row for each part of a stack-up that the fabricator does not offer.
 
     Columns are the message case, the key of the fabricator's list, the number (layers, or thickness in m; None for a
@@ -379,18 +382,18 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
             return
     coppers = [index for index, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
     for index in coppers:
-        beside = [*_beside(layers, index, -1), *_beside(layers, index, 1)]
+        beside = [*_adjacent_dielectrics(layers, index, -1), *_adjacent_dielectrics(layers, index, 1)]
         if not any(BASE in presets.dielectric_roles(layers[k].material) for k in beside):
             number = coppers.index(index) + 1
             if not beside:
-                yield violated("copper-without-base", "fpc.stackup", number=number)
+                yield violation_of("copper-without-base", "fpc.stackup", number=number)
             else:
                 yield _other_material("copper-on-bond", design.spec, beside[0], LayerKind.DIELECTRIC, number=number,
                                       bonds=list(dict.fromkeys(layers[k].material for k in beside)))
             return
 
 
-def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
+def _adjacent_dielectrics(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
     """Yield the indices of the dielectric layers between a copper layer and the next copper layer.
 
     `index` is the copper layer's index. `step` is -1 for the layers above it, 1 for the layers below it.
@@ -408,7 +411,7 @@ def _other_material(case: str, spec: SensorSpec, index: int, kind: LayerKind, **
         serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
     key = f"fpc.stackup.{index}.material"
     usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(spec.fpc.stackup) else USUAL[kind]
-    return violated(case, key, fixes=(lambda: read_anew(spec, key, usual),), serving=serving, **values)
+    return violation_of(case, key, fixes=(lambda: reread_change(spec, key, usual),), serving=serving, **values)
 
 
 def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
@@ -428,20 +431,20 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
         is_preset = stackup.name in presets.names("stackup")
         key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
         is_short = 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING
-        yield violated(
+        yield violation_of(
             "cover-adhesive" if layer.adhesive else "cover-adhesive-unstated", key, most, minimum, "m",
             hint="cover-adhesive", side=side,
             severity=Severity.ERROR if is_short else Severity.WARNING, copper=copper.thickness, thinnest=thinnest,
             coverlay=film + adhesive, adhesive=adhesive,
             fixes=(partial(_with_film, design.spec, key, film, adhesive) if not is_preset else tuple,
-                   partial(plated_in_holes_alone, design.spec)),
+                   partial(hole_plating_only, design.spec)),
         )
 
 
 def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
     """Yield the change of a coverlay to another thickness of film and adhesive (m). `key` is its place in the spec."""
-    for thick in read_anew(spec, f"{key}.coverlay", show(film + adhesive, "m")):
-        yield from map(thick.with_also, read_anew(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
+    for thick in reread_change(spec, f"{key}.coverlay", show(film + adhesive, "m")):
+        yield from map(thick.with_also, reread_change(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
 
 
 RULES: tuple[Rule, ...] = (
@@ -449,6 +452,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT105", lambda design: annular_ring(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT106", lambda design: hole_to_hole(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT116", part_size), rule_of("SIT101", trace_width), rule_of("SIT102", trace_spacing),
-    rule_of("SIT103", loop_lines), rule_of("SIT131", offered),
+    rule_of("SIT103", loop_lines), rule_of("SIT131", unlisted_materials),
     rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive),
 )

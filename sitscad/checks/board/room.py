@@ -12,8 +12,8 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.checks.fixes import moves
-from sitscad.checks.fixes.search import GROWTH, Costly, Family, Fix, Growing, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violated
+from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, setting
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box, beyond
 from sitscad.kernels.geometry.path import Path, bounding_box, rectangle
@@ -123,9 +123,9 @@ def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     hint = ""
     if lack.what is Missing.LEAD_ROOM:
         hint = "lead-room" if is_single else "lead-room-coils"
-    return violated(case, key, have, need, unit, hint=hint, source=source, place=lack.place,
-                    fixes=_room(spec, shortfall), lack=lack.message, layers=len(spec.coil.layers) + 1,
-                    body=body.written if body is not None else "")
+    return violation_of(case, key, have, need, unit, hint=hint, source=source, place=lack.place,
+                        fixes=_changes_for_room(spec, shortfall), lack=lack.message, layers=len(spec.coil.layers) + 1,
+                        body=body.written if body is not None else "")
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:
@@ -133,36 +133,37 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
     yield from no_room(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
-        yield violated("no-way-out", "coil.layers", place=Place(*unled[0].centre),
-                       coils=[coil.name for coil in unled])
+        yield violation_of("no-way-out", "coil.layers", place=Place(*unled[0].centre),
+                           coils=[coil.name for coil in unled])
 
 
-def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
+def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
     """Return changes that may make room for a shortfall."""
     missing, body = lack.missing, spec.fpc.body
-    wider = Growing(partial(moves.larger_body, spec),
-                    GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
-                                                                            spec.fpc.rules))
+    wider = FamilyByAmount(partial(moves.larger_body, spec),
+                           GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
+                                                                                   spec.fpc.rules))
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
-            return (Costly(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
-                    Growing(partial(moves.larger_coils, spec), more,
-                            fits=lambda changed: moves.inner_vias_fit(changed.artwork), is_costly=True))
+            return (CostlyFamily(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
+                    FamilyByAmount(partial(moves.larger_coils, spec), more,
+                                   fits=lambda changed: moves.inner_vias_fit(changed.artwork), is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
             # changes inside the specified outline come first, and cheap trials first: trials that end in a board
-            inside = [Growing(partial(move, spec), GRAIN) for move in (moves.coils_apart, moves.smaller_coils)]
+            inside = [FamilyByAmount(partial(move, spec), GRAIN)
+                      for move in (moves.coils_farther_apart, moves.smaller_coils)]
             return *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
             first = moves.lead_room(spec.array.placements, spec.coil, spec.fpc.rules)
-            return (Growing(partial(moves.coils_apart, spec), first), partial(moves.other_ends, spec),
+            return (FamilyByAmount(partial(moves.coils_farther_apart, spec), first), partial(moves.other_ends, spec),
                     partial(_apart_and_turned, spec, GROWTH * first))
         case Missing.LEAD_ROOM:
             return (partial(moves.other_ends, spec),)
         case Missing.TAIL_ROOM:
             return (partial(moves.larger_connectors, spec, "pitch"),)
         case Missing.TAIL_LAYERS:
-            return (partial(moves.read_anew, spec, "fpc.tail.layers", 2),)
+            return (partial(moves.reread_change, spec, "fpc.tail.layers", 2),)
         case Missing.BODY_ROOM:
             return (wider,)
     return ()
@@ -174,7 +175,7 @@ FEWER = 2
 
 def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
     """Yield changes to coils farther apart by `by` (m), each with another start angle of the winding."""
-    farther = moves.coils_apart(spec, by)
+    farther = moves.coils_farther_apart(spec, by)
     yield from map(farther.with_also, moves.other_start_angles(farther.spec))
 
 
@@ -191,10 +192,10 @@ def within_largest(design: Design) -> Iterator[Verdict]:
     over, (x0, y0, x1, y1) = _beyond_largest(edge, body), bounding_box([body])
     if over > ROUNDING:
         # the outline may be written as the body's own if everything has room in it
-        yield violated(
+        yield violation_of(
             "largest-body", "fpc.largest", over, 0.0, "m", size=(x1 - x0, y1 - y0), largest=largest.written,
-            hint=lambda: "" if arrange(_as_asked(spec, largest).spec).shortfalls else "largest-as-body",
-            fixes=_fitting(spec, largest, over, (x1 - x0, y1 - y0)),
+            hint=lambda: "" if arrange(_with_largest_body(spec, largest).spec).shortfalls else "largest-as-body",
+            fixes=_changes_within_largest(spec, largest, over, (x1 - x0, y1 - y0)),
         )
     yield from _wide_tail(design.layout, largest)
     if spec.mount is not None and spec.mount.kind == "bench-plate":
@@ -218,7 +219,7 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     has_end = end[0] > limit + ROUNDING
     plugs = moves.narrower_plugs(layout.spec, end[0]) if has_end else []
     width = end[0] if has_end else widest
-    yield violated(
+    yield violation_of(
         "wide-end" if has_end else "wide-tail", "fpc.tail.connector" if has_end else "fpc.tail", width, limit, "m",
         hint="wide-end-plugs" if plugs else "", severity=Severity.NOTE, largest=largest.written,
         connector=tail.connector.name, contacts=len(layout.pads), plug=plugs[0][1].words if plugs else "",
@@ -239,8 +240,8 @@ def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) ->
         plates = [rectangle(-a / 2, -b / 2, a / 2, b / 2, PLATE_CORNER) for a, b in (lying, upright)]
     over = min(max(beyond(largest.edge, corner) for corner in outline.flattened(1e-6)) for outline in plates)
     if over > ROUNDING:
-        yield violated("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
-                       size=(x1 - x0, y1 - y0), largest=largest.written)
+        yield violation_of("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
+                           size=(x1 - x0, y1 - y0), largest=largest.written)
 
 
 def _beyond_largest(largest: Path, body: Path) -> float:
@@ -248,18 +249,20 @@ def _beyond_largest(largest: Path, body: Path) -> float:
     return max(beyond(largest, point) for point in body.flattened(1e-6))
 
 
-def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:
+def _with_largest_body(spec: SensorSpec, largest: BodySpec) -> Fix:
     """Return the change that sets the body's outline to the largest allowed outline (``fpc.largest``)."""
     return setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
 
 
-def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float]) -> tuple[Family, ...]:
+def _changes_within_largest(
+    spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float]
+) -> tuple[Family, ...]:
     """Return families of changes after which the body lies in the largest outline ``fpc.largest``.
 
     They are this outline as the body's own, smaller coils, and both. `over` is the excess (m), `have` the present size
     of the body (m).
     """
-    as_asked = _as_asked(spec, largest)
+    as_asked = _with_largest_body(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING
 
     smaller = partial(moves.smaller_coils, keeps_length=keeps_length)
@@ -269,7 +272,8 @@ def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float
         also = smaller(as_asked.spec, less)
         return as_asked.with_also(also) if also.edits else also
 
-    return lambda: [as_asked], Growing(partial(smaller, spec), by, is_costly=True), Growing(both, by, is_costly=True)
+    only_smaller = FamilyByAmount(partial(smaller, spec), by, is_costly=True)
+    return lambda: [as_asked], only_smaller, FamilyByAmount(both, by, is_costly=True)
 
 
 RULES: tuple[Rule, ...] = (

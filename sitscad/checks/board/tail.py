@@ -17,11 +17,11 @@ from typing import Any
 from sitscad.assembly.places.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.basics.finding import Edit, Place, Severity
 from sitscad.basics.record import record
-from sitscad.checks.board.clearances import crossings
-from sitscad.checks.board.fabrication import house
-from sitscad.checks.fixes.moves import each_read, larger_body, thinner_tails
-from sitscad.checks.fixes.search import Family, Fix, Growing, setting
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violated
+from sitscad.checks.board.clearances import edge_crossings
+from sitscad.checks.board.fabrication import limit_document
+from sitscad.checks.fixes.moves import larger_body, reread_changes, thinner_tails
+from sitscad.checks.fixes.search import Family, FamilyByAmount, Fix, setting
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Path, Segment, bounding_box
@@ -93,25 +93,25 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
         for item, middle, half, place in stiff:
             inside = min(middle + half, zone[1]) - max(middle - half, zone[0])
             if inside > ROUNDING:
-                yield violated("stiff-in-bend", "fpc.tail.bend", inside, 0.0, "m", place=place, item=item)
+                yield violation_of("stiff-in-bend", "fpc.tail.bend", inside, 0.0, "m", place=place, item=item)
     room, path, bends = room_for_own(layout), tail_path(layout), bends_of_mount(layout)
-    straight = _straight(zone, room, layout.in_bend_zone, layout.traces)
+    straight = _longest_straight(zone, room, layout.in_bend_zone, layout.traces)
     end = straight.start + straight.length
     if path is not None and path.reason == TOO_SHORT:
-        yield violated("mount-bends-short", "fpc.tail.length", severity=Severity.WARNING)
+        yield violation_of("mount-bends-short", "fpc.tail.length", severity=Severity.WARNING)
     elif bends and bends[-1].end > end + ROUNDING:
         line = bends[-1].line
-        yield violated(
+        yield violation_of(
             "mount-bends", "fpc.tail.length", bends[-1].end - end, 0.0, "m", severity=Severity.WARNING,
             place=Place(line, sum(layout.reach_at(line)) / 2), start=bends[0].start, end=bends[-1].end, straight=end,
         )
     lacking = max(bend_length(spec.fpc) - max(0.0, straight.room), FIRST_ROOM if zone is None else 0.0)
     # a longer tail does not help if leads or vias have no room
-    fixes = () if layout.shortfalls else _longer(spec, layout.tail_length, lacking)
+    fixes = () if layout.shortfalls else _longer_tails(spec, layout.tail_length, lacking)
     yield from _too_short(spec.fpc, zone, straight, bends[-1].end if bends else None, fixes)
     bend = own_bend(layout)
     if zone is not None and bend is not None and room is not None and tail.bend_at is not None:
-        yield from _misplaced(zone, bend, room, layout.body[2], layout.reach_at)
+        yield from _misplaced_bend(zone, bend, room, layout.body[2], layout.reach_at)
     yield from _too_sharp(spec)
 
 
@@ -129,8 +129,8 @@ def _too_short(
     place = None if straight.unfit is None else replace(straight.unfit, x=straight.start)
     if fits:
         if place is not None:
-            yield violated("bend-tracks", "fpc.tail.bend", straight.length, needed or None, "m",
-                           severity=Severity.NOTE, place=place, start=straight.start)
+            yield violation_of("bend-tracks", "fpc.tail.bend", straight.length, needed or None, "m",
+                               severity=Severity.NOTE, place=place, start=straight.start)
         return
     field, ratio = figure or ("", 0.0)
     # an error if no part of the tail this long, straight or not, is free of stiff items
@@ -138,11 +138,11 @@ def _too_short(
     has_room = zone is not None and zone[1] - start >= needed - ROUNDING
     details = (*["bend-room-radius"] * (figure is not None), *["bend-room-mount"] * (mount_end is not None),
                *["bend-room-tracks"] * (place is not None))
-    yield violated(
+    yield violation_of(
         "bend-room" if needed else "bend-room-unknown", "fpc.tail.length", straight.room, needed, "m", details=details,
         severity=Severity.WARNING if has_room else Severity.ERROR, place=place,
         source=fpc.rules.source_of(field) if figure else None, bend=tail.bend, angle=tail.bend_angle,
-        room=max(0.0, straight.room), ratio=ratio, house=house(fpc.rules, field) if figure else "",
+        room=max(0.0, straight.room), ratio=ratio, house=limit_document(fpc.rules, field) if figure else "",
         start=straight.start, fixes=fixes,
     )
 
@@ -154,11 +154,11 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     if drawn_length > tail.length + ROUNDING:
         needed = LENGTH_GRAIN * math.ceil(drawn_length / LENGTH_GRAIN - 1e-6)
         fix = setting(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
-        yield violated("tail-length", "fpc.tail.length", tail.length, drawn_length, "m", fixes=(lambda: [fix],),
-                       length=f"{needed * 1e3:.1f} mm")
+        yield violation_of("tail-length", "fpc.tail.length", tail.length, drawn_length, "m", fixes=(lambda: [fix],),
+                           length=f"{needed * 1e3:.1f} mm")
 
 
-def _misplaced(
+def _misplaced_bend(
     zone: tuple[float, float], bend: Bend, room: tuple[float, float], body_end: float,
     reach_at: Callable[[float], tuple[float, float]],
 ) -> Iterator[Violation]:
@@ -171,7 +171,7 @@ def _misplaced(
     if beyond > ROUNDING:
         half, (low, high) = (bend.end - bend.start) / 2, (x - body_end for x in room)
         is_stiff = max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING
-        yield violated(
+        yield violation_of(
             "bend-at-stiff" if is_stiff else "bend-at-tracks", "fpc.tail.bend.at", beyond, 0.0, "m",
             hint="bend-at-room" if high - low > 2 * half else "bend-at-nowhere", line=bend.line, start=bend.start,
             end=bend.end, low=low + half, high=high - half, place=Place(bend.line, sum(reach_at(bend.line)) / 2),
@@ -188,14 +188,14 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
         rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # rounded as written
         changed = setting(spec, "fpc.tail.bend_radius", rounder, "").spec
         fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), changed)
-        yield violated(
+        yield violation_of(
             "bend-radius-small", "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
             source=spec.fpc.rules.source_of(figure[0]), fixes=(lambda: [fix],), bend=tail.bend, ratio=figure[1],
-            house=house(spec.fpc.rules, figure[0]),
+            house=limit_document(spec.fpc.rules, figure[0]),
         )
 
 
-def _longer(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Family, ...]:
+def _longer_tails(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Family, ...]:
     """Return the family of longer tails. `tail_length` is the present length (m), `missing` the missing length (m)."""
 
     def longer(by: float) -> Fix:
@@ -203,10 +203,10 @@ def _longer(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Famil
         fix = setting(spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
         return fix if length <= LONGEST else Fix((), spec)
 
-    return (Growing(longer, missing, LENGTH_GRAIN),)
+    return (FamilyByAmount(longer, missing, LENGTH_GRAIN),)
 
 
-def _straight(
+def _longest_straight(
     zone: tuple[float, float] | None, room: tuple[float, float] | None,
     in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...],
 ) -> _Straight:
@@ -229,26 +229,26 @@ def special_build(design: Design) -> Iterator[Verdict]:
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
     if tail is None or last == count:
         if layout.vias and stackup.plating is Plating.BUTTONS:
-            yield violated("buttons", "fpc.plated", copper=_copper(stackup),
-                           panel=_copper(stackup.built(Plating.PANEL, 0)))
+            yield violation_of("buttons", "fpc.plated", copper=_copper_text(stackup),
+                               panel=_copper_text(stackup.built(Plating.PANEL, 0)))
         return
     plain = replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count))
     radius, plain_radius = least_bend_radius(spec.fpc), least_bend_radius(plain)
-    yield violated(
+    yield violation_of(
         "tail-layers", "fpc.tail.layers", float(last), float(count),
         details=("tail-layers-plain", *["tail-layers-bends"] * bool(radius and plain_radius)), layers=last,
-        copper=_copper(spec.fpc.stackup), plain=_copper(stackup), thickness=tail_thickness(spec.fpc),
+        copper=_copper_text(spec.fpc.stackup), plain=_copper_text(stackup), thickness=tail_thickness(spec.fpc),
         plain_thickness=tail_thickness(plain), radius=radius, plain_radius=plain_radius,
         steps=lamination_text(layout),
     )
 
 
-def _copper(stackup: Stackup) -> str:
+def _copper_text(stackup: Stackup) -> str:
     """Return the thickness of each copper layer with its plating, from the top, as text: "30/18/18/30 um"."""
     return "/".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
-def step(design: Design) -> Iterator[Verdict]:
+def layer_step(design: Design) -> Iterator[Verdict]:
     """Yield findings on holes and turns near the step at which the lower layers end.
 
     The tail's own coverlay may overlap there.
@@ -265,7 +265,7 @@ def step(design: Design) -> Iterator[Verdict]:
         field, apart = "coverlay_lap", minimum
     if near is not None and gap < apart - ROUNDING:
         yield _near_step("hole-to-step", design.spec, gap, apart, rules.source_of(field),
-                         Place(*near.centre, nets=(near.net,)), net=near.net, house=house(rules, field),
+                         Place(*near.centre, nets=(near.net,)), net=near.net, house=limit_document(rules, field),
                          copper=layout.spec.fpc.tail_copper + 1)
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.all_placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
@@ -273,7 +273,7 @@ def step(design: Design) -> Iterator[Verdict]:
     if layout.spec.fpc.has_tail_coverlay and gap < minimum - ROUNDING:
         yield _near_step(
             "turns-to-step", design.spec, gap, minimum, rules.source_of("coverlay_lap"),
-            Place(*coil.centre, nets=(coil.net,)), coil=coil.name, house=house(rules, "coverlay_lap"),
+            Place(*coil.centre, nets=(coil.net,)), coil=coil.name, house=limit_document(rules, "coverlay_lap"),
             lap=rules.coverlay_lap, registration=rules.coverlay_registration,
         )
 
@@ -287,9 +287,10 @@ def _near_step(
     fix = setting(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
     if spec.fpc.body is not None:
         fix = larger_body(spec, longer)
-    return violated(case, "fpc.tail.layers", gap, minimum, "m", hint="near-step", details=("near-step",), source=source,
-                    place=place, fixes=(lambda: [fix],), missing=minimum - gap, body_key=spec.fpc.body_key,
-                    height=spec.fpc.tail_step, **values)
+    return violation_of(case, "fpc.tail.layers", gap, minimum, "m", hint="near-step", details=("near-step",),
+                        source=source,
+                        place=place, fixes=(lambda: [fix],), missing=minimum - gap, body_key=spec.fpc.body_key,
+                        height=spec.fpc.tail_step, **values)
 
 
 LONGEST_BAR = 1.5e-3
@@ -316,18 +317,18 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
     if wrong > allowed + ROUNDING:
         spec, unstiffened = design.spec, have - (plate.thickness if plate is not None else 0.0)
         names = [name for name in presets.names("connector") if name != connector.name]
-        connectors, fixes = partial(each_read, spec, "fpc.tail.connector", names), tuple[Family, ...]()
+        connectors, fixes = partial(reread_changes, spec, "fpc.tail.connector", names), tuple[Family, ...]()
         if unstiffened <= required + allowed + ROUNDING:
             hint = "insertion-thinner" if have > required else "insertion-thicker"
             plate_of = [f"{1e3 * (required - unstiffened):.6g}"] if required > unstiffened else []
-            fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), connectors
+            fixes = partial(reread_changes, spec, "fpc.tail.stiffener", plate_of), connectors
         elif presets.is_rigid(spec.fpc.stackup):
-            hint, fixes = "insertion-rigid", (partial(each_read, spec, "fpc.tail.connector", ["solder-pads"]),)
+            hint, fixes = "insertion-rigid", (partial(reread_changes, spec, "fpc.tail.connector", ["solder-pads"]),)
         else:
             hint, fixes = "insertion-bare", (partial(thinner_tails, spec), connectors)
-        yield violated("insertion", "fpc.tail.connector", have, required, "m", hint=hint,
-                       details=_plug_unverified(connector), source=connector.source, fixes=fixes,
-                       connector=connector.name, tolerance=allowed, wrong=wrong)
+        yield violation_of("insertion", "fpc.tail.connector", have, required, "m", hint=hint,
+                           details=_plug_unverified(connector), source=connector.source, fixes=fixes,
+                           connector=connector.name, tolerance=allowed, wrong=wrong)
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
@@ -346,7 +347,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     # a stiffener from stock comes within half a step of the required thickness
     half_a_step = max(b - a for a, b in pairwise(_in_stock())) / 2
     if worst[0] > half_a_step + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
-        yield violated(
+        yield violation_of(
             "contact-thickness", "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m",
             details=_plug_unverified(connector), source=band.source, place=Place(*pads[0].centre, 1) if pads else None,
             minimum=band.minimum, maximum=band.maximum, low=low, high=high, wanted=required, tolerance=allowed,
@@ -368,8 +369,8 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
     key, severity = "fpc.tail.connector", Severity.WARNING
     if tail.stiffener is not None:
         key, severity = "fpc.tail.stiffener", Severity.NOTE
-    yield violated("stiffener-stock", key, plate.thickness, near[0], "m", severity=severity,
-                   source="sitscad/data/stiffeners.csv", near=near, thinnest=totals[0], thickest=totals[-1])
+    yield violation_of("stiffener-stock", key, plate.thickness, near[0], "m", severity=severity,
+                       source="sitscad/data/stiffeners.csv", near=near, thinnest=totals[0], thickest=totals[-1])
 
 
 def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
@@ -384,11 +385,11 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
         return
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(placements, fpc.tail, connector).count)
-        yield violated(
+        yield violation_of(
             "plug-width", "fpc.tail.connector", rules.outline_tolerance, connector.width_tolerance, "m",
             details=_plug_unverified(connector, "width_tolerance"), source=rules.source_of("outline_tolerance"),
-            place=Place(*pads[0].centre, 1) if pads else None, width=width, house=house(rules, "outline_tolerance"),
-            connector=connector.name,
+            place=Place(*pads[0].centre, 1) if pads else None, width=width,
+            house=limit_document(rules, "outline_tolerance"), connector=connector.name,
         )
 
 
@@ -403,13 +404,13 @@ def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> 
         hint = "positions-written" if is_written else "positions-coils"
         if connectors:
             hint = "positions-others-written" if is_written else "positions-others-coils"
-        yield violated(
+        yield violation_of(
             "positions", "fpc.tail.contacts" if is_written else "fpc.tail.connector", float(row.count),
             float(counts[-1]), hint=hint, details=unverified, severity=Severity.WARNING if is_written else None,
             source=connector.source, connector=connector.name, fewest=counts[0], others=connectors,
         )
     elif counts and row.count > row.used:
-        yield violated(
+        yield violation_of(
             "contacts-unused", "fpc.tail.connector", float(row.used), float(row.count), details=unverified,
             severity=Severity.NOTE, source=connector.source, connector=connector.name, first=row.first,
             last=row.first + row.used - 1,
@@ -435,14 +436,14 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
     layout, fpc = design.layout, design.spec.fpc
     chosen = finish(fpc.finish)
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
-    as_enig = partial(each_read, design.spec, "fpc.finish", ["enig"])
+    as_enig = partial(reread_changes, design.spec, "fpc.finish", ["enig"])
     if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):
-        yield violated("finish-plugs" if is_plugged else "finish-solder", "fpc.finish", severity=Severity.WARNING,
-                       source=chosen.source, fixes=(as_enig,), finish=fpc.finish)
+        yield violation_of("finish-plugs" if is_plugged else "finish-solder", "fpc.finish", severity=Severity.WARNING,
+                           source=chosen.source, fixes=(as_enig,), finish=fpc.finish)
     if chosen.is_electrolytic and layout.pads:
         apart = max(_to_the_edge(layout.outline, pad) for pad in layout.pads)
         is_long = apart > LONGEST_BAR + ROUNDING
-        yield violated(
+        yield violation_of(
             "plating-bars", "fpc.finish", hint="plating-bars-long" if is_long else "",
             severity=Severity.ERROR if is_long else Severity.WARNING, source=chosen.source,
             place=Place(*layout.pads[0].centre, 1), fixes=(as_enig,), finish=chosen.words, count=len(layout.pads),
@@ -456,12 +457,12 @@ def _to_the_edge(outline: Path, pad: Pad) -> float:
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
     for sign in (-1.0, 1.0):  # up to one metre
         end = pad.centre.shifted(sign * half * dx, sign * half * dy)
-        distances += crossings(end, end.shifted(sign * dx, sign * dy), corners)
+        distances += edge_crossings(end, end.shifted(sign * dx, sign * dy), corners)
     return min(distances)
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT123", bend_zone, "tail"), rule_of("SIT133", tail_length, "tail"), rule_of("SIT130", step, "tail"),
+    rule_of("SIT123", bend_zone, "tail"), rule_of("SIT133", tail_length, "tail"), rule_of("SIT130", layer_step, "tail"),
     rule_of("SIT132", special_build),
     rule_of("SIT117", insertion_thickness, "tail"),
     rule_of("SIT124", contact_worst_case, "tail"),

@@ -9,7 +9,7 @@ from typing import Any
 from sitscad.checks.findings.document import (
     CheckedSpec,
     as_json,
-    by_weight,
+    by_severity,
     checked_spec,
     excerpt,
     finding_json,
@@ -21,9 +21,24 @@ from sitscad.checks.findings.document import (
 from sitscad.checks.findings.text import OutputOptions, RuleTexts, as_text, styled, summary
 
 __all__ = [
-    "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
-    "excerpt", "finding_json", "in_order", "job_summary", "json_document", "numbered_places", "printable", "styled",
-    "summary", "to_json",
+    "FINDING_FORMATS",
+    "CheckedSpec",
+    "OutputOptions",
+    "RuleTexts",
+    "as_json",
+    "as_text",
+    "by_severity",
+    "checked_spec",
+    "escape_controls",
+    "excerpt",
+    "finding_json",
+    "in_order",
+    "job_summary",
+    "json_document",
+    "numbered_places",
+    "styled",
+    "summary",
+    "to_json",
 ]
 
 Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]

@@ -4,8 +4,9 @@ The formats are SARIF 2.1.0 (OASIS Standard, with errata 01) for code hosts and 
 annotations of GitHub Actions, and the summary page of a job (`job_summary`).
 
 SARIF has one run for all specs. Rules that were not checked are notifications of the run and not results, because
-readers show every result as a complaint, whatever its kind. Results have the fingerprints of `identities`, which stay
-the same when lines move. One fingerprint is repeated as ``primaryLocationLineHash``, which GitHub code scanning uses.
+readers show every result as a complaint, whatever its kind. Results have the fingerprints of `finding_identities`,
+which stay the same when lines move. One fingerprint is repeated as ``primaryLocationLineHash``, which GitHub code
+scanning uses.
 
 GitHub shows ten annotations of a kind in a step and drops the rest without notice. Therefore only the ten worst
 findings become annotations, followed by the total number.
@@ -23,15 +24,15 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement
 
 from sitscad.basics.finding import Finding, Ignored, Remedy, Severity
-from sitscad.basics.units import printable
+from sitscad.basics.units import escape_controls
 from sitscad.basics.version import __version__
 from sitscad.checks.findings.document import (
     CheckedSpec,
-    by_weight,
+    by_severity,
     excerpt,
+    finding_identities,
     finding_json,
     fingerprint,
-    identities,
     to_json,
 )
 from sitscad.checks.findings.text import OutputOptions, RuleTexts, summary
@@ -65,7 +66,7 @@ def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     for spec in checked:
         ignored = {id(each.finding): each for each in spec.ignored}
         findings = [*spec.findings, *(each.finding for each in spec.ignored)]
-        for finding, name in zip(findings, identities(findings), strict=True):
+        for finding, name in zip(findings, finding_identities(findings), strict=True):
             results.append(_result(spec, finding, name, output, indices, ignored.get(id(finding))))
     run = {
         "tool": {"driver": driver},
@@ -163,7 +164,7 @@ def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
     region: dict[str, Any] = {"startLine": finding.line, "startColumn": column}
     if text is None:
         return region
-    end = {"endLine": finding.line, "endColumn": column + extent(text, column)}
+    end = {"endLine": finding.line, "endColumn": column + value_length(text, column)}
     return region | end | {"snippet": {"text": excerpt(text, column, LONGEST)[0]}}
 
 
@@ -171,7 +172,7 @@ _QUOTED = re.compile(r'"(?:[^"\\]|\\.)*"|\'(?:[^\']|\'\')*\'')
 _PLAIN = re.compile(r"[^#\[\]{},]*?(?=\s*(?:$|[\[\]{},]|\s#))")
 
 
-def extent(line: str, column: int) -> int:
+def value_length(line: str, column: int) -> int:
     """Return the length (at least 1) of the value at a column (from 1): quoted, plain, or a bracketed list."""
     rest = line[column - 1 :]
     if rest.startswith(("[", "{")):
@@ -234,7 +235,7 @@ def _lines(path: str, finding: Finding) -> str:
 
 
 def _shown(text: str) -> str:
-    return printable(text).encode("utf-8", "backslashreplace").decode("utf-8")
+    return escape_controls(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 SHOWN = 10  # Largest number of findings that become annotations
@@ -244,7 +245,7 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """Return the ten worst findings as annotations, the number of all findings, and the final summary line."""
-    unsorted_pairs = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
+    unsorted_pairs = [(spec, finding) for spec in checked for finding in by_severity(spec.findings)]
     pairs = sorted(unsorted_pairs, key=lambda pair: list(Severity).index(pair[1].severity))
     lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
     if len(pairs) > SHOWN:
@@ -266,7 +267,7 @@ def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
 
 def _data(text: str) -> str:
     """Return a message escaped for a workflow command: a single line that cannot start another command."""
-    lines = (printable(line) for line in text.replace("%", "%25").splitlines())
+    lines = (escape_controls(line) for line in text.replace("%", "%25").splitlines())
     return "%0A".join(lines)
 
 
@@ -285,7 +286,7 @@ def _section(spec: CheckedSpec, pictures: Mapping[str, str]) -> str:
         lines += ["```text", picture, "```", ""]
     if spec.findings:
         lines += ["| severity | rule | place | finding |", "|---|---|---|---|"]
-        lines += [_row(finding) for finding in by_weight(spec.findings)] + [""]
+        lines += [_row(finding) for finding in by_severity(spec.findings)] + [""]
     for ignored in spec.ignored:
         lines.append(f"- ignored: {ignored.finding.rule} {_cell(ignored.finding.message)} ({_cell(ignored.reason)})")
     reasons: dict[str, list[str]] = {}
@@ -307,4 +308,4 @@ _MARKDOWN = str.maketrans({character: f"\\{character}" for character in "\\`*_[]
 
 def _cell(text: str) -> str:
     """Return text on one line with all characters escaped that have a meaning in Markdown."""
-    return printable(" ".join(text.split())).translate(_MARKDOWN)
+    return escape_controls(" ".join(text.split())).translate(_MARKDOWN)

@@ -123,17 +123,17 @@ def in_order(findings: Sequence[Finding]) -> list[Finding]:
     return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
 
 
-def by_weight(findings: Sequence[Finding]) -> list[Finding]:
+def by_severity(findings: Sequence[Finding]) -> list[Finding]:
     """Return findings sorted as in the report: errors first, then by place in the spec's text."""
     return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
 
 
 def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
     """Return the findings that have a place on the board, with their numbers (from 1) in report and pictures."""
-    return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
+    return list(enumerate((finding for finding in by_severity(findings) if finding.place is not None), 1))
 
 
-def identities(findings: Sequence[Finding]) -> list[str]:
+def finding_identities(findings: Sequence[Finding]) -> list[str]:
     """Return a text for every finding that stays the same when lines move or numbers in its message change.
 
     Findings of one rule at one key are distinguished by a count, in the given order.
@@ -147,8 +147,8 @@ def identities(findings: Sequence[Finding]) -> list[str]:
     return names
 
 
-def turnless(identity: str) -> str:
-    """Return an identity (`identities`) without its final count.
+def without_count(identity: str) -> str:
+    """Return an identity (`finding_identities`) without its final count.
 
     The count distinguishes findings of one rule at one key.
     """

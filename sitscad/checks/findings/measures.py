@@ -112,7 +112,7 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     return [f"{', '.join(coils)} {text}" for text, coils in named.items()]
 
 
-def felt_words(reached: RequirementResult) -> str:
+def performance_text(reached: RequirementResult) -> str:
     """Return a line with a requirement's estimated value, its limit, the axis and the working point."""
     if reached.limit is None:
         requirement = reached.requirement.replace("_", " ")

@@ -18,10 +18,10 @@ from typing import Protocol
 
 from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
-from sitscad.basics.units import counted, printable
+from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
 from sitscad.checks.examples import rule_example
-from sitscad.checks.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
+from sitscad.checks.findings.document import CheckedSpec, by_severity, excerpt, in_order, to_json
 
 INDENT = 6  # Indent (columns) of a finding's further lines
 
@@ -102,7 +102,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
         milder = {f.severity for spec in checked for f in spec.findings if not output.is_told_in_full(f.severity)}
         labels = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
         hidden = " and ".join(word for severity, word in labels.items() if severity in milder)
-        final = verdict(checked, colour) + (f" (check -v shows {hidden})" if hidden else "")
+        final = verdict_text(checked, colour) + (f" (check -v shows {hidden})" if hidden else "")
     last += [name + line for line in (*_fixes_text(checked, output.hints), final)]
     return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
@@ -111,7 +111,7 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     """Return the findings of a spec as groups of lines: one for each finding in full, and one for short warnings."""
     if output.verbose:
         return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
-    findings = by_weight(spec.findings)
+    findings = by_severity(spec.findings)
     full = [_in_full(spec, finding, output) for finding in findings if output.is_told_in_full(finding.severity)]
     milder = [f for f in findings if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
@@ -130,17 +130,17 @@ def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str
             rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
     rule_lists = {is_safe: f" ({', '.join(sorted(set(rule_ids)))})" for is_safe, rule_ids in rules.items()}
     safe, unsafe = rules[True], rules[False]
-    parts = [f"for {counted(len(safe), 'finding')}{rule_lists[True]} by {command}"] if safe else []
+    parts = [f"for {count_text(len(safe), 'finding')}{rule_lists[True]} by {command}"] if safe else []
     if unsafe:
         more = " more" if safe else ""
-        parts.append(f"for {counted(len(unsafe), 'finding')}{more}{rule_lists[False]} by check --fix --unsafe-fixes")
+        parts.append(f"for {count_text(len(unsafe), 'finding')}{more}{rule_lists[False]} by check --fix --unsafe-fixes")
     return [f"fixes: {', '.join(parts)}"] if parts else []
 
 
-def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+def verdict_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """Return the verdict with the numbers of errors, warnings and notes."""
     counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
-    counted_severities = [counted(count, severity.value) for severity, count in counts if count]
+    counted_severities = [count_text(count, severity.value) for severity, count in counts if count]
     ok = all(spec.ok for spec in checked)
     status = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
     where = f" in {len(checked)} specs" if len(checked) > 1 else ""
@@ -150,7 +150,7 @@ def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
 def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """Return the verdict and the number of rules that were not checked, in one line."""
     skipped = sum(len(spec.not_checked) for spec in checked)
-    return verdict(checked, colour) + (f"; {counted(skipped, 'rule')} not checked" if skipped else "")
+    return verdict_text(checked, colour) + (f"; {count_text(skipped, 'rule')} not checked" if skipped else "")
 
 
 _COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
@@ -163,10 +163,11 @@ def styled(text: str, colour: str, on: bool = True) -> str:
 
 
 def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
-    where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
+    where = ":".join(str(part) for part in (escape_controls(finding.file or spec.path), finding.line, finding.column)
+                     if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
     plain = f"{where} {finding.rule} {finding.severity.value} "
-    first, *rest = _folded(plain, finding.message, INDENT, output)
+    first, *rest = _wrapped(plain, finding.message, INDENT, output)
     return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *rest]
 
 
@@ -177,18 +178,18 @@ def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list
         margin = f"{finding.line:>5} | "
         shown, caret = excerpt(text, finding.column or 1, output.width and output.width - len(margin))
         mark = styled("^", SEVERITY_COLOURS[finding.severity], output.colour)
-        lines += [f"{margin}{printable(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
+        lines += [f"{margin}{escape_controls(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
     for word, content in (("detail", finding.detail), ("hint", finding.hint)):
-        lines += _folded(f"{'':{INDENT}}{word}: ", content, INDENT + len(word) + 2, output) if content else []
+        lines += _wrapped(f"{'':{INDENT}}{word}: ", content, INDENT + len(word) + 2, output) if content else []
     return lines
 
 
-def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
+def _wrapped(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
     """Return `head` followed by `text` as lines no wider than the terminal.
 
     Lines after the first are indented by `indent` spaces.
     """
-    text = printable(text)
+    text = escape_controls(text)
     if output.width is None:
         return [head + text]
     from textwrap import wrap  # not needed for output into a file
@@ -210,7 +211,8 @@ def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputO
     if not reasons:
         return []
     several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
-    return _dim(_folded(f"{name}not checked: {counted(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
+    return _dim(_wrapped(f"{name}not checked: {count_text(len(reasons), 'rule')} ", f"({several})", INDENT, output),
+                output)
 
 
 def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
@@ -227,8 +229,8 @@ def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
     head = f"{_named(spec, output)}not checked: "
-    reason_texts = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
-    return _dim((line for reason_text in reason_texts for line in _folded(head, reason_text, INDENT, output)), output)
+    reason_texts = (f"{', '.join(_rule_runs(rules))} ({reason})" for reason, rules in reasons.items())
+    return _dim((line for reason_text in reason_texts for line in _wrapped(head, reason_text, INDENT, output)), output)
 
 
 def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
@@ -244,11 +246,11 @@ def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         groups = ((*key, len(list(group))) for key, group in groupby(sorted(spec.ignored, key=why), why))
         texts = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
     name = _named(spec, output)
-    lines = [line for each in texts for line in _folded(f"{name}ignored: ", each, INDENT, output)]
+    lines = [line for each in texts for line in _wrapped(f"{name}ignored: ", each, INDENT, output)]
     if spec.silenced:
-        rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
+        rules = ", ".join(_rule_runs([finding.rule for finding in spec.silenced]))
         marked = f"{rules}: a package is marked as one that is not to be ordered"
-        lines += _folded(f"{name}silenced errors: ", marked, INDENT, output)
+        lines += _wrapped(f"{name}silenced errors: ", marked, INDENT, output)
     return _dim(lines, output)
 
 
@@ -261,9 +263,9 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
         rows += [("mount", [f"{mount} mm outside"])] if mount else []
     if spec.signals or spec.reached:
-        from sitscad.checks.findings.measures import felt_words, headline
+        from sitscad.checks.findings.measures import headline, performance_text
 
-        rows += [("signal", headline(spec.signals)), ("felt", [felt_words(each) for each in spec.reached])]
+        rows += [("signal", headline(spec.signals)), ("felt", [performance_text(each) for each in spec.reached])]
     if spec.fit:
         from sitscad.checks.findings.measures import closing_words, fit_words
 
@@ -272,18 +274,18 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     width = max((len(label) for label, texts in rows if texts), default=0) + 2
     labels = ((f"{label}:" if k == 0 else "", text) for label, texts in rows for k, text in enumerate(texts))
     name = _named(spec, output)
-    return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, output)]
+    return [line for label, text in labels for line in _wrapped(f"{name}{label:{width}}", text, width + 2, output)]
 
 
 def _named(spec: CheckedSpec, output: OutputOptions) -> str:
-    return f"{printable(spec.path)}: " if output.named else ""
+    return f"{escape_controls(spec.path)}: " if output.named else ""
 
 
 def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
     return [styled(line, "dim", output.colour) for line in lines]
 
 
-def _in_runs(rules: list[str]) -> list[str]:
+def _rule_runs(rules: list[str]) -> list[str]:
     """Return rule identifiers with runs of three or more consecutive numbers shortened: ``SIT101-SIT117``."""
     runs: list[list[str]] = []
     for rule in sorted(set(rules)):

@@ -12,7 +12,7 @@ from sitscad.checks.fixes.search import warnings_text
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
-class Judged(Protocol):
+class SpecFindings(Protocol):
     """Results of checking a spec's text."""
 
     @property
@@ -24,9 +24,9 @@ class Judged(Protocol):
         """Rules that could not be checked."""
 
 
-Said = TypeVar("Said", bound=Judged)
-Judge = Callable[[str], Said]
-May = Callable[[Finding, Remedy], bool]
+CheckResults = TypeVar("CheckResults", bound=SpecFindings)
+CheckText = Callable[[str], CheckResults]
+IsAllowed = Callable[[Finding, Remedy], bool]
 
 
 @record
@@ -51,22 +51,22 @@ class RolledBack:
 
 
 @record(eq=False)
-class Mended(Generic[Said]):
+class Mended(Generic[CheckResults]):
     """Text of a spec with all fixes that improve it. `said` holds the results of checking it.
 
     `applied` are the fixes in the text, `rolled_back` the fixes that were tried and undone.
     """
 
     text: str
-    said: Said
+    said: CheckResults
     applied: tuple[Applied, ...]
     rolled_back: tuple[RolledBack, ...] = ()
 
 
 def mended_text(
-    text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None,
+    text: str, judge: CheckText[CheckResults], may: IsAllowed, verdict: CheckText[CheckResults] | None = None,
     progress: Callable[[str], None] = lambda step: None,
-) -> Mended[Said]:
+) -> Mended[CheckResults]:
     """Return a text with every allowed fix that mends its finding and adds none.
 
     Parameters
@@ -100,7 +100,7 @@ def mended_text(
         return is_allowed
 
     while True:
-        step, rolled_back = _next(text, result, judge, verdict or judge, told, past_texts)
+        step, rolled_back = _next_fix(text, result, judge, verdict or judge, told, past_texts)
         if step is None:
             return Mended(text, result, tuple(applied), rolled_back)
         text, applied_fix = step
@@ -110,8 +110,9 @@ def mended_text(
         result = judge(text)
 
 
-def _next(
-    text: str, result: Said, judge: Judge[Said], verdict: Judge[Said], may: May, past_texts: set[str]
+def _next_fix(
+    text: str, result: CheckResults, judge: CheckText[CheckResults], verdict: CheckText[CheckResults], may: IsAllowed,
+    past_texts: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
     """Return (changed text, fix) for the first fix that improves the text, and the fixes that were tried and undone.
 
@@ -139,39 +140,41 @@ def _next(
         after = verdict(changed)
         is_swap = _swaps_notes(applied_fix, result, after)
         if is_improved(applied_fix, result, after) or (is_swap and not _has_new_fixes(result, judge(changed), may)):
-            return (changed, replace(applied_fix, worsens=tuple(sorted(worsened(result.findings, after.findings))))), ()
+            worsens = tuple(sorted(worsened_rules(result.findings, after.findings)))
+            return (changed, replace(applied_fix, worsens=worsens)), ()
         rolled_back.append(RolledBack(finding, remedy, _why_not(applied_fix, result, after)))
     return None, tuple(rolled_back)
 
 
-def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
+def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
     """Whether a fix removes a note and adds only other notes. It must not add more notes than it removes."""
     gone, new = _changes(applied, before.findings, after.findings)
     is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
-    return is_note and new.total() <= gone.total() and _unknown(after) <= _unknown(before) and _place(applied) in gone
+    is_fewer = new.total() <= gone.total() and _unchecked_rules(after) <= _unchecked_rules(before)
+    return is_note and is_fewer and _finding_place(applied) in gone
 
 
-def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
+def _has_new_fixes(before: SpecFindings, after: SpecFindings, may: IsAllowed) -> bool:
     """Whether a finding that was not there before has an allowed fix. This fix might undo the present fix."""
     old_keys = {(finding.rule, finding.key) for finding in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
     return any(not remedy.brings and may(finding, remedy) for finding, remedy in fixes)
 
 
-def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
+def _why_not(applied: Applied, before: SpecFindings, after: SpecFindings) -> str:
     """Return the reason, as text, why a fix does not improve a spec."""
     gone, new = _changes(applied, before.findings, after.findings)
-    if _place(applied) not in gone:
-        return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
+    if _finding_place(applied) not in gone:
+        return f"{applied.finding.rule} stays" + (f", and {_new_findings_text(new)}" if new else "")
     if new:
-        return _named(new)
-    if worse := worsened(before.findings, after.findings):
+        return _new_findings_text(new)
+    if worse := worsened_rules(before.findings, after.findings):
         return f"{', '.join(sorted(worse))} gets worse"
-    unknown = sorted(_unknown(after) - _unknown(before))
+    unknown = sorted(_unchecked_rules(after) - _unchecked_rules(before))
     return f"{', '.join(unknown)} can then not be checked"
 
 
-def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
+def worsened_rules(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
     """Return the rules whose values are farther beyond their limits than before, by more than `WORSE` of the limit.
 
     Only rules with findings both before and after count. Notes do not count.
@@ -194,7 +197,7 @@ def _excess(findings: Iterable[Finding]) -> dict[str, float]:
     return by_rule
 
 
-def _named(new: _Weighed) -> str:
+def _new_findings_text(new: _Weighed) -> str:
     """Return a text with the rules of the new findings, each with its highest severity in parentheses."""
     gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda entry: -list(Severity).index(entry[2]))}
     return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
@@ -208,7 +211,7 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
             yield finding, remedy
 
 
-def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
+def is_improved(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
     """Whether a fix improves a text. Two kinds of improvement count.
 
     If the text could not be read completely, all its former findings must be gone. Otherwise a finding must be gone or
@@ -216,10 +219,10 @@ def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
     """
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
     return (is_unread and is_further(before.findings, after.findings)) or (
-        is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
+        is_better(applied, before.findings, after.findings) and _unchecked_rules(after) <= _unchecked_rules(before))
 
 
-def _unknown(result: Judged) -> set[str]:
+def _unchecked_rules(result: SpecFindings) -> set[str]:
     """Return the rules that could not be checked or only partly, except the rules about the spec itself (SIT0xx)."""
     return {skipped.rule for skipped in result.not_checked if not skipped.rule.startswith("SIT0")}
 
@@ -237,9 +240,9 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}
-    is_gone = _place(applied) in gone and {severity for *_, severity in new} <= allowed
+    is_gone = _finding_place(applied) in gone and {severity for *_, severity in new} <= allowed
     is_error = applied.finding.severity is Severity.ERROR
-    return is_gone and (is_error or not worsened(before, after))
+    return is_gone and (is_error or not worsened_rules(before, after))
 
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
@@ -251,7 +254,7 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]
     comparable = [finding for finding in after if not any(f"{finding.key}.".startswith(key) for key in read)]
-    now, then = _weighed(comparable), _weighed(before)
+    now, then = _finding_counts(comparable), _finding_counts(before)
     gone, new = then - now, now - then
     return gone, Counter({entry: count for entry, count in new.items() if entry[0] == applied.finding.rule
                           or _of_rule(now, entry) > _of_rule(then, entry)})
@@ -265,14 +268,14 @@ def _of_rule(weighed: _Weighed, entry: tuple[str, str | None, Severity]) -> int:
     return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (entry[0], entry[2]))
 
 
-def _place(applied: Applied) -> tuple[str, str | None, Severity]:
+def _finding_place(applied: Applied) -> tuple[str, str | None, Severity]:
     return applied.finding.rule, applied.finding.key, applied.finding.severity
 
 
 _Weighed = Counter[tuple[str, str | None, Severity]]
 
 
-def _weighed(findings: Iterable[Finding]) -> _Weighed:
+def _finding_counts(findings: Iterable[Finding]) -> _Weighed:
     """Return the number of findings by (rule, key, severity).
 
     Each finding counts for its own severity and for all milder severities.

@@ -83,14 +83,14 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
     parts = coil.outline.ends or 4
     room = math.floor(parts * coil.turns_that_fit + 1e-9)
     most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
-    turns = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
-    middle = min(_up(coil, math.ceil((turns + most) / 2.0 - 1e-9), parts), most)
+    turns = min(_least_turns_forward(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
+    middle = min(_least_turns_forward(coil, math.ceil((turns + most) / 2.0 - 1e-9), parts), most)
     for part in dict.fromkeys((turns, middle, most)):
         if part / parts > coil.most_turns:
             yield part / parts
 
 
-def _up(coil: CoilSpec, part: int, parts: int) -> int:
+def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
     """Return the smallest number of parts of a turn, at least `part`, with which no lead runs back round the coil.
 
     A turn has `parts` parts. If there is no such number within one turn, the result is `part`.
@@ -157,7 +157,7 @@ def whole_turns(coil: CoilSpec) -> Iterator[float]:
             yield turns
 
 
-def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
+def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
     """Yield changes to coils narrower by at least `by` (m): with the present turns, then with fewer turns.
 
     With fewer turns, the free width inside the coil remains.
@@ -172,7 +172,7 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
     small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
     room = coil.most_turns - (y - across) / 2.0 / coil.pitch
     for fix in with_each(small, fewer_turns(small.coil, room, 0)):
-        yield _besides((size,), fix, coil.most_turns)
+        yield _with_edits((size,), fix, coil.most_turns)
 
 
 def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
@@ -197,7 +197,7 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
     return small
 
 
-def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
+def _with_edits(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
     """Return the change `turned` with the other `edits` put before its own edits.
 
     Its edit of the turns is left out if the number of turns remains `turns`. An edit of the inner diameter remains,
@@ -249,7 +249,7 @@ GROWN = 1.1
 """Ratio of the new pitch to the present pitch below which a trial first leaves the number of turns unchanged."""
 
 
-def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
+def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     """Yield changes to tracks of at least `width` and gaps of at least `spacing` (m).
 
     If the new pitch is less than `GROWN` times the present pitch, the first change leaves the number of turns. The next
@@ -267,17 +267,17 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
         yield Fix((*edits, *_inner_edit(spec.source.keys, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in with_each(replace(spec, coil=wide), fewer_turns(wide, room)):
-        yield _besides(edits, fix, coil.most_turns)
+        yield _with_edits(edits, fix, coil.most_turns)
 
 
-def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
+def with_capacitors(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
     """Yield tank capacitors (F), rounded to two digits."""
     for value in values:
         rounded = float(f"{value:.1e}")
         yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
 
 
-def scans(spec: SensorSpec, rate: float) -> Fix:
+def with_scan_rate(spec: SensorSpec, rate: float) -> Fix:
     """Return the change to a scan rate of `rate` scans per second (Hz)."""
     return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
@@ -291,10 +291,10 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
     assert tail is not None
     for layers in (2, 1):
         if layers < tail.layers:
-            yield from read_anew(spec, "fpc.tail.layers", layers)
+            yield from reread_change(spec, "fpc.tail.layers", layers)
 
 
-def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
+def reread_change(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
     """Yield the change of one value, with the spec read again from its text. Other values that depend on it follow.
 
     Empty if the changed text is not a valid spec.
@@ -306,26 +306,26 @@ def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
     yield Fix((Edit(key, value if isinstance(value, str) else f"{value:.6g}"),), changed)
 
 
-def each_read(spec: SensorSpec, key: str, values: Iterable[float | str]) -> Iterator[Fix]:
-    """Yield the result of `read_anew` for each value."""
+def reread_changes(spec: SensorSpec, key: str, values: Iterable[float | str]) -> Iterator[Fix]:
+    """Yield the result of `reread_change` for each value."""
     for value in values:
-        yield from read_anew(spec, key, value)
+        yield from reread_change(spec, key, value)
 
 
-def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
+def hole_plating_only(spec: SensorSpec) -> Iterator[Fix]:
     """Yield plating of holes and their pads alone ("buttons"), so that tracks stay thin foil.
 
     Such tracks can be etched finer, and the tail is thinner. Empty if this is so already, or if no hole is plated.
     """
     if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
-        yield from read_anew(spec, "fpc.plated", "buttons")
+        yield from reread_change(spec, "fpc.plated", "buttons")
 
 
 SEALING = ("ecoflex-00-50", 50e-6)
 """Film that a hint proposes to protect a bare target: name of the silicone, and thickness (m)."""
 
 
-def sealed(spec: SensorSpec) -> Iterator[Fix]:
+def with_film(spec: SensorSpec) -> Iterator[Fix]:
     """Yield a soft thin film over the whole sensor. Empty if there is a film."""
     if spec.encapsulation is None:
         name, thickness = SEALING
@@ -346,15 +346,15 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    for edits, resized_target in resized("target", target, (length, width)):
+    for edits, resized_target in resized_plates("target", target, (length, width)):
         here = footprint(spec, resized_target)
         if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
-            for under_it, larger in resized("elastomer", pad, carrying(footprint(spec, pad), here)):
+            for under_it, larger in resized_plates("elastomer", pad, pad_sides_under_plate(footprint(spec, pad), here)):
                 yield Fix((*edits, *under_it), replace(spec, target=resized_target, elastomer=larger))
         yield Fix(edits, replace(spec, target=resized_target))
 
 
-def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
+def centred_plates(spec: SensorSpec) -> Iterator[Fix]:
     """Yield target and elastomer centred over the coils. Empty if the target is centred."""
     target, pad = spec.target, spec.elastomer
     if target is None or not any(target.offset):
@@ -370,7 +370,7 @@ SAME = 1e-9
 """Largest difference (m) between two lengths that count as equal."""
 
 
-def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
+def pad_sides_under_plate(pad: Footprint, plate: Footprint) -> tuple[float, float]:
     """Return the sides (m) of a pad, at its present place, that lies under a whole plate and is no smaller than now.
 
     For a round pad, both values are the diameter.
@@ -378,20 +378,20 @@ def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
     if pad.is_round:
         reach = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
         side = max(2.0 * reach + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
-        return (_ceiled(side),) * 2
+        return (_round_up(side),) * 2
     offset = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
-    x, y = (_ceiled(max(2.0 * (offset[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
+    x, y = (_round_up(max(2.0 * (offset[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
     return x, y
 
 
-def _ceiled(length: float) -> float:
+def _round_up(length: float) -> float:
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)  # rounded as written
 
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
 
 
-def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
+def resized_plates(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
     """Yield edits and a plate of the given sides (m).
 
     A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
@@ -438,11 +438,12 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
-    edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
+    edit, apart, coil = Edit("coil.outer_diameter", written), coils_farther_apart(spec, by), replace(spec.coil,
+                                                                                                     size=size)
     inner = _inner_edit(spec.source.keys, coil)
     edits = (*inner, *apart.edits)
     edit_texts = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
-    description = f"{_said(edit, by)} with {' and '.join(edit_texts)}" if edit_texts else _said(edit, by)
+    description = f"{_edit_text(edit, by)} with {' and '.join(edit_texts)}" if edit_texts else _edit_text(edit, by)
     return Fix((edit, *edits), replace(apart.spec, coil=coil), description)
 
 
@@ -468,7 +469,7 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
             ("target", spec.target), ("elastomer", spec.elastomer))
         for key, plate in plates:
             if plate is not None and plate.outline.is_long and plate.size[0] >= REACHES * coil.size[0]:
-                size = (_ceiled(plate.size[0] + by), plate.size[1])
+                size = (_round_up(plate.size[0] + by), plate.size[1])
                 fix = setting(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
                 edits, changed = [*edits, *fix.edits], fix.spec
         yield Fix(tuple(edits), changed)
@@ -491,7 +492,7 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
     return setting(spec, "fpc.body", grown, grown.written, f"fpc.body.size: {x if x == y else f'[{x}, {y}]'}")
 
 
-def coils_apart(spec: SensorSpec, by: float) -> Fix:
+def coils_farther_apart(spec: SensorSpec, by: float) -> Fix:
     """Return the change to a scaled array, in which the nearest coils are farther apart by `by` (m).
 
     The change has no edits for a single coil.
@@ -505,13 +506,13 @@ def coils_apart(spec: SensorSpec, by: float) -> Fix:
     changed = replace(spec, array=replace(spec.array, placements=placements, pitch=pitch))
     if pitch is not None:
         edit = Edit("array.pitch", _mm(pitch))
-        return Fix((edit,), changed, _said(edit, by))
+        return Fix((edit,), changed, _edit_text(edit, by))
     centres = ", ".join(f"[{_mm(p.centre[0])}, {_mm(p.centre[1])}]" for p in placements)
     description = f"array.centres {scale:.4f} times as far from each other"
     return Fix((Edit("array.centres", f"[{centres}]"),), changed, description)
 
 
-def _said(edit: Edit, by: float) -> str:
+def _edit_text(edit: Edit, by: float) -> str:
     return f"{edit.key}: {edit.new} ({abs(by) * 1e6:.0f} um {'more' if by > 0.0 else 'less'})"
 
 
@@ -589,7 +590,7 @@ FEWER = 4
 """Largest number of designs with fewer turns that are tried."""
 
 
-def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
+def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
     """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both.
 
     Empty for large arrays and for layers of unequal turns.
@@ -601,12 +602,12 @@ def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...
 
     def both() -> Iterator[Fix]:
         for fix in fewer() if is_turns else [Fix((), spec)]:
-            yield from map(fix.with_also, _apart(fix.spec))
+            yield from map(fix.with_also, _separated_coils(fix.spec))
 
     return (both,) if is_apart else (fewer, both) if len(spec.array.placements) > 1 else (fewer,)
 
 
-def _apart(spec: SensorSpec) -> Iterator[Fix]:
+def _separated_coils(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to coils farther apart: first until they do not touch, then also with room for leads.
 
     The additional room grows from that for one lead with its via, by the factor `GROWTH` at each step.
@@ -616,14 +617,14 @@ def _apart(spec: SensorSpec) -> Iterator[Fix]:
     if near is None or scale is None:
         return
     by = max(0.0, near * (scale - 1.0))
-    beside = _written_apart(spec, near, by)
+    beside = _larger_pitch(spec, near, by)
     yield beside
     room = lead_room(beside.spec.array.placements, beside.spec.coil, beside.spec.fpc.rules)
     for step in range(AMOUNTS):
-        yield _written_apart(spec, near, by + room * GROWTH**step)
+        yield _larger_pitch(spec, near, by + room * GROWTH**step)
 
 
-def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
+def _larger_pitch(spec: SensorSpec, near: float, by: float) -> Fix:
     """Return the change to coils farther apart by at least `by` (m). The pitch is rounded up to whole micrometres.
 
     `near` is the present distance (m) between the centres of the nearest coils. Without a pitch, the places of the
@@ -631,7 +632,7 @@ def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
     """
     if spec.array.pitch is None:
         scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
-        return coils_apart(spec, near * (scale - 1.0))
+        return coils_farther_apart(spec, near * (scale - 1.0))
     pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
     # the nearest distance grows with the pitch: coils of a triangle and a grid are one pitch apart
-    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), coils_apart(spec, pitch - spec.array.pitch).spec)
+    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), coils_farther_apart(spec, pitch - spec.array.pitch).spec)

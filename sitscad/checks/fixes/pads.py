@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 
 from sitscad.basics.finding import Edit
-from sitscad.checks.fixes.moves import read_anew, resized, scans
+from sitscad.checks.fixes.moves import reread_change, resized_plates, with_scan_rate
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.spec import presets
 from sitscad.spec.load import rewritten_spec
@@ -37,15 +37,16 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     usual = target.size if target.outline.is_long else (max(*reach, *spec.coil.size),) * 2
     whole = [reach[k] if reach[k] > 0.0 else usual[k] for k in (0, 1)]
     for step in range(1, STEPS + 1):
-        sides = [_tenths(now + (least - now) * step / STEPS) for now, least in zip(target.size, whole, strict=True)]
+        sides = [_rounded_to_tenth_mm(now + (least - now) * step / STEPS) for now,
+                 least in zip(target.size, whole, strict=True)]
         size = (min(sides[0], target.size[0]), min(sides[1], target.size[1]))
         if not target.outline.is_long:
             size = (max(size),) * 2
         if size == target.size:
             continue
-        edits, smaller = next(resized("target", target, size))
+        edits, smaller = next(resized_plates("target", target, size))
         if pad is not None and pad.size == target.size:
-            under, carrying = next(resized("elastomer", pad, size))
+            under, carrying = next(resized_plates("elastomer", pad, size))
             yield Fix((*edits, *under), replace(spec, target=smaller, elastomer=carrying))
         else:
             yield Fix(edits, replace(spec, target=smaller))
@@ -73,12 +74,12 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     if share <= 0.0:
         return
     for step in range(1, STEPS):
-        larger = _tenths(pitch * (1.0 + (1.0 / share - 1.0) * step / STEPS))
+        larger = _rounded_to_tenth_mm(pitch * (1.0 + (1.0 / share - 1.0) * step / STEPS))
         if larger > pitch * (1.0 + 1e-9):
-            yield from read_anew(spec, "array.pitch", 1e3 * larger)
+            yield from reread_change(spec, "array.pitch", 1e3 * larger)
 
 
-def _tenths(length: float) -> float:
+def _rounded_to_tenth_mm(length: float) -> float:
     return round(length * 1e4) * 1e-4
 
 
@@ -108,7 +109,7 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     digits = 10.0 ** (math.floor(math.log10(required)) - 1)
     rate = max(math.floor(required / digits + 1e-9) * digits, least)
     if rate < spec.readout.scan_rate * (1.0 - 1e-9):
-        yield scans(spec, rate)
+        yield with_scan_rate(spec, rate)
 
 
 def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
@@ -129,7 +130,7 @@ def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
     pad = spec.elastomer
     assert pad is not None
     for factor in THICKNESSES:
-        yield _as_thick(spec, round(factor * pad.thickness * 1e5) * 1e-5)
+        yield _with_thickness(spec, round(factor * pad.thickness * 1e5) * 1e-5)
 
 
 def other_metals(spec: SensorSpec) -> Iterator[Fix]:
@@ -171,7 +172,7 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
         return None
     if any(pad_side < side for pad_side, side in zip(pad.size, target.size, strict=True)):
         return None
-    *_, (edits, narrower) = resized("elastomer", pad, target.size)
+    *_, (edits, narrower) = resized_plates("elastomer", pad, target.size)
     return Fix(edits, replace(spec, elastomer=narrower))
 
 
@@ -192,8 +193,9 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
     narrower = cut_to_target(spec)
     return (partial(other_metals, spec), lambda: [narrower] if narrower else [],
-            lambda: [_as_thick(spec, each) for each in thinner[::-1][:NEXT]],
-            lambda: [_as_thick(spec, each) for each in thicker[:NEXT]], partial(other_silicones, spec, is_softer=True))
+            lambda: [_with_thickness(spec, each) for each in thinner[::-1][:NEXT]],
+            lambda: [_with_thickness(spec, each) for each in thicker[:NEXT]],
+            partial(other_silicones, spec, is_softer=True))
 
 
 def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
@@ -204,7 +206,7 @@ def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
     sensor = () if spec.readout.thermistor is not None else (("readout.thermistor.part", SENSOR),)
     measured = (("readout.compensation.coefficients", CALIBRATED),)
     if sensor:
-        yield from read_anew(spec, *sensor[0])
+        yield from reread_change(spec, *sensor[0])
     settings = spec.readout.compensation
     if settings is None or settings.coefficients != CALIBRATED:
         edits = (*sensor, *measured)
@@ -218,5 +220,5 @@ NEXT = 5
 """Number of thinner pads and number of thicker pads that are tried."""
 
 
-def _as_thick(spec: SensorSpec, thickness: float) -> Fix:
+def _with_thickness(spec: SensorSpec, thickness: float) -> Fix:
     return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")

@@ -131,7 +131,7 @@ Family = Callable[[], Iterable[Fix]]
 
 
 @record
-class Costly:
+class CostlyFamily:
     """Family of changes that take long to find, because coils are wound for them.
 
     A search with no trials left skips such a family.
@@ -146,14 +146,14 @@ class Costly:
 
 
 GROWTH, AMOUNTS = 1.7, 4
-"""Ratio of each amount of a `Growing` family to the amount before it, and number of amounts."""
+"""Ratio of each amount of a `FamilyByAmount` family to the amount before it, and number of amounts."""
 
 HALVINGS = 5
 """Number of bisection steps of a large budget, between an amount that fails and an amount that mends the finding."""
 
 
 @record
-class Growing:
+class FamilyByAmount:
     """Family of changes by an amount (m), such as a length added to a coil. `move` makes the change of an amount.
 
     The first amount is `first`; each next amount is larger by the factor `GROWTH`. Amounts are multiples of `grain`
@@ -180,7 +180,7 @@ class Growing:
         """Yield the changes that have edits and that fit."""
         return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
 
-    def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, Left]]:
+    def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, RemainingProblems]]:
         """Yield (change, remaining problems) for amounts smaller than the amount of `fix`.
 
         Each change mends the finding without a warning. The amounts are found by bisection. The smallest amount is
@@ -216,7 +216,7 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, description
 
 
 @record
-class Left:
+class RemainingProblems:
     """Problems that remain in a changed design after a trial. Each is given by the identifiers of its rules.
 
     ``broken`` holds the finding's own rule if the finding remains, and the rules with new errors. ``brings`` holds the
@@ -239,12 +239,12 @@ class Search:
     ended the search.
     """
 
-    mending: tuple[tuple[Fix, Left], ...] = ()
-    vain: tuple[tuple[Fix, Left], ...] = ()
+    mending: tuple[tuple[Fix, RemainingProblems], ...] = ()
+    vain: tuple[tuple[Fix, RemainingProblems], ...] = ()
     is_cut_short: bool = False
 
 
-Trial = Callable[[Fix], Left | None]
+Trial = Callable[[Fix], RemainingProblems | None]
 """Function that tries a change and returns the remaining problems. It returns None if the budget does not suffice."""
 
 
@@ -253,14 +253,14 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
 
     With a small budget, the first such change ends the search.
     """
-    mending: list[tuple[Fix, Left]] = []
-    vain: list[tuple[Fix, Left]] = []
+    mending: list[tuple[Fix, RemainingProblems]] = []
+    vain: list[tuple[Fix, RemainingProblems]] = []
     is_cut_short = False
     for family in families:
         if budget.is_spent and getattr(family, "is_costly", False):
             is_cut_short = True
             continue
-        candidates: list[tuple[Fix, Left]] = []
+        candidates: list[tuple[Fix, RemainingProblems]] = []
         for fix in family():
             if fix.spec.coil.copper is not None and any(edit.key.startswith(DRAWN) for edit in fix.edits):
                 continue
@@ -275,7 +275,7 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
                 candidates.append((fix, remaining))
             else:
                 candidates.insert(0, (fix, remaining))
-                if isinstance(family, Growing) and budget.is_long:
+                if isinstance(family, FamilyByAmount) and budget.is_long:
                     candidates[:1] = [candidates[0], *family.smaller(fix, trial)][-1:]
                 break
         mending += candidates[:1]
@@ -325,7 +325,7 @@ def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
     return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
-def _vain_trials(trials: Iterable[tuple[Fix, Left]]) -> str:
+def _vain_trials(trials: Iterable[tuple[Fix, RemainingProblems]]) -> str:
     # the last changes go farthest; changes with the same failing rules are named together
     by_failure: dict[tuple[str, ...], list[str]] = {}
     for fix, remaining in list(trials)[-NAMED:]:

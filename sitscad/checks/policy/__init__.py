@@ -9,13 +9,30 @@ from sitscad.checks.policy.configuration import (
     Policy,
     PolicyError,
     chosen_rules,
-    kept_policy,
+    matches_rule,
     nearest_policy,
-    stands_for,
+    policy_from_manifest,
 )
-from sitscad.checks.policy.judgement import Baseline, ignored_anyway, judged, kept_baseline, known_of, read_baseline
+from sitscad.checks.policy.judgement import (
+    Baseline,
+    apply_policy,
+    baseline_findings,
+    baseline_from_manifest,
+    ignored_test,
+    read_baseline,
+)
 
 __all__ = [
-    "Baseline", "Policy", "PolicyError", "chosen_rules", "ignored_anyway", "judged", "kept_baseline", "kept_policy",
-    "known_of", "nearest_policy", "read_baseline", "stands_for",
+    "Baseline",
+    "Policy",
+    "PolicyError",
+    "apply_policy",
+    "baseline_findings",
+    "baseline_from_manifest",
+    "chosen_rules",
+    "ignored_test",
+    "matches_rule",
+    "nearest_policy",
+    "policy_from_manifest",
+    "read_baseline",
 ]

@@ -35,7 +35,7 @@ class PolicyError(ExpectedError, ValueError):
 class Policy:
     """The policy for a spec.
 
-    ``select`` and ``ignore`` are patterns of rules (`stands_for`); an empty ``select`` means all rules. ``reasons``
+    ``select`` and ``ignore`` are patterns of rules (`matches_rule`); an empty ``select`` means all rules. ``reasons``
     maps ignored patterns to reasons. ``severity`` maps patterns to the severities of their findings. ``profiles`` is
     the folder of fabricators' profiles. ``named`` is the name of the configuration file in reports, empty if there is
     no file.
@@ -67,7 +67,7 @@ class Policy:
         }
 
 
-def kept_policy(stored: Mapping[str, Any]) -> Policy:
+def policy_from_manifest(stored: Mapping[str, Any]) -> Policy:
     """Return the policy stored in a manifest (`Policy.as_json`).
 
     Raises ValueError, TypeError or KeyError if the values are no policy.
@@ -80,7 +80,7 @@ def kept_policy(stored: Mapping[str, Any]) -> Policy:
     return Policy(tuple(stored["select"]), tuple(stored["ignore"]), reasons, weights, None, stored["named"])
 
 
-def stands_for(pattern: str, rule: str, name: str) -> bool:
+def matches_rule(pattern: str, rule: str, name: str) -> bool:
     """Whether a pattern matches a rule: by the start of its identifier, its number or its name."""
     identifier = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
     return rule.startswith(identifier) or name == pattern.lower().replace("_", "-")
@@ -93,8 +93,8 @@ def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tu
     """
 
     def is_wanted(rule: RuleTexts) -> bool:
-        is_selected = not select or any(stands_for(pattern, rule.id, rule.name) for pattern in select)
-        is_ignored = any(stands_for(pattern, rule.id, rule.name) for pattern in ignore)
+        is_selected = not select or any(matches_rule(pattern, rule.id, rule.name) for pattern in select)
+        is_ignored = any(matches_rule(pattern, rule.id, rule.name) for pattern in ignore)
         return rule.id.startswith("SIT0") or (is_selected and not is_ignored)
 
     return frozenset(rule.id for rule in rules if is_wanted(rule))
@@ -126,14 +126,14 @@ def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
     for each in (whole, *whole.parents):
         for name, has_table in (("sitscad.toml", True), ("pyproject.toml", False)):
             path = each / name
-            if path.is_file() and (has_table or b"sitscad" in _content(path)):
+            if path.is_file() and (has_table or b"sitscad" in _read_bytes(path)):
                 table = _table(path, has_table)
                 if table is not None:
                     return _policy(table, path, tuple(rules))
     return Policy()
 
 
-def _content(path: Path) -> bytes:
+def _read_bytes(path: Path) -> bytes:
     """Return a file's bytes. Raises PolicyError if the file cannot be read or is too large."""
     try:
         with path.open("rb") as stream:
@@ -146,7 +146,7 @@ def _content(path: Path) -> bytes:
 
 
 @lru_cache(maxsize=8)
-def _parsed(content: bytes) -> dict[str, Any]:
+def _parse_toml(content: bytes) -> dict[str, Any]:
     """Return a file's TOML, parsed once for all designs of a study. Raises ValueError if it is no TOML."""
     import tomllib  # imported only if there is a file
 
@@ -155,7 +155,7 @@ def _parsed(content: bytes) -> dict[str, Any]:
 
 def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
     try:
-        document = _parsed(_content(path))
+        document = _parse_toml(_read_bytes(path))
     except (ValueError, RecursionError) as error:
         raise PolicyError(f"{path} is not TOML: {error}") from error
     if has_table:
@@ -202,7 +202,7 @@ def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...])
         raise PolicyError(f"{path}: {key} is no list of rules")
     rule_words = [word for rule in rules for word in (rule.id, rule.name)]
     for pattern in value:
-        is_known = any(stands_for(pattern, rule.id, rule.name) for rule in rules)
+        is_known = any(matches_rule(pattern, rule.id, rule.name) for rule in rules)
         _require(is_known, path, f"{key}: there is no rule {pattern!r}", pattern, rule_words)
         is_spec = not pattern.isdecimal() and pattern.upper().startswith("SIT0")
         _require(not is_spec or key == "select", path, f"{key}: {pattern}: what a spec is read by holds always")

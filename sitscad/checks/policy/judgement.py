@@ -20,8 +20,8 @@ from typing import Any
 from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import CheckedSpec, RuleTexts
-from sitscad.checks.findings.document import identities, turnless
-from sitscad.checks.policy.configuration import Policy, PolicyError, chosen_rules, stands_for
+from sitscad.checks.findings.document import finding_identities, without_count
+from sitscad.checks.policy.configuration import Policy, PolicyError, chosen_rules, matches_rule
 from sitscad.spec.yaml.source import SpecSource
 
 MAX_BYTES = 64 << 20
@@ -37,7 +37,7 @@ Machines differ by this much.
 
 
 @record
-class Known:
+class BaselineFinding:
     """Finding in a baseline: severity, measured value and limit (SI units; None if it has none).
 
     ``keeps_limit`` is True if the value meets its limit, but only just.
@@ -71,13 +71,13 @@ class Known:
 class Baseline:
     """Known findings, read from the file ``named``.
 
-    ``known`` holds them by spec (absolute path, name), then by the finding's identity (`identities`).
+    ``known`` holds them by spec (absolute path, name), then by the finding's identity (`finding_identities`).
     """
 
     named: str
-    known: Mapping[tuple[str, str], Mapping[str, Known]]
+    known: Mapping[tuple[str, str], Mapping[str, BaselineFinding]]
 
-    def of(self, path: str, name: str) -> Mapping[str, Known]:
+    def of(self, path: str, name: str) -> Mapping[str, BaselineFinding]:
         """Return the known findings of a spec. Empty if there are none."""
         return self.known.get((_place(path), name), {})
 
@@ -93,11 +93,12 @@ class Baseline:
         been mended.
         """
         free, is_covered = dict(self.of(path, name)), [False] * len(findings)
-        names = identities(findings)
+        names = finding_identities(findings)
         for is_own in (True, False):
             for turn, finding in enumerate(findings):
                 keys = (
-                    key for key in free if turnless(key) == turnless(names[turn]) and (key == names[turn] or not is_own)
+                    key for key in free if without_count(key) == without_count(names[turn])
+                    and (key == names[turn] or not is_own)
                 )
                 entry = None if is_covered[turn] else next((key for key in keys if free[key].covers(finding)), None)
                 if entry is not None:
@@ -111,7 +112,7 @@ class Baseline:
         return {"named": self.named, "known": rows} if rows else {}
 
 
-def known_of(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
+def baseline_findings(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
     """Return a baseline's known findings of a spec as plain values. Empty without a baseline."""
     return {} if baseline is None else baseline.as_json(path, name)
 
@@ -139,13 +140,13 @@ def read_baseline(path: str) -> Baseline:
     return Baseline(Path(path).name, entries)
 
 
-def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
+def baseline_from_manifest(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
     """Return the baseline stored in a manifest for the spec at a path (`Baseline.as_json`).
 
     Raises ValueError, TypeError or KeyError if the values are no baseline.
     """
     rows = {
-        str(key): Known(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
+        str(key): BaselineFinding(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
         for key, (word, measured, limit, keeps_limit) in document["known"].items()
     }
     return Baseline(str(document["named"]), {(_place(path), name): rows})
@@ -164,27 +165,27 @@ def _figure(value: Any) -> float | None:
     return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
 
 
-def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
+def _entries(spec: Mapping[str, Any]) -> dict[str, BaselineFinding]:
     entries = [*spec["findings"], *(entry["finding"] for entry in spec["ignored"])]
     findings = [
         Finding(str(entry["rule"]), "", Severity(entry["severity"]), "", key=entry["key"], file=entry.get("file"))
         for entry in entries
     ]
     figures = (
-        Known(
+        BaselineFinding(
             Severity(entry["severity"]), _figure(entry["measured"]), _figure(entry["limit"]),
             entry.get("keeps_limit") is True,
         )
         for entry in entries
     )
-    return dict(zip(identities(findings), figures, strict=True))
+    return dict(zip(finding_identities(findings), figures, strict=True))
 
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
 """Rules beside SIT2xx that a fabricator cannot waive: coils that are open, shorted or not connected."""
 
 
-def judged(
+def apply_policy(
     checked: CheckedSpec, source: SpecSource | None, rules: Sequence[RuleTexts], policy: Policy | None = None,
     baseline: Baseline | None = None,
 ) -> CheckedSpec:
@@ -198,28 +199,28 @@ def judged(
     policy = policy or Policy()
     names = {rule.id: rule.name for rule in rules}
     before = checked.findings
-    checked = _weighed(checked, policy.severity)
+    checked = _with_severities(checked, policy.severity)
     if policy.select or policy.ignore:
         chosen = chosen_rules(rules, policy.select, policy.ignore)
         left_out = [rule.id for rule in rules if rule.id not in chosen]
         checked = checked.without(left_out, f"left out by {policy.named}")
-    checked = _commented(checked, source, comments(source.text, names), names)
+    checked = _apply_comments(checked, source, comments(source.text, names), names)
     # the last matching reason counts
     reasons = list(policy.reasons.items())[::-1]
-    checked = _ignored(checked, "configuration", lambda finding: next(
-        (why for pattern, why in reasons if stands_for(pattern, finding.rule, finding.name)), None))
+    checked = _move_to_ignored(checked, "configuration", lambda finding: next(
+        (why for pattern, why in reasons if matches_rule(pattern, finding.rule, finding.name)), None))
     if baseline is not None:
         covered = baseline.covered(checked.path, checked.name, checked.findings)
         covered_ids = {id(finding) for finding, is_known in zip(checked.findings, covered, strict=True) if is_known}
         why = f"known before ({baseline.named})"
-        checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in covered_ids else None)
+        checked = _move_to_ignored(checked, "baseline", lambda finding: why if id(finding) in covered_ids else None)
     errors = {id(finding) for finding in checked.findings if finding.severity is Severity.ERROR}
     return replace(checked, silenced=tuple(
         finding for finding in before if finding.severity is Severity.ERROR and id(finding) not in errors
         and (finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING)))
 
 
-def ignored_anyway(
+def ignored_test(
     source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
 ) -> Callable[[Finding], bool]:
@@ -234,12 +235,12 @@ def ignored_anyway(
         if finding.rule.startswith("SIT0"):
             return False
         return (finding.rule not in chosen or any(each.covers(finding, source) for each in written)
-                or any(stands_for(pattern, finding.rule, finding.name) for pattern in policy.reasons))
+                or any(matches_rule(pattern, finding.rule, finding.name) for pattern in policy.reasons))
 
     return is_ignored
 
 
-def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
+def _move_to_ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
     """Move findings with a reason to the ignored findings. Findings of SIT0xx are never ignored."""
     counting, ignored = [], []
     for finding in checked.findings:
@@ -251,7 +252,7 @@ def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | No
     return replace(checked, findings=tuple(counting), ignored=(*checked.ignored, *ignored))
 
 
-def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
+def _with_severities(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
     """Return the result with severities changed by a policy. `severity` maps patterns of rules to severities.
 
     The last pattern that matches a rule counts. Findings about the spec itself (SIT0xx) do not change.
@@ -260,13 +261,13 @@ def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedS
         return checked
     weighed = []
     for finding in checked.findings:
-        weights = [weight for pattern, weight in severity.items() if stands_for(pattern, finding.rule, finding.name)]
+        weights = [weight for pattern, weight in severity.items() if matches_rule(pattern, finding.rule, finding.name)]
         is_free = weights and not finding.rule.startswith("SIT0")
         weighed.append(replace(finding, severity=weights[-1]) if is_free else finding)
     return replace(checked, findings=tuple(weighed))
 
 
-def _commented(
+def _apply_comments(
     checked: CheckedSpec, source: SpecSource, written: tuple[Comment, ...], names: Mapping[str, str]
 ) -> CheckedSpec:
     """Move findings that comments silence to the ignored findings, and add a warning for each useless comment."""
@@ -281,16 +282,16 @@ def _commented(
         used.add((comment.line, finding.rule))
         return comment.reason
 
-    checked = _ignored(checked, "comment", reason)
+    checked = _move_to_ignored(checked, "comment", reason)
     skipped = {each.rule for each in checked.not_checked}
     warnings: list[Finding] = []
     for comment in written:
         spare = [rule for rule in comment.rules if (comment.line, rule) not in used and rule not in skipped]
-        warnings += _vain(comment, spare, names)
+        warnings += _useless_comment_warnings(comment, spare, names)
     return replace(checked, findings=(*checked.findings, *warnings))
 
 
-def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
+def _useless_comment_warnings(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
     """Yield a warning for a comment that has a fault, or that names rules without a finding on its line.
 
     `spare` are these rules. `names` are the rules' names by identifier.

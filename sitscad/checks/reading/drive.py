@@ -10,16 +10,16 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.reading.readings import (
     NEAR,
     Reading,
-    beyond_limit,
+    coil_and_state,
     is_short_alone,
+    missing_value_reasons,
     more_distance,
     near_limit,
     readings_of,
-    undecided,
-    where,
+    worst_beyond_limit,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Verdict, Violation, joined, not_checked, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, Violation, join_texts, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, at_room_temperature
 from sitscad.kernels.converters.converter import Converter
 
@@ -39,7 +39,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     if readout.high_current:
         yield from _high_current_amplitude(device, coils)
         return
-    yield from undecided(coils, "amplitude")
+    yield from missing_value_reasons(coils, "amplitude")
     if readout.drive_code is None:
         return
     spec = design.spec
@@ -58,7 +58,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         yield replace(
             gravest, hint_case="code-near-none" if code is None else "code-near",
             details=(*gravest.details, *["amplitude-others"] * bool(texts)),
-            values={**gravest.values, "others": joined(*dict.fromkeys(texts)), "serving": code, "margin": NEAR,
+            values={**gravest.values, "others": join_texts(*dict.fromkeys(texts)), "serving": code, "margin": NEAR,
                     "low": device.limit("amplitude_optimum_min"), "high": device.limit("amplitude_max")},
         )
 
@@ -136,13 +136,13 @@ def _copper_ends(
     thick = max(states, key=lambda each: each[0] + each[1], default=None)
     thin = min(states, key=lambda each: each[0] - each[1], default=None)
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
-        yield violated(
-            "copper-thick", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING, where=where(thick[2]),
-            code=_code(readout, coils, thick[2]),
+        yield violation_of(
+            "copper-thick", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING,
+            where=coil_and_state(thick[2]), code=_code(readout, coils, thick[2]),
         )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
-        yield violated(
-            "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE, where=where(thin[2]),
+        yield violation_of(
+            "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE, where=coil_and_state(thin[2]),
             code=_code(readout, coils, thin[2]),
         )
 
@@ -159,7 +159,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
         code = _code(numbers, coils, largest)
         serving, margin = serving_code(converter, numbers, coils)
         hint = "swing-weakest" if code == 0 else _code_hint(converter, numbers, coils, serving, margin, is_set)
-        yield beyond_limit(
+        yield worst_beyond_limit(
             "swing-high", largest, high, "V", CODE_KEY, hint=hint, source=source,
             details=() if readout.drive_code is None else ("code-set",), code=code, serving=serving, margin=margin,
             low=converter.limit("amplitude_optimum_min"), high=high,
@@ -176,9 +176,9 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     if widest is not None and swing > high:
         careful = converter.drive_code(widest.value + (widest.sigma or 0.0))
-        yield violated(
+        yield violation_of(
             "swing-cold", "requirements.temperature", swing, high, "V", severity=Severity.WARNING, source=source,
-            where=where(widest), code=_code(design.estimates.readout, coils, widest),
+            where=coil_and_state(widest), code=_code(design.estimates.readout, coils, widest),
             temperature=design.estimates.temperature, careful=careful,
         )
 
@@ -219,7 +219,7 @@ def _too_weak(
             changes = ["more turns", "a larger coil"]
     else:
         hint = "weak-states" if most.value / max(resistances) <= max(resistances) / min(resistances) else "weak-coils"
-    yield beyond_limit(
+    yield worst_beyond_limit(
         case, smallest, limit(name), "V", CODE_KEY if is_set else "coil.turns", hint=hint, severity=severity,
         details=("code-set",) if is_set else (), source=converter.limits[name].source, code=code,
         serving=serving, margin=margin, low=optimum, high=high, ways=changes, coil=smallest.coil,
@@ -248,7 +248,7 @@ def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate])
     most = converter.amplitude_at(max(values), high_current)
     too_weak = least < converter.limit("amplitude_optimum_min")
     if too_weak or most > converter.limit("amplitude_max"):
-        yield violated(
+        yield violation_of(
             "high-current", "coil.turns", least if too_weak else most,
             converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V", severity=Severity.WARNING,
             source=converter.limits["high_current_max"].source, least=least, most=most, low_current=low_current,

@@ -15,11 +15,12 @@ from itertools import islice
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity, show
-from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns, with_each
+from sitscad.checks.fixes.moves import other_start_angles, whole_turns, with_capacitors, with_each
 from sitscad.checks.reading.readings import (
-    beyond_limit,
+    coil_and_state,
     failed_states,
     is_short_alone,
+    missing_value_reasons,
     more_copper,
     more_distance,
     near_limit,
@@ -27,11 +28,10 @@ from sitscad.checks.reading.readings import (
     other_states,
     overdamped_tank,
     readings_of,
-    undecided,
-    where,
+    worst_beyond_limit,
     worst_of,
 )
-from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.data import rows
 from sitscad.estimates.circuits.tank import neighbour_values, preferred_values
 from sitscad.estimates.design import Design
@@ -57,7 +57,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest inductance over all coils and states."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     coils = design.estimates.all_coils
-    yield from undecided(coils, "inductance")
+    yield from missing_value_reasons(coils, "inductance")
     worst = worst_of(coils, "inductance", min)
     if worst is None:
         yield from nothing_estimated(coils)
@@ -74,7 +74,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
     is_slow = state.frequency <= limit("sensor_frequency_max")
     least_resistance = limit(_resistance_floor(design.estimates.readout.high_current, len(coils)))
     is_measurable = worst.value > 0.0 and is_slow and state.parallel_resistance >= least_resistance
-    yield beyond_limit(
+    yield worst_beyond_limit(
         "inductance-unproven" if is_measurable else "inductance-low", worst, floor, "H", "coil.turns",
         hint="inductance-distance" if distance else "inductance-low",
         severity=Severity.WARNING if is_measurable else None, fixes=more_copper(design.spec, growth**0.5, growth),
@@ -88,7 +88,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     coils = design.estimates.all_coils
-    yield from undecided(coils, "frequency")
+    yield from missing_value_reasons(coils, "frequency")
     worst, lowest = (worst_of(coils, "frequency", choose) for choose in (max, min))
     if worst is not None and worst.value > high:
         now = design.estimates.readout.capacitance
@@ -96,15 +96,16 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         # f = 1 / (2 pi sqrt(L C)), so the total capacitance grows with the square of the frequency ratio
         capacitance = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.spec.readout.device) if value >= capacitance]
-        yield beyond_limit(
+        yield worst_beyond_limit(
             "frequency-high", worst, high, "Hz", "readout.capacitance", states=other_states(coils, worst, "frequency",
                                                                                             "Hz", 4),
-            fixes=(partial(capacitor, design.spec, fitting[:2]),), capacitance=now,
+            fixes=(partial(with_capacitors, design.spec, fitting[:2]),), capacitance=now,
         )
     else:
         yield from near_limit("near-frequency", worst, high, "Hz", "readout.capacitance")
     if lowest is not None and lowest.value < low:
-        yield violated("frequency-low", "readout.capacitance", lowest.value, low, "Hz", where=where(lowest))
+        yield violation_of("frequency-low", "readout.capacitance", lowest.value, low, "Hz",
+                           where=coil_and_state(lowest))
 
 
 def parallel_resistance(design: Design) -> Iterator[Verdict]:
@@ -113,7 +114,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     The limits are the smallest resistance that the driver sustains and the data sheet's specified range.
     """
     spec, coils = design.spec, design.estimates.all_coils
-    yield from undecided(coils, "parallel_resistance")
+    yield from missing_value_reasons(coils, "parallel_resistance")
     yield from overdamped_tank(design)
     worst = worst_of(coils, "parallel_resistance", min)
     if worst is None:
@@ -136,7 +137,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     minimum, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
     is_short = worst.state != FREE and is_short_alone(coils, worst, "parallel_resistance", minimum)
     changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, worst.state == FREE)
-    yield beyond_limit(
+    yield worst_beyond_limit(
         case, worst, minimum, "ohm", "coil.layers", hint="resistance-ways" if changes else "resistance-short",
         details=() if changes else ("misses-in-air",), severity=severity, source=device.limits[name].source,
         fixes=more_copper(spec, growth, growth**3), ways=changes,
@@ -147,17 +148,17 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 def quality_factor(design: Design) -> Iterator[Verdict]:
     """Yield findings on the smallest Q over all coils and states."""
     coils = design.estimates.all_coils
-    yield from undecided(coils, "quality_factor")
+    yield from missing_value_reasons(coils, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)
     if worst is not None and worst.value < floor:
         spec, is_free = design.spec, worst.state == FREE
         is_short = not is_free and is_short_alone(coils, worst, "quality_factor", floor)
         changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, is_free)
         states = other_states(coils, worst, "quality_factor", "")
-        yield violated(
+        yield violation_of(
             "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if changes else "",
             details=("quality-rule", *["misses-in-air"] * (not changes), *["other-states"] * bool(states)),
-            where=where(worst), ways=changes, states=states,
+            where=coil_and_state(worst), ways=changes, states=states,
         )
 
 
@@ -181,9 +182,9 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
     if share <= limit.value:
         limit, severity = limits["self_resonance_fraction_strict"], Severity.WARNING
     if share > limit.value:
-        yield violated(
+        yield violation_of(
             "self-resonance", "readout.capacitance", share, limit.value, severity=severity, source=limit.source,
-            where=where(worst), frequency=worst.value, resonance=resonance,
+            where=coil_and_state(worst), frequency=worst.value, resonance=resonance,
         )
 
 
@@ -195,8 +196,8 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-capacitor")
         return
     if not low <= value <= high:
-        yield violated("tank-capacitor", "readout.capacitance", value, low if value < low else high, "F", low=low,
-                       high=high)
+        yield violation_of("tank-capacitor", "readout.capacitance", value, low if value < low else high, "F", low=low,
+                           high=high)
 
 
 def capacitor_sold(design: Design) -> Iterator[Verdict]:
@@ -209,9 +210,9 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
         return
     nearest = min(beside, key=lambda each: abs(math.log(each / value)))
     nearest_first = sorted(beside, key=lambda each: abs(math.log(each / value)))
-    yield violated("capacitor-sold", "readout.capacitance", value, nearest, "F",
-                   values=[show(each, "F", 3) for each in beside],
-                   fixes=(partial(capacitor, design.spec, nearest_first),))
+    yield violation_of("capacitor-sold", "readout.capacitance", value, nearest, "F",
+                       values=[show(each, "F", 3) for each in beside],
+                       fixes=(partial(with_capacitors, design.spec, nearest_first),))
 
 
 def _distance_ways(
@@ -246,7 +247,7 @@ TOGETHER = 0.1
 TRIED = 3
 """Largest number of changed start angles that are laid out to find a design whose leads do not run round the coil."""
 
-def leads_round(design: Design) -> Iterator[Verdict]:
+def leads_through_flux(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the coil whose leads link the largest fraction of its winding's flux.
 
     The hint names turns or a start angle that avoid this.
@@ -268,7 +269,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         resistance = estimate.resistance_ac * abs(turns) * ring.boundary.length / estimate.trace_length
         moves = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
     beyond, is_warned = abs(turns) - abs(least_closing(spec.coil)), -share >= WARNED
-    yield violated(
+    yield violation_of(
         "lead-on" if turns > 0.0 else "lead-back", "coil.turns", abs(share), WARNED if is_warned else NAMED,
         hint="lead-on", severity=Severity.WARNING if is_warned else Severity.NOTE,
         details=(*["lead-resistance"] * (free is not None), *["lead-room-missing"] * (beyond > TOGETHER)),
@@ -291,7 +292,7 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
              if row["profile"] == spec.fpc.rules.name and row["shape"] == spec.coil.shape
              and parse_quantity(row["parallel_resistance"], "resistance") == floor}
     if sizes and spec.coil.size[0] < min(sizes.values()):
-        yield violated(
+        yield violation_of(
             "smallest-coil", "coil.outer_diameter", spec.coil.size[0], min(sizes.values()), "m",
             profile=spec.fpc.rules.name, floor=floor,
             sizes=[f"{show(size, 'm')} ({layers} layers)" for layers, size in sizes.items()],
@@ -306,6 +307,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT206", self_resonance),
     rule_of("SIT214", tank_capacitor),
     rule_of("SIT220", capacitor_sold),
-    rule_of("SIT216", leads_round, named=100.0 * NAMED, warned=100.0 * WARNED),
+    rule_of("SIT216", leads_through_flux, named=100.0 * NAMED, warned=100.0 * WARNED),
     rule_of("SIT222", smallest_coil),
 )

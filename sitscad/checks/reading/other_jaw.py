@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
-from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 
 MUCH, LITTLE = 0.1, 0.01
@@ -44,7 +44,7 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     ratios = [abs(change[worst]) / signal[worst] for change in (closed, near)]
     if ratios[0] < LITTLE:
         return
-    yield violated(
+    yield violation_of(
         "other-jaw", "mount.jaw", ratios[1], MUCH, severity=None if ratios[1] > MUCH else Severity.NOTE, coil=worst,
         closed=abs(closed[worst]), near=abs(near[worst]), share=ratios[0], thin=THIN,
         force=design.spec.requirements.normal_force or 0.0,

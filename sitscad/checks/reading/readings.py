@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from sitscad.assembly.places.state import FREE, in_words, working_states
+from sitscad.assembly.places.state import FREE, state_text, working_states
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns, with_each
+from sitscad.checks.fixes.moves import longer_coils, more_layers, more_turns, with_capacitors, with_each
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.rules import Undecided, Verdict, Violation, not_checked, violated
+from sitscad.checks.rules import Undecided, Verdict, Violation, not_checked, violation_of
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
 from sitscad.spec.materials import Conductor, Shield, Target
@@ -71,7 +71,7 @@ def sigmas_between(reading: Reading, limit: float) -> float | None:
     return abs(reading.value - limit) / reading.sigma if reading.sigma else None
 
 
-def beyond_limit(
+def worst_beyond_limit(
     case: str, reading: Reading, limit: float, unit: str, key: str, *, hint: str | Callable[[], str] = "",
     details: tuple[str, ...] = (), severity: Severity | None = None, source: str | None = None,
     fixes: tuple[Family, ...] = (), keeps_limit: bool = False, states: Sequence[str] = (), **values: Any,
@@ -83,11 +83,12 @@ def beyond_limit(
     count = sigmas_between(reading, limit)
     is_counted = count is not None and count <= COUNTED
     side = "sigma-below" if reading.value < limit else "sigma-above"
-    return violated(
+    return violation_of(
         case, key, reading.value, limit, unit or None, hint=hint, severity=severity, source=source, sigma=count,
         details=(*details, *["other-states"] * bool(states), *[side] * is_counted,
                  *["sigma-cause"] * (is_counted and bool(reading.cause))),
-        fixes=fixes, keeps_limit=keeps_limit, where=where(reading), states=states, sigmas=f"{count or 0.0:.1f}",
+        fixes=fixes, keeps_limit=keeps_limit, where=coil_and_state(reading), states=states,
+        sigmas=f"{count or 0.0:.1f}",
         bound=show(limit, unit), scatter=show(reading.sigma or 0.0, unit, 2), cause=reading.cause, **values,
     )
 
@@ -132,11 +133,11 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
     """
     count = None if reading is None else sigmas_between(reading, limit)
     if reading is not None and count is not None and count < NEAR:
-        yield beyond_limit(case, reading, limit, unit, key, keeps_limit=True, within=1 if count < AT_RISK else 2,
-                           severity=Severity.WARNING if count < AT_RISK else Severity.NOTE)
+        yield worst_beyond_limit(case, reading, limit, unit, key, keeps_limit=True, within=1 if count < AT_RISK else 2,
+                                 severity=Severity.WARNING if count < AT_RISK else Severity.NOTE)
 
 
-def undecided(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
+def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
     """Yield a reason for every state without the value, so that a missing value does not look like a pass."""
     name_text = attribute.replace("_", " ")
     yield from failed_states(coils, name_text)
@@ -144,13 +145,13 @@ def undecided(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
-                yield not_checked("no-coil-estimate", quantity=name_text, coil=coil.name, state=in_words(name))
+                yield not_checked("no-coil-estimate", quantity=name_text, coil=coil.name, state=state_text(name))
 
 
 def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
     """Yield a reason for every state that is absent because the model fails there."""
     for state, reason in {state: why for coil in coils for state, why in coil.failed_states.items()}.items():
-        yield not_checked("state-failed", quantity=value_name, state=in_words(state), reason=reason)
+        yield not_checked("state-failed", quantity=value_name, state=state_text(state), reason=reason)
 
 
 def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
@@ -158,7 +159,7 @@ def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
     for coil in coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
-            yield violated("nothing-estimated", "coil", severity=Severity.ERROR, coil=coil.name, reason=reasons[0])
+            yield violation_of("nothing-estimated", "coil", severity=Severity.ERROR, coil=coil.name, reason=reasons[0])
             return
 
 
@@ -173,9 +174,10 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     # Q is proportional to sqrt(L/C): capacitors that raise Q to 10 or more, far from overdamped
     device = design.spec.readout.device
     below = [each for each in reversed(preferred_values(device)) if each <= now * (value / 10.0) ** 2]
-    yield violated(
+    yield violation_of(
         "overdamped", "readout.capacitance", value, 1.0, severity=Severity.ERROR,
-        fixes=(partial(capacitor, design.spec, below[:2]),), where=where(Reading(name, state, value)), capacitance=now,
+        fixes=(partial(with_capacitors, design.spec, below[:2]),), where=coil_and_state(Reading(name, state, value)),
+        capacitance=now,
     )
 
 
@@ -187,9 +189,9 @@ def worst_of(
     return choose(readings, key=lambda reading: reading.value) if readings else None
 
 
-def where(reading: Reading) -> str:
+def coil_and_state(reading: Reading) -> str:
     """Return coil and state in words."""
-    return f"coil {reading.coil} {in_words(reading.state)}"
+    return f"coil {reading.coil} {state_text(reading.state)}"
 
 
 def other_states(
@@ -197,7 +199,7 @@ def other_states(
 ) -> list[str]:
     """Return texts with the values of the same coil in other states, with `digits` significant digits."""
     readings = [r for r in readings_of(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
-    return [f"{in_words(r.state)} {show(r.value, unit, digits)}" for r in readings]
+    return [f"{state_text(r.state)} {show(r.value, unit, digits)}" for r in readings]
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:

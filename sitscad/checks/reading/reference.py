@@ -8,7 +8,7 @@ from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.reading.other_jaw import LITTLE, MUCH, THIN
-from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
 from sitscad.spec.coil import Reference
@@ -26,13 +26,13 @@ def reference_signal(design: Design) -> Iterator[Verdict]:
         return
     from sitscad.estimates.states.reference import reference_signal  # loads a solver
 
-    signal, limit = reference_signal(design.layout, design.estimates), own_limits()["reference_signal"]
+    signal, limit = reference_signal(design.layout, design.estimates), constant_limits()["reference_signal"]
     if signal is None:
         yield not_checked("reference-unsolved", state=PRESSED)
     elif signal.share > limit.value:
-        yield violated(
+        yield violation_of(
             "reference-signal", KEY, signal.share, limit.value, source=limit.source,
-            severity=None if signal.share > own_limits()["reference_signal_most"].value else Severity.WARNING,
+            severity=None if signal.share > constant_limits()["reference_signal_most"].value else Severity.WARNING,
             fixes=(lambda: _moved(design.spec),), coil=design.layout.coils[-1].name, other=signal.coil,
             change=abs(signal.reference), at_rest=abs(signal.at_rest),
         )
@@ -64,7 +64,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
     closed, near = (reference_change(layout, estimates, grasped) for grasped in (0.0, THIN))
     if closed is not None and near is not None and signal and abs(closed) >= LITTLE * signal:
         ratio = abs(near) / signal
-        yield violated(
+        yield violation_of(
             "reference-front", "mount.jaw", ratio, MUCH, severity=None if ratio > MUCH else Severity.NOTE, coil=name,
             near=abs(near), closed=abs(closed), thin=THIN,
             share=abs(near) / estimates.reference.states[REST].inductance,
@@ -76,7 +76,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
         shares = metal_share(estimates.reference), metal_share(bare[0])
         difference = abs(shares[0] - shares[1])
         if difference > UNEQUAL * abs(shares[1]):
-            yield violated(
+            yield violation_of(
                 "reference-behind", KEY, difference / abs(shares[1]), UNEQUAL, severity=Severity.NOTE, coil=name,
                 other=bare[0].name, by_reference=abs(shares[0]), by_other=abs(shares[1]))
 
@@ -87,8 +87,8 @@ UNEQUAL = 0.1
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT223", reference_signal, "reference", "target", "elastomer", "normal force",
-            limit=100.0 * own_limits()["reference_signal"].value,
-            most=100.0 * own_limits()["reference_signal_most"].value),
+            limit=100.0 * constant_limits()["reference_signal"].value,
+            most=100.0 * constant_limits()["reference_signal_most"].value),
     rule_of("SIT224", reference_metal, "reference", "target", "jaw", much=f"{100.0 * MUCH:.0f} %",
             unequal=f"{100.0 * UNEQUAL:.0f} %"),
 )

@@ -17,7 +17,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.plates import is_as_long_as_line
-from sitscad.checks.fixes.moves import larger_target, over_the_middle
+from sitscad.checks.fixes.moves import centred_plates, larger_target
 from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_targets, temperature_sensors, wider_arrays
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.reading.readings import failed_states
@@ -26,10 +26,10 @@ from sitscad.checks.rules import (
     Rule,
     Verdict,
     Violation,
+    constant_limits,
     not_checked,
-    own_limits,
     rule_of,
-    violated,
+    violation_of,
 )
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.conversion import Conversion
@@ -108,7 +108,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     """
     required = design.spec.requirements.normal_force
     if not required:
-        yield from _unasked(design)
+        yield from _signal_without_requirement(design)
         return
     yield from failed_states(design.estimates.coils, "change from rest to pressed")
     loads = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
@@ -132,7 +132,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     if not deaf:
         return
     worst = min(deaf, key=lambda response: response.steps)
-    beside, untold = best.steps >= FEWEST_STEPS, _untold_shear(design.spec.cell_placements, changes)
+    beside, untold = best.steps >= FEWEST_STEPS, _unmeasured_shear(design.spec.cell_placements, changes)
     lost, is_nothing_felt = [response.coil for response in changes if response.is_lost], _is_lost(changes)
     is_needed = untold and design.spec.requirements.shear_force
     target = design.spec.target
@@ -142,11 +142,11 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     details = (*["weak-best"] * beside, *["lost-coils"] * bool(lost), *["lost-shear"] * bool(lost and untold),
                *["weak-outside"] * (beside and outside > 0.0))
     change = _more_change(design.spec.readout, design.estimates.readout.conversion, coils, target, worst.steps)
-    yield violated(
+    yield violation_of(
         "nothing-felt" if is_nothing_felt else "weak-change", "target.size" if beside else "elastomer.thickness",
         worst.steps, max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
         hint=("reach-offset" if any(target.offset) else "reach-target") if beside else change.case,
-        details=() if is_nothing_felt else details, fixes=_over_all_coils(design.spec) if beside
+        details=() if is_nothing_felt else details, fixes=_cover_all_coils(design.spec) if beside
         else more_signal(design.spec),
         severity=Severity.ERROR if is_needed or is_nothing_felt else Severity.WARNING,
         coils=[response.coil for response in deaf], force=required, state=state, changes=_changes(deaf),
@@ -161,7 +161,7 @@ def _is_lost(changes: Sequence[SignalChange]) -> bool:
     return all(response.is_lost for response in changes)
 
 
-def _untold_shear(
+def _unmeasured_shear(
     cells: tuple[tuple[CoilPlacement, ...], ...], changes: Sequence[SignalChange]
 ) -> list[str]:
     """Return the axes along which shear cannot be separated from normal force.
@@ -178,7 +178,7 @@ def _untold_shear(
     return sorted(untold)
 
 
-def _unasked(design: Design) -> Iterator[Verdict]:
+def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
     # Without a required normal force: a finding if no coil responds to the full load of data sheet and calibration.
     # Whether each coil responds enough is not known.
     from sitscad.estimates import estimated
@@ -197,7 +197,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
         best = max(changes, key=lambda response: response.steps)
         numbers, spec = design.estimates, design.spec
         change = _more_change(spec.readout, numbers.readout.conversion, numbers.coils, spec.target, best.steps)
-        yield violated(
+        yield violation_of(
             "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
             details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(changes),
             sigmas=TOLD_FROM_NOISE, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
@@ -209,13 +209,13 @@ def _changes(deaf: Sequence[SignalChange]) -> list[str]:
     return [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
 
 
-def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
+def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
     """Return changes that centre the target over the coils, or enlarge a centred target to cover all."""
     target = spec.target
     assert target is not None
     length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
     if any(target.offset):
-        return (partial(over_the_middle, spec),)
+        return (partial(centred_plates, spec),)
     return (partial(larger_target, spec, length, width),)
 
 
@@ -245,11 +245,13 @@ def _more_change(
         return _MoreChange("change-bits", devices=tuple(
             o.name for o in converters
             if o.law is device.law and o.bits > device.bits and o.channels >= device.channels))
-    rate = _slower(conversion, readout, len(coils), steps)
+    rate = _slower_scan_rate(conversion, readout, len(coils), steps)
     return _MoreChange("change-scans") if rate is None else _MoreChange("change-rate", f"{rate:g} Hz")
 
 
-def _slower(conversion: Conversion | None, readout: ReadoutSpec, coil_count: int, steps: float) -> float | None:
+def _slower_scan_rate(
+    conversion: Conversion | None, readout: ReadoutSpec, coil_count: int, steps: float
+) -> float | None:
     """Return the scan rate (Hz) at which the change reaches `FEWEST_STEPS` converter steps.
 
     It is scaled from the `steps` at the present rate, and limited to what can be read back. None if conversions cannot
@@ -280,13 +282,13 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         strongest.setdefault(numbers[signal.coil], signal)
     number, best = min(strongest.items(), key=lambda pair: abs(pair[1].share))
     is_compensated = design.spec.readout.thermistor is not None
-    least = own_limits()["least_signal_compensated" if is_compensated else "least_signal"]
+    least = constant_limits()["least_signal_compensated" if is_compensated else "least_signal"]
     if abs(best.share) >= least.value:
         return
     spec = design.spec
     has_metal = spec.shield is not None or spec.metal is not None
-    drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
-    yield violated(
+    drift, share = constant_limits()["drift_of_ten_kelvin"].value, abs(best.share)
+    yield violation_of(
         "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
         source=least.source, fixes=(*more_signal(spec), partial(temperature_sensors, spec)),
         details=(*["small-signal"] * (len(cells) > 1), *["small-signal-steps"] * bool(best.steps),
@@ -368,10 +370,10 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     for axis in axes:
         moved = by_moves[axis]
         apart = max(moved) - min(moved)
-        edges = _edges(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
+        edges = _edge_hint(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
         minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / max(steps))
         if apart / max(steps) < minimum:
-            yield violated(
+            yield violation_of(
                 "shear-weak", "target.size", apart / max(steps), minimum, "steps", hint=edges.case,
                 fixes=_nearer_edges(spec), details=(*["shear-normal"] * bool(pressed), *edges.details), force=force,
                 travel=travels[axis], difference=apart, fewest=FEWEST_STEPS, share=LEAST_SHARE, pressed=pressed,
@@ -380,9 +382,9 @@ def shear_response(design: Design) -> Iterator[Verdict]:
             continue
         reading = _tilt_reading(middles, axis, force, apart, pressed, -float(poses[2, 2]))
         if reading > force:
-            yield violated("shear-tilt", "target.size", reading, force, "N", hint=edges.case,
-                           fixes=_nearer_edges(spec), details=edges.details, axis=AXES[axis], other=AXES[1 - axis],
-                           apart=edges.apart, beyond=edges.beyond)
+            yield violation_of("shear-tilt", "target.size", reading, force, "N", hint=edges.case,
+                               fixes=_nearer_edges(spec), details=edges.details, axis=AXES[axis], other=AXES[1 - axis],
+                               apart=edges.apart, beyond=edges.beyond)
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
@@ -443,7 +445,7 @@ class _Edges:
     beyond: float = 0.0
 
 
-def _edges(target: Target, axis: int, apart: float, side: float) -> _Edges:
+def _edge_hint(target: Target, axis: int, apart: float, side: float) -> _Edges:
     """Return the hint on the place to which the target's edges must move, for a larger signal by shear along `axis`.
 
     `apart` is twice the largest distance (m) of a coil's centre from the target's middle along the axis. `side` is the
@@ -465,10 +467,10 @@ RULES: tuple[Rule, ...] = (
     ),
     rule_of(
         "SIT217", small_signal, "target", "elastomer", "normal force",
-        least_compensated=100.0 * own_limits()["least_signal_compensated"].value,
-        least_signal=100.0 * own_limits()["least_signal"].value,
-        drift_of_ten_kelvin=100.0 * own_limits()["drift_of_ten_kelvin"].value,
-        signal_source=own_limits()["least_signal"].source,
+        least_compensated=100.0 * constant_limits()["least_signal_compensated"].value,
+        least_signal=100.0 * constant_limits()["least_signal"].value,
+        drift_of_ten_kelvin=100.0 * constant_limits()["drift_of_ten_kelvin"].value,
+        signal_source=constant_limits()["least_signal"].source,
     ),
     rule_of(
         "SIT218", shear_response, "target", "elastomer", "shear force", fewest_steps=FEWEST_STEPS,

@@ -13,8 +13,8 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.moves import thicker_target
-from sitscad.checks.reading.readings import readings_of, where
-from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.checks.reading.readings import coil_and_state, readings_of
+from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
@@ -53,17 +53,17 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
     elif THICK * depth > min(target.size):
         yield from _poor_conductor(design, depth, frequency)
     elif target.thickness < THICK * depth:
-        yield from _thin(design, depth, frequency)
+        yield from _thin_target_findings(design, depth, frequency)
 
 
-def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
+def _thin_target_findings(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """Yield a note on a target thin for its skin depth `depth` (m), or a warning if its cost exceeds a limit."""
-    target, thick, limits = _target(design.spec.target), THICK * depth, own_limits()
+    target, thick, limits = _target(design.spec.target), THICK * depth, constant_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
     if depths >= COMPARED and target.material.relative_permeability < 1.1:
-        yield violated("thin-target", "target.thickness", _resistance_of_sheet(depths) - 1.0, limit.value,
-                       hint="thin-keep", details=("thin-sheet",), severity=Severity.NOTE, source=limit.source,
-                       thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency)
+        yield violation_of("thin-target", "target.thickness", _resistance_of_sheet(depths) - 1.0, limit.value,
+                           hint="thin-keep", details=("thin-sheet",), severity=Severity.NOTE, source=limit.source,
+                           thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency)
         return
     cost = _cost(design, thicker_target(design.spec, thick).spec)
     if cost is None:
@@ -78,7 +78,7 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     required = (thick / target.thickness) ** 2 * top
     is_reached = required <= design.spec.readout.device.limit("sensor_frequency_max")
     hint = "thin-thicker-frequency" if is_reached else "thin-thicker"
-    yield violated(
+    yield violation_of(
         "thin-target", "target.thickness", measured, limit.value, hint=hint if is_dear else "thin-keep",
         details=cost.details, severity=Severity.WARNING if is_dear else Severity.NOTE, source=limit.source,
         fixes=(lambda: [thicker_target(design.spec, thick)],) if is_dear else (), thick=thick,
@@ -97,7 +97,7 @@ def _resistance_of_sheet(depths: float) -> float:
 
 
 @record
-class _Cost:
+class _ThinTargetCost:
     """Losses by a thin target against a thick one: relative loss of R_P and of the signal change (negative: gain).
 
     ``details`` are the message cases that describe the losses. ``readings`` are R_P (ohm) and ``changes`` the signal
@@ -114,9 +114,9 @@ class _Cost:
     amplitude: float
 
 
-def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
+def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
     """Return the cost in the state in which the target reduces R_P most. None if either design has no values."""
-    other = _compared(design, thick)
+    other = _design_for_comparison(design, thick)
     readings, thick_readings = (
         readings_of(each.estimates.coils, "parallel_resistance", True) for each in (design, other))
     reference = {(r.coil, r.state): r for r in thick_readings}
@@ -132,8 +132,8 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     changes = change or (1.0, 1.0)
     details = ("thin-cost", *["thin-change-newton" if force else "thin-change-rest"] * (change is not None),
                *["thin-amplitude"] * bool(swing))
-    return _Cost(1.0 - worst.value / against.value, 1.0 - changes[0] / changes[1], details, where(worst),
-                 (worst.value, against.value), changes, swing[0] if swing else 0.0)
+    return _ThinTargetCost(1.0 - worst.value / against.value, 1.0 - changes[0] / changes[1], details,
+                           coil_and_state(worst), (worst.value, against.value), changes, swing[0] if swing else 0.0)
 
 
 def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
@@ -153,15 +153,15 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
     """Yield a finding on a material with a skin depth larger than the target's width, compared with copper."""
     target = _target(design.spec.target)
     copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
-    other = _compared(design, copper)
+    other = _design_for_comparison(design, copper)
     mine, theirs = (
         max((abs(v) for v in _effects(design, each).values()), default=math.nan) for each in (design, other)
     )
     if not theirs > 0.0 or not math.isfinite(mine):
         yield not_checked("target-effect-unknown")
         return
-    share, least = mine / theirs, own_limits()["least_target_effect"]
-    yield violated(
+    share, least = mine / theirs, constant_limits()["least_target_effect"]
+    yield violation_of(
         "poor-conductor", "target.material", share, least.value, source=least.source, metal=target.material.name,
         details=("poor-depth" if math.isfinite(depth) else "poor-insulator",), frequency=frequency, depth=depth,
         thickness=target.thickness, severity=Severity.ERROR if share < least.value else Severity.WARNING,
@@ -174,13 +174,14 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
     force = other.spec.requirements.normal_force
     if force:
         return {coil.name: slope[0] for coil in other.estimates.coils if (slope := coil.sensitivity(force))}
-    targetless = memo(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
+    targetless = memo(design, "without its target", lambda: _design_for_comparison(design,
+                                                                                   replace(design.spec, target=None)))
     without = {r.coil: r.value for r in readings_of(targetless.estimates.coils, "inductance", True)}
     rest = [r for r in readings_of(other.estimates.coils, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
 
-def _compared(design: Design, changed: SensorSpec) -> Design:
+def _design_for_comparison(design: Design, changed: SensorSpec) -> Design:
     # A changed design with this design's tank capacitor, and a solved target if this design has a solved target: only
     # the change then differs. The level of estimates is the same, too.
     from sitscad.estimates import estimated
@@ -202,5 +203,5 @@ _LIMITS = ("thin_target_resistance", "thin_target_change", "least_target_effect"
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT305", target_thickness, "target", compared=COMPARED,
-            **{name: 100.0 * own_limits()[name].value for name in _LIMITS}),
+            **{name: 100.0 * constant_limits()[name].value for name in _LIMITS}),
 )

@@ -9,10 +9,10 @@ from itertools import combinations
 
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import each_read, scans
+from sitscad.checks.fixes.moves import reread_changes, with_scan_rate
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Rule, Verdict, not_checked, own_limits, rule_of, violated
+from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
 
@@ -39,7 +39,7 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-estimate", quantity="sensor frequency")
     elif worst.value >= conversion.highest_frequency:
         slowest = conversion.slowest_clock(worst.value)
-        yield violated(
+        yield violation_of(
             "clock-count", "readout.clock" if slowest else "readout.capacitance", worst.value,
             conversion.highest_frequency, "Hz", part=conversion.device.part, clock=slowest,
             hint="clock-slowest" if slowest and slowest > readout.clock else "",
@@ -53,8 +53,8 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-estimate", quantity="scan rate")
         return
     if readout.scan_rate < required * (1.0 - 1e-6):
-        yield violated("scan-rate", "readout.scan_rate", readout.scan_rate, required, "Hz",
-                       coils=len(design.spec.all_placements), time=1.0 / readout.scan_rate)
+        yield violation_of("scan-rate", "readout.scan_rate", readout.scan_rate, required, "Hz",
+                           coils=len(design.spec.all_placements), time=1.0 / readout.scan_rate)
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
@@ -64,11 +64,11 @@ def read_back(design: Design) -> Iterator[Verdict]:
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if required > sure:
         impossible = required > hopeful
-        yield violated(
+        yield violation_of(
             "read-back", "readout.scan_rate", required, sure, "Hz", hint="" if impossible else "read-back-pause",
             severity=Severity.ERROR if impossible else Severity.WARNING, coils=channels,
             clock=converter.serial_clock_in_words, time=1.0 / sure,
-            fixes=(lambda: [scans(design.spec, math.floor(sure))],),
+            fixes=(lambda: [with_scan_rate(design.spec, math.floor(sure))],),
         )
 
 
@@ -78,8 +78,8 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     assert required is not None
     if rate < 2.0 * required:
         # no faster than required: shorter conversions have more noise
-        yield violated("scan-bandwidth", "readout.scan_rate", rate, 2.0 * required, "Hz", bandwidth=required,
-                       fixes=(lambda: [scans(design.spec, 2.0 * required)],))
+        yield violation_of("scan-bandwidth", "readout.scan_rate", rate, 2.0 * required, "Hz", bandwidth=required,
+                           fixes=(lambda: [with_scan_rate(design.spec, 2.0 * required)],))
 
 
 def channels(design: Design) -> Iterator[Verdict]:
@@ -95,14 +95,14 @@ def channels(design: Design) -> Iterator[Verdict]:
         parts = (presets.converter(name) for name in presets.names("converter"))
         converters = [part.part.lower() for part in parts if part.most_coils * buses >= len(names)]
         is_two_enough = buses == 1 and len(names) <= 2 * most
-        yield violated(
+        yield violation_of(
             "channels-one-bus" if buses == 1 else "channels-two-buses", key, float(len(names)), float(most),
             hint="channels-second-bus" if is_two_enough else "channels-fewer",
             details=("channels-others",) if converters else (), source=_channel_sources(device.family),
             parts=buses * len(device.addresses), part=device.part, channels=each, others=converters,
             excess=len(names) - most,
-            fixes=(partial(each_read, design.spec, "readout.device", converters),
-                   partial(each_read, design.spec, "readout.buses", [2] * is_two_enough)),
+            fixes=(partial(reread_changes, design.spec, "readout.device", converters),
+                   partial(reread_changes, design.spec, "readout.buses", [2] * is_two_enough)),
         )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
@@ -118,7 +118,7 @@ def channels(design: Design) -> Iterator[Verdict]:
         by_converter: dict[str, list[str]] = {}
         for at, name in zip(places, names, strict=True):
             by_converter.setdefault(at.converter_in_words, []).append(name)
-        yield violated(
+        yield violation_of(
             "converters-coupled", key, coupling, MOST_COUPLING, coils=len(names), converters=len(by_converter),
             part=device.part, pair=pair, source=_channel_sources(device.family),
             places="; ".join(f"{', '.join(on_converter)} on converter {name}"
@@ -145,7 +145,7 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
         return
     share, *coupled = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
-        yield violated(
+        yield violation_of(
             "idle-neighbour", design.spec.array.distance_key, share, 0.05 if share >= 0.05 else 1e-3, coils=coupled,
             severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
         )
@@ -162,7 +162,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     """
     if design.spec.cells is None:
         return
-    change, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
+    change, limit = design.cells.skin.crosstalk, constant_limits()["cell_crosstalk"]
     if change is None:
         yield not_checked("no-cell-signal")
         return
@@ -170,7 +170,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         yield not_checked("film-crosstalk")
     groups = [f"{group.words} by {show(100.0 * group.stiffer, '%', 2)}, pressed by {show(100.0 * group.strain, '%', 3)}"
               for group in design.cells.skin.groups]
-    yield violated(
+    yield violation_of(
         "cell-crosstalk", design.spec.array.distance_key, change.total, limit.value,
         hint="cell-crosstalk-webs" if change.webs else "",
         details=("cell-crosstalk-webs" if change.webs else "cell-crosstalk-apart",),
@@ -186,7 +186,7 @@ def clock(design: Design) -> Iterator[Verdict]:
     low, high = design.spec.readout.device.limit("clock_min"), design.spec.readout.device.limit("clock_max")
     if not low <= value <= high:
         fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
-        yield violated(
+        yield violation_of(
             "clock-range", "readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
             clock=show(high, "Hz", 6), fixes=(lambda: [fastest],),
         )
@@ -196,5 +196,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT207", input_frequency), rule_of("SIT208", scan_rate), rule_of("SIT209", read_back),
     rule_of("SIT210", bandwidth, "bandwidth"), rule_of("SIT211", channels, channel_sources=_channel_sources()),
     rule_of("SIT212", idle_neighbour), rule_of("SIT213", clock),
-    rule_of("SIT219", crosstalk, limit=100.0 * own_limits()["cell_crosstalk"].value),
+    rule_of("SIT219", crosstalk, limit=100.0 * constant_limits()["cell_crosstalk"].value),
 )

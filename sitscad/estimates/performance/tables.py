@@ -9,7 +9,7 @@ from typing import Any
 
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
-from sitscad.basics.units import NONE, show
+from sitscad.basics.units import DASH, show
 from sitscad.estimates.loads.working_range import held_shear, working_range
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
@@ -76,16 +76,16 @@ def axis_table(report: PerformanceReport) -> Table:
     together = working_range(spec)
     if together.is_round:
         limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
-        row("calibrated for a resultant shear up to", *(NONE if name == "normal" else limit for name in names))
+        row("calibrated for a resultant shear up to", *(DASH if name == "normal" else limit for name in names))
     turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
     row(f"range of the pad, {turns}, and its first limit",
         *(f"{amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
     if newtons is not None:
         row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
-            *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else NONE for name in names))
+            *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else DASH for name in names))
     if any(max(full.axes[name].full_scale, full.axes[name].range) > valid_shear for name in shears):
         row("extrapolated by the pad's law beyond",
-            *(_newtons(valid_shear) if name in shears else NONE for name in names))
+            *(_newtons(valid_shear) if name in shears else DASH for name in names))
     for point in points:
         row(f"resolution {point.at}: the noise alone",
             *(amount(point.axes[name].resolution, name) for name in names))
@@ -206,12 +206,12 @@ def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]
     for point in (first, full):
         yield f"stiffness against a tilt, {point['at']}", _stiffness_text(point)
     friction = full["friction_error"]
-    ratio = NONE if friction is None else f"+-{friction:.2g} (one sigma)"
+    ratio = DASH if friction is None else f"+-{friction:.2g} (one sigma)"
     yield "error of the ratio of shear to normal force, full load", ratio
     slowest = min(points, key=lambda point: float(point["bandwidth_Hz"]))
     yield f"bandwidth ({slowest['bandwidth_by']})", show(slowest["bandwidth_Hz"], "Hz", 3)
     resonances = (f"{show(value, 'Hz', 2)} {AXIS_WORDS[name]}" for name, value in first["resonance_Hz"].items())
-    yield "resonance of target and pad at rest, nothing on it", ", ".join(resonances) or NONE
+    yield "resonance of target and pad at rest, nothing on it", ", ".join(resonances) or DASH
     yield ("condition number, rest to full load",
            f"{first['condition_number']:.2g} to {full['condition_number']:.2g}")
     yield "each reading means one load", "yes" if full["invertible"] else "NO: see the notes"
@@ -252,6 +252,6 @@ def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -
     """Return the largest crosstalk of an axis in some tables."""
     fractions = [fraction for table in tables for fraction in table[name].values()]
     if not fractions:
-        return NONE
+        return DASH
     worst = max(fractions)
     return share_text(worst) if worst >= LEAST_TOLD else f"below {share_text(LEAST_TOLD)}"

@@ -11,7 +11,7 @@ import numpy as np
 from sitscad.basics.arrays import Array
 from sitscad.basics.quantities import RESPONSE
 from sitscad.basics.record import record
-from sitscad.basics.units import counted
+from sitscad.basics.units import count_text
 
 POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 """Names of the six numbers of a pose, in the order of each row of `Response.poses`."""
@@ -68,7 +68,7 @@ class Response:
 
     def __repr__(self) -> str:
         """Return a line with the numbers of poses and coils."""
-        return f"<Response of {', '.join(self.coils[:8])} at {counted(len(self.poses), 'pose')}>"
+        return f"<Response of {', '.join(self.coils[:8])} at {count_text(len(self.poses), 'pose')}>"
 
     def __len__(self) -> int:
         return len(self.poses)

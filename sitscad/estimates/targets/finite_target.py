@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sitscad.assembly.places.state import in_words
+from sitscad.assembly.places.state import state_text
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record, replace
 from sitscad.estimates.targets.assembly import Surroundings, depth_in, sheet_of
@@ -436,7 +436,7 @@ def _notes(
         values = [share for (_, where), share in part.items() if where == state]
         low, high = min(values), max(values)
         share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
-        return f"{share} % {in_words(state)}"
+        return f"{share} % {state_text(state)}"
 
     changes, lost = (", ".join(among_coils(part, state) for state in states) for part in ratios)
     whose = "a finite magnetic plate (its poles need room)" if magnetic else "a finite plate"

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.assembly.places.bodies import backing_of, target_gap
-from sitscad.assembly.places.jaws import axis, section
+from sitscad.assembly.places.jaws import board_middle, jaw_section
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
 from sitscad.estimates.targets.assembly import LOSSLESS, Reflection, depth_in, metal_behind
@@ -106,7 +106,7 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     gap, echo = target_gap(spec), 1.0
     if spec.target is not None and like_a_conductor(spec.target, max(spec.coil.size)) < 0.5:
         echo = -1.0
-    middle, by_coil, effects = axis(layout.body), {}, {}
+    middle, by_coil, effects = board_middle(layout.body), {}, {}
     behind = metal_behind(spec), metal_behind(spec, without_jaw=True)
     for coil in layout.coils:
         x, y, turn = coil.centre.x - middle.x, coil.centre.y - middle.y, coil.placement.rotation
@@ -149,7 +149,7 @@ def _missing(
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
     spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(height - top for height in roofs)]))
     depth = min(depth_in(metal, FREQUENCY), 0.25 * min(size))
-    back = section(jaw)  # its back is round
+    back = jaw_section(jaw)  # its back is round
     inside = math.sqrt(max(back.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(back.height - back.radius + inside, 0.1 * back.height)
     opening, at = Opening(size, deep), np.array([FREQUENCY])

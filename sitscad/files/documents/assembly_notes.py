@@ -16,7 +16,7 @@ from sitscad.assembly.places.column import (
     Levels,
     Toleranced,
     column,
-    levels,
+    layer_heights,
     on_board,
     plate_thickness,
     sealed_height,
@@ -24,10 +24,10 @@ from sitscad.assembly.places.column import (
 from sitscad.assembly.places.fit import measures
 from sitscad.assembly.places.seating import relief
 from sitscad.assembly.places.state import FREE, REST
-from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, push_places, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, push_places, silicone_to_mix, skin_pour
 from sitscad.basics.check_results import Measure
 from sitscad.basics.quantities import plus_minus
-from sitscad.basics.units import NONE, aligned, in_mm, show
+from sitscad.basics.units import DASH, aligned_lines, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
@@ -143,7 +143,7 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
     """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
-    spec, at = layout.spec, levels(column(layout) or on_board(layout))
+    spec, at = layout.spec, layer_heights(column(layout) or on_board(layout))
     yield from _prepared(layout)
     if is_wanted(layout.size, layout.spec.fpc):
         yield (
@@ -210,7 +210,7 @@ def _has_printed_mount(mount: Mount | None, layers: tuple[Layer, ...]) -> bool:
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
-    spec, mount, poured = layout.spec, layout.spec.mount, pour(plates_of(layout.spec))
+    spec, mount, poured = layout.spec, layout.spec.mount, silicone_to_mix(plates_of(layout.spec))
     assert mount is not None
     counts = ""
     if mount.jaw is not None and _has_printed_mount(layout.spec.mount, column(layout)):
@@ -390,9 +390,9 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
         direct, read = coil.terminal_resistance_dc, metered.get(coil.name)
         rows.append((
-            coil.name, ", ".join(map(str, numbers)) or NONE, _with_sigma(direct, relative * direct, "ohm"),
-            NONE if read is None else _with_sigma(read.inductance, read.inductance_sigma, "H"),
-            NONE if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
+            coil.name, ", ".join(map(str, numbers)) or DASH, _with_sigma(direct, relative * direct, "ohm"),
+            DASH if read is None else _with_sigma(read.inductance, read.inductance_sigma, "H"),
+            DASH if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
             _tank_frequency(coil, FREE),
         ))
     code = bare_board_code(bench.all_coils, bench.readout.device)
@@ -404,7 +404,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
         f"{bare_drive(layout.spec.readout.device, estimates.readout, code)}"
     )
-    return "\n".join([text, *aligned(rows)])
+    return "\n".join([text, *aligned_lines(rows)])
 
 
 def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
@@ -425,7 +425,7 @@ def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str
         "meter that reaches this frequency. Their inductances differ, because each counts the coil's own capacitance "
         f"and losses in its own way. +- is one sigma of manufacture.{leaning}"
     )
-    return "\n".join([text, *aligned(rows)])
+    return "\n".join([text, *aligned_lines(rows)])
 
 
 def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
@@ -453,13 +453,13 @@ def _tank_frequency(coil: CoilEstimate, state: str) -> str:
     """Format the tank's frequency in a state, with its standard deviation."""
     estimate = coil.states.get(state)
     if estimate is None:
-        return NONE
+        return DASH
     return _with_sigma(estimate.frequency, None if estimate.spread is None else estimate.spread.frequency, "Hz")
 
 
 def _shown(inductance: float | None) -> str:
-    return NONE if inductance is None or not math.isfinite(inductance) else show(inductance, "H", 4)
+    return DASH if inductance is None or not math.isfinite(inductance) else show(inductance, "H", 4)
 
 
 def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
-    return plus_minus(value, sigma, unit, digits=4) if math.isfinite(value) else NONE
+    return plus_minus(value, sigma, unit, digits=4) if math.isfinite(value) else DASH

@@ -13,7 +13,7 @@ from typing import Any
 
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
-from sitscad.basics.units import NONE, counted, show
+from sitscad.basics.units import DASH, count_text, show
 from sitscad.calibration.calibration import Calibration, plan_calibration
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered
 from sitscad.estimates.loads.pad import NoResponse
@@ -209,7 +209,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 def _description(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
     """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' places by cell."""
-    cells, coils = len(placements), counted(len(placements[0]), "coil")
+    cells, coils = len(placements), count_text(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in points[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""
     return (
@@ -283,7 +283,7 @@ def _converters(device: Converter, coils: int) -> str:
     """Describe number and part of the converters and the channels used."""
     number = device.needed(coils)
     several = f"{number} x " if number > 1 else ""
-    return f"{several}{device.part}, {counted(coils, 'channel')}{' in all' if several else ''}"
+    return f"{several}{device.part}, {count_text(coils, 'channel')}{' in all' if several else ''}"
 
 
 def _metal_behind(mount: Mount | None) -> Rows:
@@ -312,7 +312,7 @@ def _cells(cells: CellTable) -> Rows:
            ("error by a tilt, largest", worst(lambda cell_group: max(cell_group.tilt_error["normal"].values())))]
           if len(groups) > 1 else []),
         ("curves, least signal", f"{cells.name} ({', '.join(cells.coils)})"),
-        ("what a cell reads of all neighbours", NONE if groups[0].crosstalk is None else
+        ("what a cell reads of all neighbours", DASH if groups[0].crosstalk is None else
          f"at most {share_text(max(cell_group.crosstalk or 0.0 for cell_group in groups))}"),
     ]
 
@@ -356,7 +356,7 @@ def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...], te
             _within_sigmas(read.resistance, read.resistance_sigma, "ohm"),
             _within_sigmas(read.direct, read.direct_sigma, "ohm"),
         )
-        rows.append((coil, frequency, *values, *([NONE] * (len(columns) - len(values)))))
+        rows.append((coil, frequency, *values, *([DASH] * (len(columns) - len(values)))))
     return rows
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from sitscad.assembly.places.state import FREE, PRESSED, REST, State, in_words
+from sitscad.assembly.places.state import FREE, PRESSED, REST, State, state_text
 from sitscad.basics.quantities import LONE_TIMES, RATES, SCAN_TIMES, TANK_AND_DRIVE, by_quantity, document
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
@@ -306,7 +306,8 @@ def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], state
     for name, force in _loads(coils, states).items():
         if name == PRESSED:
             continue
-        lines += ["", f"/* Expected inductance by the formula (H) {comment_text(in_words(name))}, by this force (N) on "
+        lines += ["", f"/* Expected inductance by the formula (H) {comment_text(state_text(name))}, by this force (N) "
+                  f"on "
                       "the middle of the target. */", f"#define {converter.part}_FORCE_{name.upper()}_N {force:.9e}"]
         values = {k: coil.states[name].converter_inductance for k, coil in enumerate(coils) if name in coil.states}
         lines += [f"#define {converter.part}_COIL{k}_L_{name.upper()}_H {value:.9e}"

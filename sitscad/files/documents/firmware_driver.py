@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from sitscad.assembly.places.state import REST
 from sitscad.basics.quantities import FREQUENCY
 from sitscad.basics.units import show
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.data import FOLDER
 from sitscad.estimates.circuits.bands import LEAP, SIGMAS, Band, CoilBands, bands
 from sitscad.estimates.circuits.drive import bare_board_code
@@ -48,7 +48,7 @@ def driver_files(
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
         return {}
-    coil_bands = bands(estimates.all_coils, usual("coil_inductance"))
+    coil_bands = bands(estimates.all_coils, usual_value("coil_inductance"))
     folder = FOLDER / "firmware"
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
@@ -330,7 +330,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
-        coil_bands = bands(estimates.all_coils, usual("coil_inductance"))
+        coil_bands = bands(estimates.all_coils, usual_value("coil_inductance"))
     except ValueError:
         return {}
     calibration = "; a calibration.h beside it takes precedence over ../calibration/'s"

@@ -7,7 +7,7 @@ import math
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import Toleranced
-from sitscad.assembly.places.jaws import half_width, section
+from sitscad.assembly.places.jaws import half_width, jaw_section
 from sitscad.assembly.solids.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import (
@@ -254,7 +254,7 @@ def line_areas(layout: Layout) -> dict[str, float]:
     for name, (low, high) in zip(MOUNT_PIECES, backing_of(spec).spans, strict=False):
         faces[name] = half_width(layout, low), half_width(layout, high)
     faces["board"] = half, half
-    areas, below = {}, section(jaw).face / 2
+    areas, below = {}, jaw_section(jaw).face / 2
     for name, (lower, upper) in faces.items():
         areas[name] = area * min(1.0, min(below, lower) / half)
         below = upper

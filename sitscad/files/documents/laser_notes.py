@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 
 from sitscad.assembly.places.stack import sheets
-from sitscad.basics.units import counted, in_mm, parse_quantity
+from sitscad.basics.units import count_text, in_mm, parse_quantity
 from sitscad.data import rows
 from sitscad.files.documents.preparing import order_of
 from sitscad.files.drawing.frame import FORCED
@@ -40,7 +40,7 @@ def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """Return the whole page."""
     lines = [FORCED, ""] if forced else []
-    lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}"]
+    lines += [f"{spec.name}: parts to be cut, for {count_text(spec.fpc.boards or 1, 'sensor')}"]
     lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
     for sheet in sheets:
         lines += [*_sheet(spec.cutting.gap, spec.name, spec.web, joined_part(spec), sheet), ""]

@@ -37,9 +37,9 @@ from sitscad.assembly.places.seating import (
 )
 from sitscad.assembly.places.state import Pose
 from sitscad.assembly.places.tail_path import bends, tail_path
-from sitscad.assembly.solids.clash import at_pin, carried, clashes, under_bend
+from sitscad.assembly.solids.clash import at_pin, clashes, support_areas, under_bend
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
+from sitscad.assembly.solids.proof import Measurement, PadLoad, Proof, as_json, check_print, in_file, measure_solids
 from sitscad.assembly.solids.solid import MissingExtra, Solid, of_role
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
 from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, Pour, skin_pour
@@ -360,8 +360,8 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     support and STEP files.
     """
     borne = loads(layout.spec)
-    proof = prove(layout, solids, borne)
-    carried_measures = (*carried(layout, solids), *under_bend(layout, solids))
+    proof = measure_solids(layout, solids, borne)
+    carried_measures = (*support_areas(layout, solids), *under_bend(layout, solids))
     measures = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
             *measured_jaw(layout), *carried_measures)
     if proof is None:
@@ -441,7 +441,7 @@ def document(proof: Proof) -> dict[str, Any]:
     }
 
 
-def _measured(each: Measured) -> dict[str, Any]:
+def _measured(each: Measurement) -> dict[str, Any]:
     digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
         "what": each.what, "first": each.first, "second": each.second, "when": each.when,
@@ -459,7 +459,7 @@ def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: Senso
     if spec.mount is None:
         return {}
     process = spec.mount.process
-    pieces = [printable(piece, process) for piece in (*of_role(solids, BodyRole.MOUNT), *aids)]
+    pieces = [check_print(piece, process) for piece in (*of_role(solids, BodyRole.MOUNT), *aids)]
     limits = {figure: print_limit(process, figure) for figure in FIGURES}
     document = {
         "process": process,

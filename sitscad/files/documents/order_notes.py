@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from sitscad.assembly.places.column import usual_tolerances
 from sitscad.assembly.places.tail_path import bends, pivot_line
-from sitscad.basics.units import aligned, counted, show
+from sitscad.basics.units import aligned_lines, count_text, show
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.drawing.frame import FORCED
@@ -68,7 +68,7 @@ def readme(
     incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
     if incomplete:
         incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
-    wired = aligned(contact_rows(layout))
+    wired = aligned_lines(contact_rows(layout))
     sections = [
         [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
         notes.section("Stack-up, from the top", _layers(layout.copper_layers, layout.spec.fpc, layout.vias)),
@@ -105,7 +105,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     length, across = layout.size
     copper = fpc.stackup.copper
     yield from layout.spec.issue.rows
-    yield "Type", f"{board_kind(fpc.stackup)} circuit, {counted(len(copper), 'copper layer')}"
+    yield "Type", f"{board_kind(fpc.stackup)} circuit, {count_text(len(copper), 'copper layer')}"
     yield "Size", f"{show(length, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
@@ -185,7 +185,7 @@ def _thin_tail(layout: Layout) -> str:
     (extent,) = body_files(name, fpc)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
-        f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
+        f"{count_text(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
         f"tail is {show(sum(layer.thickness for layer in layout.spec.fpc.tail_layers), 'm')} thick. "
         + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(name, fpc))
         + "Holes in the tail go through its own layers only and have a drill file of their own."

@@ -11,7 +11,7 @@ from dataclasses import astuple, fields, replace
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, column
-from sitscad.assembly.places.jaws import section
+from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.places.seating import (
     FLOOR,
     adapter_depth,
@@ -22,10 +22,10 @@ from sitscad.assembly.places.seating import (
     screw_spacing,
 )
 from sitscad.assembly.places.stack import has_round_body, shield, shield_part
-from sitscad.assembly.solids.tooling import FOAM, foot_pockets, pour, skin_pour
+from sitscad.assembly.solids.tooling import FOAM, foot_pockets, silicone_to_mix, skin_pour
 from sitscad.assembly.solids.whole import SOFT_LINES
 from sitscad.basics.record import record
-from sitscad.basics.units import counted, csv_text, in_mm, show
+from sitscad.basics.units import count_text, csv_text, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.coil_estimates import Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
@@ -128,7 +128,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         note += f"; {contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}"
     yield Item(
         f"{board_kind(fpc.stackup)} printed circuit", 1, layout.spec.name,
-        f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
+        f"{fpc.stackup.name}, {count_text(layout.copper_layers, 'copper layer')}",
         f"{in_mm(length)} x {in_mm(across)} x {in_mm(fpc.stackup.thickness)} mm", note,
     )
     if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
@@ -209,7 +209,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
         note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
-        mixed = pour(plates_of(spec))
+        mixed = silicone_to_mix(plates_of(spec))
         if mixed is not None and spec.mount is not None:
             volume = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
@@ -262,7 +262,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     yield from _mount(layout, spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
-        size = f"face {in_mm(section(jaw).face, 3)} x {in_mm(jaw.length)} mm, height {in_mm(jaw.height)} mm"
+        size = f"face {in_mm(jaw_section(jaw).face, 3)} x {in_mm(jaw.length)} mm, height {in_mm(jaw.height)} mm"
         purpose = "the instrument that the sensor is glued into; not made here"
         yield Item("jaw", 1, jaw.name, jaw.material.name, size, purpose)
     if (metal := spec.mount.metal_behind) is not None:
@@ -276,7 +276,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
             yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
-    poured, cast = pour(plates_of(spec)), skin_pour(layout)
+    poured, cast = silicone_to_mix(plates_of(spec)), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
     if cast is not None:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, jaw_section, room_across
 from sitscad.assembly.places.seating import Relief, clearance, process_clearance, retention, side_ledges, stop_place
-from sitscad.assembly.solids.seat import GROOVE_DEPTH, grooves
+from sitscad.assembly.solids.seat import GROOVE_DEPTH, groove_places
 from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
 from sitscad.basics.units import in_mm
 from sitscad.files.documents.gluing import grams
@@ -68,7 +68,7 @@ def squared(
         return ""
     if jaw.pocket is not None:
         return _in_pocket(assembly, body, sizes, jaw, stiff) if jaw.recess else ""
-    tip, face = jaw_range(body, jaw)[0], section(jaw).face
+    tip, face = jaw_range(body, jaw)[0], jaw_section(jaw).face
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
     narrower = {part: (face - width) / 2 for part, width in wide.items()}
@@ -79,7 +79,7 @@ def squared(
     places = ", ".join(f"{part} {in_mm(end, 2)}" for part, end in ends.items())
     width_rule = "half of (the jaw's width - the piece's width)"
     width_rule = width_rule if not film else f"the film + {width_rule}"
-    sides = "" if section(jaw).side > 0.0 else " The jaw's sides are round: the strips touch the edges of its face."
+    sides = "" if jaw_section(jaw).side > 0.0 else " The jaw's sides are round: the strips touch the edges of its face."
     return (
         f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
         f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}. "
@@ -121,7 +121,7 @@ def film_rooms(layout: Layout) -> set[float]:
         if spec.jaw.pocket is not None:
             rooms = _pocket_gaps(layout.body, sizes, spec.jaw, stiff)
             gaps_found |= {round(gap, 5) for gaps in rooms.values() for gap in gaps}
-        elif film := _squaring_film((section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
+        elif film := _squaring_film((jaw_section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
             gaps_found.add(round(film, 9))
     return gaps_found
 
@@ -294,7 +294,7 @@ def floor_grooves(layout: Layout) -> str:
     spans = backing_of(layout.spec).spans
     if not spans:
         return ""
-    places, width = grooves(layout.body, layout.spec.mount, spans[-1])
+    places, width = groove_places(layout.body, layout.spec.mount, spans[-1])
     if not places:
         return ""
     across = 2.0 * half_width(layout, spans[-1][1])

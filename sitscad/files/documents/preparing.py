@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from sitscad.assembly.places.bodies import plates_of
-from sitscad.assembly.solids.tooling import LEAST_MIX, Pour, pour
+from sitscad.assembly.solids.tooling import LEAST_MIX, Pour, silicone_to_mix
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, is_unverified, rows
@@ -75,7 +75,7 @@ def waits(layout: Layout) -> str:
 
 def pours(spec: SensorSpec) -> int:
     """Return the number of mould fillings for one sensor's pads; 1 without a mould."""
-    poured = pour(plates_of(spec))
+    poured = silicone_to_mix(plates_of(spec))
     return 1 if poured is None else math.ceil(len(plates_of(spec).glued("elastomer")) / poured.pads)
 
 

@@ -11,7 +11,7 @@ import math
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
-from sitscad.basics.units import decimal
+from sitscad.basics.units import fixed_decimals
 from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
 from sitscad.kernels.geometry.path import Arc, Path, Point, polar
 
@@ -29,10 +29,10 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
         b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
     ]
     for i, sheet in enumerate(sheets):
-        width, height = (decimal(side * POINTS) for side in sheet.size)
+        width, height = (fixed_decimals(side * POINTS) for side in sheet.size)
         # Graphics states of the page for opacities below 1, as resources
         opacities = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
-        rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in opacities)
+        rows = " ".join(f"/{_state(opacity)} << /ca {fixed_decimals(opacity)} >>" for opacity in opacities)
         box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
         resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
         # The page's drawing, scaled to millimetres
@@ -64,9 +64,9 @@ def _items(items: Iterable[Item]) -> Iterator[bytes]:
                 yield b"q"
             if group.window is not None:
                 x0, y0, x1, y1 = group.window
-                yield f"{' '.join(decimal(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
+                yield f"{' '.join(fixed_decimals(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
             if group.offset != (0.0, 0.0):
-                yield f"1 0 0 1 {' '.join(decimal(v) for v in group.offset)} cm".encode("ascii")
+                yield f"1 0 0 1 {' '.join(fixed_decimals(v) for v in group.offset)} cm".encode("ascii")
             yield from _items(group.items)
             if is_placed:
                 yield b"Q"
@@ -80,13 +80,13 @@ def _label(label: Label) -> Iterator[bytes]:
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
     x, y = label.at.x - back * cosine, label.at.y - back * sine
-    turn = " ".join(decimal(v) for v in (cosine, sine, -sine, cosine, x, y))
-    place = f"/F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
+    turn = " ".join(fixed_decimals(v) for v in (cosine, sine, -sine, cosine, x, y))
+    place = f"/F1 {fixed_decimals(label.size)} Tf {turn} Tm ".encode("ascii")
     operators = place + b"(" + _escaped(label.text) + b") Tj ET"
     if label.halo:
-        yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + operators + b" 0 Tr"
+        yield f"BT 1 Tr 1 1 1 RG {fixed_decimals(label.halo)} w [] 0 d ".encode("ascii") + operators + b" 0 Tr"
     if label.bold:  # No bold font is available: the outline of the letters makes them heavier
-        pen = f"{_colour(label.colour)} RG {decimal(BOLD * label.size)} w [] 0 d"
+        pen = f"{_colour(label.colour)} RG {fixed_decimals(BOLD * label.size)} w [] 0 d"
         yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + operators + b" 0 Tr"
     else:
         yield f"BT {_colour(label.colour)} rg ".encode("ascii") + operators
@@ -112,10 +112,10 @@ def _shape(shape: Shape) -> Iterator[bytes]:
     if shape.fill:
         yield f"{_colour(shape.fill)} rg".encode("ascii")
     if shape.pen:
-        pen, dashes = shape.pen, " ".join(decimal(dash) for dash in shape.pen.dashes)
+        pen, dashes = shape.pen, " ".join(fixed_decimals(dash) for dash in shape.pen.dashes)
         # The page's content begins with round ends and corners
         ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
-        yield f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
+        yield f"{_colour(pen.colour)} RG {fixed_decimals(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
     for path in shape.paths:
         yield from (command.encode("ascii") for command in _path(path))
     yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
@@ -152,8 +152,8 @@ def _path(path: Path) -> Iterator[str]:
 
 
 def _xy(point: Point) -> str:
-    return f"{decimal(point.x)} {decimal(point.y)}"
+    return f"{fixed_decimals(point.x)} {fixed_decimals(point.y)}"
 
 
 def _colour(text: str) -> str:
-    return " ".join(decimal(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))
+    return " ".join(fixed_decimals(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

@@ -16,7 +16,7 @@ from functools import lru_cache
 from itertools import repeat
 from typing import Any, TypeAlias, Union
 
-from sitscad.assembly.solids.solid import require
+from sitscad.assembly.solids.solid import import_extra
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Line, Path, Point, closed_polygon, polyline
 
@@ -223,7 +223,7 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
 
     `draw` takes the matplotlib figure. Raises `MissingExtra` if matplotlib is not installed.
     """
-    matplotlib = require("matplotlib")
+    matplotlib = import_extra("matplotlib")
     left, low, width, height = box
     with sheet.group():
         for put in _drawn(matplotlib, width, height, draw):

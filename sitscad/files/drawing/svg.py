@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from html import escape as html_escape
 
-from sitscad.basics.units import decimal
+from sitscad.basics.units import fixed_decimals
 from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, text_width
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Path, Point
 
@@ -66,7 +66,7 @@ class _Paper:
         self.height, self.decimals = height, decimals
 
     def number(self, value: float) -> str:
-        return decimal(value, self.decimals)
+        return fixed_decimals(value, self.decimals)
 
     def xy(self, point: Point) -> str:
         return f"{self.number(point.x)} {self.number(self.height - point.y)}"
@@ -114,7 +114,7 @@ class _Paper:
         if shape.fill:
             look += " fill-rule='evenodd'"
         if shape.opacity != 1.0:
-            look += f" fill-opacity='{decimal(shape.opacity)}'"
+            look += f" fill-opacity='{fixed_decimals(shape.opacity)}'"
         named, pen = _named(shape.name, shape.kind), shape.pen
         if pen is not None:  # The sheet's outer group sets round ends and corners
             look += f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Iterator
 
 from sitscad.assembly.places.stack import sheets
-from sitscad.basics.units import decimal
+from sitscad.basics.units import fixed_decimals
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -57,7 +57,7 @@ def dxf_drawing(sheet: LaserSheet) -> str:
 def _value(value: str | int | float) -> str:
     """Return a tag's value as text, with DXF escapes for characters outside ASCII."""
     if isinstance(value, float):
-        return decimal(value, 9, 1)
+        return fixed_decimals(value, 9, 1)
     if isinstance(value, int):
         return str(value)
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in value.replace("\n", " "))

@@ -13,7 +13,15 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.solids.solid import NotManifold, Solid, TriangleMesh, made, of_role, require, seen
+from sitscad.assembly.solids.solid import (
+    NotManifold,
+    Solid,
+    TriangleMesh,
+    display_meshes,
+    import_extra,
+    of_role,
+    printed_meshes,
+)
 from sitscad.basics.arrays import Array
 from sitscad.files.writer import stored_zip
 from sitscad.spec.sensor import SensorSpec
@@ -38,13 +46,13 @@ def render_3mf(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, .
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
         f"mount/{spec.name}-{piece.name}.3mf": package([(piece, mesh.on_bed())], f"{spec.name}-{piece.name}")
-        for piece, mesh in zip(pieces, made(pieces), strict=True)
+        for piece, mesh in zip(pieces, printed_meshes(pieces), strict=True)
     }
 
 
 def render_whole_3mf(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """Return ``mount/assembly.3mf``: all solids of the assembly in place, with names and colours, for viewers."""
-    meshes = list(zip(solids, seen(solids), strict=True))
+    meshes = list(zip(solids, display_meshes(solids), strict=True))
     low = np.min([mesh.vertices.min(axis=0) for _, mesh in meshes], axis=0)
     shifted = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
     return {"mount/assembly.3mf": package(shifted, f"{spec.name} assembly")}
@@ -79,12 +87,12 @@ def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
 def render_stl(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
     """Return ``mount/NAME-<solid>.stl`` of each part of mount, jaw, jig and mould. Empty if there are none."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
-    return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in made(pieces)}
+    return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in printed_meshes(pieces)}
 
 
 def stl(mesh: TriangleMesh) -> bytes:
     """Return a closed mesh as binary STL. Raises `NotManifold` if trimesh finds the mesh open or inside out."""
-    trimesh = require("trimesh")
+    trimesh = import_extra("trimesh")
     body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     if not (body.is_watertight and body.is_winding_consistent and body.volume > 0.0):
         raise NotManifold(f"the mesh of {mesh.name} is not watertight")
@@ -100,9 +108,9 @@ SEE_THROUGH = {
 
 def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """Return ``mount/assembly.glb``. Raises `MissingExtra` if trimesh is not installed."""
-    trimesh = require("trimesh")
+    trimesh = import_extra("trimesh")
     scene = trimesh.Scene(base_frame=f"{spec.name}-assembly")
-    for solid, triangles in zip(solids, seen(solids), strict=True):
+    for solid, triangles in zip(solids, display_meshes(solids), strict=True):
         # The mesh with its colour, rotated so that y is up
         corners: Array = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3
         turned = np.column_stack([corners[:, 0], corners[:, 2], -corners[:, 1]])

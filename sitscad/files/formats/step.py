@@ -20,7 +20,7 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.solids.solid import Solid, of_role, require
+from sitscad.assembly.solids.solid import Solid, import_extra, of_role
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import creation_second
 
@@ -49,7 +49,7 @@ def render_whole(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes
 
 def part(solid: Solid, title: str) -> bytes:
     """Return a STEP file of one solid in the assembly's coordinates (mm), written by build123d."""
-    bd = require("build123d")
+    bd = import_extra("build123d")
     shape = bd.Solid(solid.shape.wrapped, label=title)
     with TemporaryDirectory() as folder:
         path = FilePath(folder) / "part.step"
@@ -62,7 +62,7 @@ def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
 
     `title` must differ from the names of the solids.
     """
-    cq = require("cadquery")
+    cq = import_extra("cadquery")
     whole = cq.Assembly(name=title)
     for solid in solids:
         whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)

@@ -36,8 +36,8 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole, plates_of, target_gap
 from sitscad.assembly.solids.pieces import assemble
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, of_role, prism, require
-from sitscad.assembly.solids.whole import LEAST_OPENING, glue_lifts, glued, ring
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, import_extra, of_role, prism
+from sitscad.assembly.solids.whole import LEAST_OPENING, glue_lifts, lifted_by_glue, ring
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.units import show
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
@@ -204,7 +204,7 @@ Entity = tuple[int, int]  # A volume, face or curve of gmsh: its dimension and n
 def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
     """Return the volumes of a build123d shape, imported into gmsh as BREP text."""
     path = folder / "shape.brep"
-    require("build123d").export_brep(shape, path)
+    import_extra("build123d").export_brep(shape, path)
     entities: list[Entity] = gmsh.model.occ.importShapes(str(path))
     return entities
 
@@ -329,7 +329,7 @@ def elastomer_meshes(
 
     `left_out` is the deck's text on the film and on other cells, which are not in the deck.
     """
-    gmsh = require("gmsh")
+    gmsh = import_extra("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
         folder = Path(name)
         pad, board, target = (
@@ -428,7 +428,8 @@ def field_mesh(
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
     # build123d solids by the names of their regions
     shapes = {name: shape for coil in layout.coils for name, shape in _rings(layout.spec.coil, coil, copper)}
-    pieces = glued(glue_lifts(layout), tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
+    pieces = lifted_by_glue(glue_lifts(layout), tuple(s for s in (*metal_below(layout), *assemble(layout))
+                                                      if s.role in METALS))
     shapes |= {METALS[solid.role]: solid.shape for solid in pieces}
     pad, gap = plates_of(layout.spec).elastomer, target_gap(layout.spec)
     if pad is not None:
@@ -465,7 +466,7 @@ def _rings(spec: CoilSpec, coil: Coil, copper: str) -> list[tuple[str, Any]]:
 
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
     """Return the mesh files of regions (build123d solids; mm) in air."""
-    gmsh = require("gmsh")
+    gmsh = import_extra("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
         folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
@@ -502,7 +503,7 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
 
     The intersection of two regions belongs to the first.
     """
-    bd = require("build123d")
+    bd = import_extra("build123d")
     bounds = bd.Compound(list(regions.values())).bounding_box()
     size, low = bounds.size, bounds.min
     corner = bd.Plane((low.X - room, low.Y - room, low.Z - room))

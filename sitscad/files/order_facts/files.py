@@ -17,7 +17,7 @@ from itertools import groupby
 from typing import NamedTuple
 
 from sitscad.basics.record import record
-from sitscad.basics.units import decimal, show
+from sitscad.basics.units import fixed_decimals, show
 from sitscad.basics.version import __version__
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, StackLayer, Stackup
@@ -304,7 +304,7 @@ def on_grid(length: float) -> int:
 
 def millimetres(nanometres: int, least: int = 1) -> str:
     """Format a length (nm) in millimetres to the nanometre, as in Gerber files, with `least` decimals or more."""
-    return decimal(nanometres / 1e6, 6, least)
+    return fixed_decimals(nanometres / 1e6, 6, least)
 
 
 SHOWN = 16

@@ -8,7 +8,7 @@ from itertools import pairwise
 from textwrap import wrap
 
 from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_bend
-from sitscad.basics.units import counted, in_mm, show
+from sitscad.basics.units import count_text, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, FinishedThickness, Where, finished_thickness
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
@@ -75,7 +75,7 @@ def holes_text(copper_layers: int, vias: tuple[Via, ...], tail_layers: int, insi
     count, through = len(vias), tail_layers
     if not inside:
         return "through all layers"
-    tail_text = f"{inside} in the tail through its {counted(through, 'layer')}"
+    tail_text = f"{inside} in the tail through its {count_text(through, 'layer')}"
     return f"{count - inside} through all {copper_layers} layers, {tail_text}"
 
 
@@ -310,7 +310,7 @@ def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1
     """
     if boards is None:
         return ""
-    board_count = counted(boards, "board")
+    board_count = count_text(boards, "board")
     if panel_parts is None:
         sold = math.ceil(boards / multiple) * multiple
         multiples = f": order {sold}, they are sold in multiples of {multiple}"
@@ -318,7 +318,7 @@ def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1
     panels = math.ceil(boards / panel_parts)
     spare = panels * panel_parts - boards
     more = f", {spare} more than wanted" if spare else ""
-    return f"{board_count}: {counted(panels, 'panel')} of {panel_parts} ({panels * panel_parts} boards{more})"
+    return f"{board_count}: {count_text(panels, 'panel')} of {panel_parts} ({panels * panel_parts} boards{more})"
 
 
 _LAMINATES = {

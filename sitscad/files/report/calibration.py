@@ -15,11 +15,11 @@ from sitscad.assembly.places.bodies import plates_of
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.assembly.places.seating import metal_free_distance
 from sitscad.basics.arrays import Array
-from sitscad.basics.units import in_mm, printable, quantity, show
+from sitscad.basics.units import escape_controls, in_mm, quantity, show
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.points import Plan, load_place, load_words, table_head
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.performance_values import SHOWN, shown_scales, unit_of
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -84,7 +84,7 @@ def calibration_text(calibration: Calibration) -> str:
 
 def calibration_page(calibration: Calibration) -> bytes:
     """Return the calibration as a page with a figure."""
-    name, issue = escape(printable(calibration.map.sensor)), calibration.sensors.model.spec.issue
+    name, issue = escape(escape_controls(calibration.map.sensor)), calibration.sensors.model.spec.issue
     parts = [
         f"<h1>Calibration of {name}</h1>", soft(issue.words),
         f"<p>{escape(calibration.map.form)}</p>",
@@ -92,7 +92,7 @@ def calibration_page(calibration: Calibration) -> bytes:
         *_foretold(calibration),
         *(f"<p>{escape(note)}</p>" for note in calibration.notes),
     ]
-    return page(f"Calibration of {printable(calibration.map.sensor)}", parts).encode("utf-8")
+    return page(f"Calibration of {escape_controls(calibration.map.sensor)}", parts).encode("utf-8")
 
 
 def _measured(calibration: Calibration) -> Iterable[str]:
@@ -196,7 +196,7 @@ def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
     """Describe the required accuracy of the loads' places and the errors by a shift; empty for a level target."""
     if calibration.sensors.is_held:
         return ()
-    sigma, axes = usual("place"), calibration.sensors.range.axes
+    sigma, axes = usual_value("place"), calibration.sensors.range.axes
     return (
         f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
         f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
@@ -308,7 +308,7 @@ READ_BY_FIRMWARE = (
 
 def plan_words(calibration: Calibration, plan: Plan) -> bytes:
     """Return the plan's instructions, and the expected errors after each point."""
-    scope, readings, spec = calibration.sensors.range, int(usual("readings")), calibration.sensors.model.spec
+    scope, readings, spec = calibration.sensors.range, int(usual_value("readings")), calibration.sensors.model.spec
     has_moments = scope.has_moments
     rotation, conversion = calibration.sensors.rotation, calibration.sensors.conversion
     device, issue = spec.readout.device, spec.issue

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sitscad.assembly.places.bodies import plates_of
 from sitscad.calibration.inverse_map import BEYOND, LEAST
-from sitscad.calibration.unknowns import usual
+from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates import Estimates
 from sitscad.estimates.circuits.bands import STATUS, bands
 from sitscad.estimates.circuits.settings import devices, identity, serial_settings
@@ -214,7 +214,7 @@ def _document(
     maps: Sequence[Document],
 ) -> dict[str, Any]:
     """Return the data for the page's script: the sensor's identity, Hz per count, the coils, the maps."""
-    conversion, coil_bands = readout.conversion, bands(coils, usual("coil_inductance"))
+    conversion, coil_bands = readout.conversion, bands(coils, usual_value("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{name} has no converter that is set")
     per_hz = 1.0 / conversion.hertz_per_count

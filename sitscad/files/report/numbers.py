@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sitscad.assembly.places.state import FREE, titled
+from sitscad.assembly.places.state import FREE, state_title
 from sitscad.basics.quantities import (
     AT_FREQUENCY,
     BARE_TANK,
@@ -33,7 +33,7 @@ from sitscad.basics.quantities import (
     percent,
     plus_minus,
 )
-from sitscad.basics.units import NONE, printable, quantity, show
+from sitscad.basics.units import DASH, escape_controls, quantity, show
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
@@ -54,7 +54,7 @@ def as_text(
 ) -> str:
     """Return tables of coils, states and readout settings, then the cross-checks and notes on the estimates."""
     if estimates is None:
-        why = styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour)
+        why = styled(f"{escape_controls(path)} could not be read, so nothing was estimated", "red", colour)
         return f"{as_findings([checked], OutputOptions(colour))}{why}\n"
     first, *following = estimate_tables(estimates)
     by_cell = Table(*head_and_rows(cells["in_words"]), CELLS_TITLE) if cells else Table((), ())
@@ -62,11 +62,11 @@ def as_text(
     last = [readout_table(estimates.all_coils, estimates.readout), *stack_tables(estimates),
             cross_check_table(estimates.cross_checks, estimates.no_cross_check)]
     blocks = [
-        styled(printable(path), "bold", colour),
-        styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
+        styled(escape_controls(path), "bold", colour),
+        styled(escape_controls(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         *(table_text(each, colour) for each in tables), *performance_blocks(performance, colour),
         *(table_text(each, colour) for each in last),
-        *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
+        *(f"note: {escape_controls(str(note))}" for note in estimates.notes if note != estimates.incomplete),
     ]
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -127,7 +127,7 @@ def coil_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     changes = [coil.resistance_change for coil in coils]
     if any(changes):
         either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
-        texts = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
+        texts = [plus_minus(*c, "ohm") + more if c else DASH for c, more in zip(changes, either, strict=True)]
         rows.append([RESISTANCE_CHANGE, *texts])
     return Table(["", *(coil.name for coil in coils)], rows, at_temperature("Coils", temperature))
 
@@ -157,7 +157,7 @@ def part_table(coils: tuple[CoilEstimate, ...]) -> Table:
     places = max(2, 4 - math.floor(math.log10(largest * 1e9))) if largest > 0.0 else 2
 
     def nanohenries(value: float | None) -> str:
-        return f"{value * 1e9:.{places}f} nH" if value is not None and math.isfinite(value) else NONE
+        return f"{value * 1e9:.{places}f} nH" if value is not None and math.isfinite(value) else DASH
 
     rows = [[PART_WORDS[n], *(nanohenries(c.inductance_parts.get(n)) for c in coils)] for n in names]
     frequencies = [quantity(coil.sensor_frequency, "Hz") for coil in coils]
@@ -171,7 +171,7 @@ def _by_state(
     text: Callable[[Quantity, StateEstimate], str] = Quantity.plain,
 ) -> Table:
     """Return one row per coil and state, for states whose field `needed` is not None."""
-    rows = [[coil.name, titled(state.state), *(text(each, state) for each in quantities)]
+    rows = [[coil.name, state_title(state.state), *(text(each, state) for each in quantities)]
             for coil in coils for state in coil.states.values() if getattr(state, needed) is not None]
     return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, temperature))
 
@@ -195,7 +195,7 @@ def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_forc
     """Return the inductances in each state as read by a meter and by the firmware's formula."""
     table = _by_state(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
     changes = ((coil.name, coil.converter_sensitivity(normal_force)) for coil in coils)
-    moved = [[name, "per newton", NONE, plus_minus(*change, "H", "/N")] for name, change in changes if change]
+    moved = [[name, "per newton", DASH, plus_minus(*change, "H", "/N")] for name, change in changes if change]
     return table._replace(rows=[*table.rows, *moved], notes=OTHERS_MEANING)
 
 
@@ -203,12 +203,12 @@ def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the scatter by manufacture (one sigma over the value) of each quantity, and the largest cause for Rp."""
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
-        return percent(sigma / value) if sigma is not None and value else NONE
+        return percent(sigma / value) if sigma is not None and value else DASH
 
     quantities = [each for each in TANK if each.sigma]
     table = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
     spreads = [state.spread for coil in coils for state in coil.states.values() if state.spread is not None]
-    causes = [scatter.causes.get("parallel_resistance", NONE) for scatter in spreads]
+    causes = [scatter.causes.get("parallel_resistance", DASH) for scatter in spreads]
     rows = [[*row, cause] for row, cause in zip(table.rows, causes, strict=True)]
     return table._replace(head=(*table.head, "Rp mostly by"), rows=rows)
 
@@ -251,7 +251,8 @@ def readout_table(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> 
 def stack_tables(estimates: Estimates) -> list[Table]:
     """Return the gaps by name, and the elastomer's compression under the required force."""
     sigmas = estimates.gap_sigmas
-    gaps = [[titled(name), plus_minus(gap, sigmas.get(name), "m", digits=4)] for name, gap in estimates.gaps.items()]
+    gaps = [[state_title(name), plus_minus(gap, sigmas.get(name), "m", digits=4)] for name,
+            gap in estimates.gaps.items()]
     pressed = by_quantity([estimates], COMPRESSION)
     if estimates.compression_scatter is not None and pressed:
         pressed.append(["one sigma of the strain mostly by", estimates.compression_scatter.cause])
@@ -284,12 +285,12 @@ def cross_check_table(cross_checks: tuple[CrossCheck, ...], no_cross_check: str 
     head = ("coil", "formula", "inductance", "against ours", "in its range", "range")
     rows = [
         [check.coil, check.method, quantity(check.inductance, "H"),
-         f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else NONE,
+         f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else DASH,
          "yes" if check.is_valid else "no", check.validity]
         for check in cross_checks
     ]
     if no_cross_check:
-        rows = [[NONE, "none", NONE, NONE, NONE, no_cross_check]]
+        rows = [[DASH, "none", DASH, DASH, DASH, no_cross_check]]
     return Table(head, rows, CROSS_TITLE)
 
 
@@ -300,7 +301,7 @@ def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequen
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Format lines of aligned columns, numbers to the right and text to the left; empty without rows."""
-    body = [[printable(str(cell)) for cell in row] for row in rows]
+    body = [[escape_controls(str(cell)) for cell in row] for row in rows]
     if not body:
         return []
     cells = [list(head), *body] if head else body

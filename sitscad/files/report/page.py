@@ -15,12 +15,12 @@ from sitscad.assembly.places.bodies import (
     plates_of,
     top_height,
 )
-from sitscad.assembly.places.state import FREE, in_words, working_states
+from sitscad.assembly.places.state import FREE, state_text, working_states
 from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
-from sitscad.basics.units import NONE, counted, quantity, show
-from sitscad.checks.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
+from sitscad.basics.units import DASH, count_text, quantity, show
+from sitscad.checks.findings import CheckedSpec, by_severity, excerpt, measures, numbered_places
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -158,12 +158,12 @@ def _verdict(checked: CheckedSpec) -> str:
     """Return the verdict; it is green only if there are no errors, silenced errors or warnings."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
-        kind, text = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
+        kind, text = "bad", f"{count_text(len(checked.silenced), 'error')} silenced: do not order this"
     elif errors:
-        kind, text = "bad", f"{counted(errors, 'error')}: do not order this"
+        kind, text = "bad", f"{count_text(errors, 'error')}: do not order this"
     elif warnings:
         weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
-        kind, text = "warned", f"No errors found, but {weak}{counted(warnings, 'warning')} to settle"
+        kind, text = "warned", f"No errors found, but {weak}{count_text(warnings, 'warning')} to settle"
     else:
         kind, text = "good", "No errors found"
     return f"<p class='verdict {kind}'>{text}</p>"
@@ -176,12 +176,12 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
     """Return the name, the verdict and the signal; `failed` is the banner of a design with errors."""
     from sitscad.estimates.signal import signals  # already loaded by the estimates
 
-    counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
+    counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     headline = "; ".join(measures.headline(signals(estimates)))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
-    turns = f"{coil.turns_in_words} turns on {each}{counted(len(coil.layers), 'layer')}"
-    coils = counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
+    turns = f"{coil.turns_in_words} turns on {each}{count_text(len(coil.layers), 'layer')}"
+    coils = count_text(len(spec.array.placements), f"{coil.outline.adjective} coil")
     what = (
         f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
         f"{show(coil.inner_diameter, 'm', 4)} between inner copper edges, "
@@ -190,7 +190,8 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
     )
     banner = "" if checked.is_orderable else f"<p class='banner'>{failed}</p>"
     skipped = len(checked.not_checked)
-    not_made = f"{counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
+    reasons_below = f"{count_text(skipped, 'rule')} not checked, for reasons listed below"
+    not_made = reasons_below if skipped else "every rule checked"
     return (
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
         f"{_verdict(checked)}"
@@ -222,7 +223,7 @@ def _tiles(
         (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
     ]
     tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
-    note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(in_words(s.state) for s in states))}"
+    note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(state_text(s.state) for s in states))}"
     if alone and states != alone:
         swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
@@ -246,7 +247,7 @@ def _incomplete(incomplete: str | None) -> str:
 def findings_part(checked: CheckedSpec) -> str:
     """Return all findings, most severe first, with place numbers as in the pictures, then ignored findings."""
     places = {id(finding): number for number, finding in numbered_places(checked.findings)}
-    articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_weight(checked.findings))
+    articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_severity(checked.findings))
     # findings that the user ignores, with the reasons
     rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
     ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
@@ -348,7 +349,7 @@ def _range(values: Iterable[float | None], unit: str) -> str:
     """Format the least and largest of some values in one unit."""
     finite = [value for value in values if value is not None and math.isfinite(value)]
     if not finite:
-        return NONE
+        return DASH
     low, high = show(min(finite), unit, 3), show(max(finite), unit, 3)
     if low == high:
         return low

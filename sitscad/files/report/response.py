@@ -11,7 +11,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.quantities import RESPONSE
-from sitscad.basics.units import NONE, cell, csv_text, printable, show
+from sitscad.basics.units import DASH, csv_text, escape_controls, number_cell, show
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import styled, to_json
 from sitscad.files.report.numbers import performance_blocks, table
@@ -32,7 +32,8 @@ def response_text(
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
     glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
-    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_notes(response)])]
+    blocks = [styled(escape_controls(path), "bold", colour), "\n".join(lines),
+              "\n".join([gap + glue, *_notes(response)])]
     blocks += performance_blocks(performance, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -53,7 +54,7 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
     rotation = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
-    force = NONE
+    force = DASH
     if response.force is not None and np.all(np.isfinite(response.force[k])):
         force = ", ".join(_figure(value) for value in response.force[k])
     point = [*([response.cases[k]] if any(response.cases) else []), place, rotation, force]
@@ -118,7 +119,7 @@ def response_csv(
     rows = [[*(["case"] if named else []), *columns, "notes"]]
     for k in range(len(response)):
         case = [response.cases[k]] if named else []
-        rows.append([*case, *(cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+        rows.append([*case, *(number_cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
     return csv_text(rows)
 
 

@@ -103,8 +103,8 @@ def test_replaced_inner_diameter_changes_the_turns():
 ])
 @pytest.mark.parametrize("move", [
     lambda design: moves.with_turns(design, 7.0),
-    lambda design: next(moves.narrower(design, 0.3e-3)),
-    lambda design: next(moves.wider(design, 130e-6, 130e-6)),
+    lambda design: next(moves.narrower_coils(design, 0.3e-3)),
+    lambda design: next(moves.wider_tracks(design, 130e-6, 130e-6)),
     lambda design: moves.larger_coils(design, 0.5e-3),
 ])
 def test_fix_of_turns_and_tracks_edits_the_keys_that_are_written(keys, move):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, PartsError, plates_of
-from sitscad.assembly.places.column import Layer, column, levels
+from sitscad.assembly.places.column import Layer, column, layer_heights
 from sitscad.assembly.places.fit import (
     OVERHANG,
     ClosedSection,
@@ -22,12 +22,19 @@ from sitscad.assembly.places.fit import (
     pin_gaps,
     shaft,
 )
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, rim, section
+from sitscad.assembly.places.jaws import (
+    POCKET_CLEARANCE,
+    board_middle,
+    half_width,
+    jaw_range,
+    jaw_section,
+    jaw_with_rims,
+)
 from sitscad.assembly.places.stack import width_under
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Finding
-from sitscad.basics.units import decimal
+from sitscad.basics.units import fixed_decimals
 from sitscad.files.drawing.frame import (
     CHAIN,
     HIDDEN,
@@ -183,7 +190,7 @@ def _widths(
     over = next((each for each in circles if each.name == OVERHANG), None)
     part = (fault.key or "").partition(".")[0]
     if over is not None and math.isclose(measured, over.measured):
-        face = section(rim(jaw)).face
+        face = jaw_section(jaw_with_rims(jaw)).face
         yield width, f"board {mm(width)}", face, f"jaw's face {mm(face)}"
     else:
         name = part if part in ("elastomer", "target") else "tail" if fault.key == "fpc.tail" else "board"
@@ -197,7 +204,7 @@ def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View
     The dimension's lines begin at the place `x` on paper (mm).
     """
     measured, limit = _sizes(fault)
-    at = levels(layers)
+    at = layer_heights(layers)
     middle = at["opposing-jaw"][1].nominal / 2
     for name in MOUNT_PIECES:
         if name in at and math.isclose(at[name][1].nominal - at[name][0].nominal, measured, abs_tol=1e-9):
@@ -313,7 +320,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
     `port` is the pen of the circle.
     """
     layers = column(layout)
-    at = {name: (lower.nominal, upper.nominal) for name, (lower, upper) in levels(layers).items()}
+    at = {name: (lower.nominal, upper.nominal) for name, (lower, upper) in layer_heights(layers).items()}
     middle = at["opposing-jaw"][1] / 2
 
     def draw(path: Path, name: str) -> None:
@@ -348,9 +355,9 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
     If the sensor lies in a pocket, the jaw is taller by `recess` (m), and the pocket has the width ``pocket[1]`` (m).
     """
     if pocket is None or not recess:
-        yield section(jaw).outline
+        yield jaw_section(jaw).outline
         return
-    tall, half = section(replace(jaw, height=jaw.height + recess)), pocket[1] / 2
+    tall, half = jaw_section(replace(jaw, height=jaw.height + recess)), pocket[1] / 2
     back = tall.outline.shifted(0.0, recess).segments[0]
     rims = [Point(tall.face / 2, recess), Point(half, recess), Point(half, 0.0), Point(-half, 0.0),
             Point(-half, recess), Point(-tall.face / 2, recess)]
@@ -368,11 +375,11 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
         return layout.body_size[1] / 2
     if part == "opposing-pad":
         pocket = jaw.opposing_pocket if jaw.opposing_recess else None
-        return section(jaw).face / 2 if pocket is None else pocket[1] / 2 - POCKET_CLEARANCE
+        return jaw_section(jaw).face / 2 if pocket is None else pocket[1] / 2 - POCKET_CLEARANCE
     for body in plates:
         if body.role.value == part:
             return (body.footprint.box[3] - body.footprint.box[1]) / 2
-    at = levels(column(layout))
+    at = layer_heights(column(layout))
     return half_width(layout, level - at["board"][1].nominal)
 
 
@@ -385,7 +392,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
     lower, upper = at[part]
     for body in plates_of(layout.spec).all:
         if body.role.value == part:
-            y = axis(layout.body).y
+            y = board_middle(layout.body).y
             return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
     if part not in MOUNT_PIECES:
         half = _half(layout, jaw, part, lower)
@@ -401,7 +408,7 @@ def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple
     They are drawn before the pieces, which cover the middle of their outlines.
     """
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
-    thick, half, y = upper - lower, width / 2, axis(body).y
+    thick, half, y = upper - lower, width / 2, board_middle(body).y
     yield rectangle(-half, board, half, board + thick)
     for piece in pieces:
         _, y0, _, y1 = piece.footprint.box
@@ -412,15 +419,15 @@ def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple
 def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
     """Draw each layer's name, thickness and tolerance beside the section, right of the place `right` on paper (mm)."""
     layers = column(layout)
-    at, named = levels(layers), [layer for layer in layers if not layer.is_glue]
+    at, named = layer_heights(layers), [layer for layer in layers if not layer.is_glue]
     middle = at["opposing-jaw"][1].nominal / 2
     heights = [view.y((at[layer.part][0].nominal + at[layer.part][1].nominal) / 2 - middle) for layer in named]
     for layer, height, row in zip(named, heights, spread(heights, 4.6), strict=True):
         lower = at[layer.part][0].nominal
-        half = section(jaw).face / 3 if layer.part.endswith("jaw") else 0.97 * _half(layout, jaw, layer.part, lower)
+        half = jaw_section(jaw).face / 3 if layer.part.endswith("jaw") else 0.97 * _half(layout, jaw, layer.part, lower)
         sheet.line(view.x(half), height, right - 6.0, height, THIN)
         sheet.line(right - 6.0, height, right + 2.0, row, THIN)
-        label = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{decimal(layer.thickness.spread * 1e3, 3)}"
+        label = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{fixed_decimals(layer.thickness.spread * 1e3, 3)}"
         sheet.text(right + 3.0, row - 0.35 * TEXT, label, TEXT)
 
 
@@ -433,7 +440,7 @@ def draw_side(
     `at` is the place on paper of the pair's middle line at the pivot; the pivot may be offset from this line. `gap` is
     the distance (m) of the faces when parallel, negative if the sensor is too thick.
     """
-    layers, offset = levels(column(layout)), jaw.pivot_offset
+    layers, offset = layer_heights(column(layout)), jaw.pivot_offset
     half = layers["opposing-jaw"][1].nominal / 2 - offset
     level_line = at[1]
     at = at[0], at[1] - scale * 1e3 * offset

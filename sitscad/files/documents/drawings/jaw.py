@@ -11,8 +11,8 @@ from dataclasses import replace
 
 from sitscad.assembly.places.bodies import Body, plates_of
 from sitscad.assembly.places.column import Layer, column
-from sitscad.assembly.places.fit import closed_section, closing, measures
-from sitscad.assembly.places.jaws import jaw_range, section
+from sitscad.assembly.places.fit import closed_section, closing_motion, measures
+from sitscad.assembly.places.jaws import jaw_range, jaw_section
 from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.check_results import Closing
 from sitscad.basics.units import show
@@ -64,7 +64,7 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     """Return the sheet; None if there is no jaw. Raises `PartsError` if the shield does not fit into the standoff."""
-    jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing(layout)
+    jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing_motion(layout)
     if jaw is None or pair is None or closes is None:
         return None
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
@@ -83,7 +83,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         for z in (-half, half):
             sheet.line(view.x(0.0), view.y(z), left - 1.0, view.y(z), THIN)
         span(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
-        face, board = section(jaw).face, layout.body_size[1]
+        face, board = jaw_section(jaw).face, layout.body_size[1]
         lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
         lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
         low = view.y(-radius) - 5.0

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.places.jaws import section
-from sitscad.assembly.solids.clash import ACROSS, RED, Clash, Shown
+from sitscad.assembly.places.jaws import jaw_section
+from sitscad.assembly.solids.clash import ACROSS, RED, Clash, ColouredMesh
 from sitscad.assembly.solids.solid import Solid, TriangleMesh, manifold, tessellate
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
@@ -374,7 +374,7 @@ def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
     sheet.text(start.x, low - 22.0, f"{length:g} mm along each axis", LETTERS, "middle")
 
 
-def _colour(shown: Shown) -> str:
+def _colour(shown: ColouredMesh) -> str:
     if shown.clashes:
         return shown.colour
     parts = (int(shown.colour[i : i + 2], 16) for i in (1, 3, 5))
@@ -484,7 +484,7 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
     axis = (bottom + top + (jaw.opposing_pad_thickness + jaw.height) * 1e3) / 2
     mirrored = [[(y, 2 * axis - z) for y, z in reversed(polygon)] for polygon in lower]
     if jaw.opposing_pad_thickness > 0.0:
-        half, pad = section(jaw).face * 500, jaw.opposing_pad_thickness * 1e3
+        half, pad = jaw_section(jaw).face * 500, jaw.opposing_pad_thickness * 1e3
         mirrored.append([(-half, top), (half, top), (half, top + pad), (-half, top + pad)])
     return axis, jaw.port_diameter * 500, mirrored
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from sitscad.basics.units import counted, decimal, show
+from sitscad.basics.units import count_text, fixed_decimals, show
 from sitscad.files.formats.kicad.sexpr import (
     Grid,
     copper_names,
@@ -244,8 +244,8 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
     """Return the symbol of the whole sensor: a box with a pin per contact, coil by coil, and the coils between pins."""
     rows = _rows(coils, pads)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
-    box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
-    graphics = [f"{box} {_pen(0.254)} (fill (type background)))"]
+    start, end = (f"{fixed_decimals(x)} {fixed_decimals(y)}" for x, y in ((LEFT, top), (RIGHT, low)))
+    graphics = [f"(rectangle (start {start}) (end {end}) {_pen(0.254)} (fill (type background)))"]
     for coil in coils:
         ends = [y for pad, y in rows if pad.net == coil.net]
         if len(ends) == 2:
@@ -254,7 +254,7 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
         _pin("no_connect" if not pad.net else "passive", LEFT - GRID, y, 0, pad.pin or "unused", pad.number)
         for pad, y in rows
     ]
-    description = f"inductive sensor of {counted(len(coils), 'coil')}: both pins of a coil are one net"
+    description = f"inductive sensor of {count_text(len(coils), 'coil')}: both pins of a coil are one net"
     description += f", {issue.words}" if issue.rows else ""
     return _symbol(name, name, "J", FOOTPRINT_NAME, description, (LEFT, top + GRID / 2, low - GRID / 2), graphics, pins)
 
@@ -288,7 +288,7 @@ def _coil(spec: CoilSpec, stackup_name: str, spec_name: str, coil: Coil) -> str:
     sides = " x ".join(show(side, "m") for side in dict.fromkeys(spec.size))
     description = (
         f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
-        f"{counted(len(spec.layers), 'layer')}, {sides}; for stack-up "
+        f"{count_text(len(spec.layers), 'layer')}, {sides}; for stack-up "
         f"{stackup_name}"
     )
     graphics = _winding(0.0, reach, -reach, 0.0)
@@ -302,15 +302,16 @@ def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
     for end, sign in ((upper, 1.0), (lower, -1.0)):
         corners = [(start, end), (x, end), (x, middle + sign * 2 * BOW)] if start != x else [(x, end)]
         corners += [(x, middle + sign * 2 * BOW)] if start == x else []
-        points = " ".join(f"(xy {decimal(a)} {decimal(b)})" for a, b in dict.fromkeys(corners))
+        points = " ".join(f"(xy {fixed_decimals(a)} {fixed_decimals(b)})" for a, b in dict.fromkeys(corners))
         if len(dict.fromkeys(corners)) > 1:
             rows.append(f"(polyline (pts {points}) {_pen(0.0)} (fill (type none)))")
     for i in range(4):
         high = middle + (2 - i) * BOW
-        across = decimal(x)
+        across = fixed_decimals(x)
         ends = (
-            f"(start {across} {decimal(high - BOW)}) (mid {decimal(x + BOW / 2)} {decimal(high - BOW / 2)}) "
-            f"(end {across} {decimal(high)})"
+            f"(start {across} {fixed_decimals(high - BOW)}) (mid {fixed_decimals(x + BOW / 2)} "
+            f"{fixed_decimals(high - BOW / 2)}) "
+            f"(end {across} {fixed_decimals(high)})"
         )
         rows.append(f"(arc {ends} {_pen(0.0)} (fill (type none)))")
     return rows
@@ -319,7 +320,7 @@ def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
 def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> str:
     font = "(effects (font (size 1.27 1.27)))"
     return node(
-        f"pin {kind} line", f"(at {decimal(x)} {decimal(y)} {angle})", f"(length {decimal(GRID)})",
+        f"pin {kind} line", f"(at {fixed_decimals(x)} {fixed_decimals(y)} {angle})", f"(length {fixed_decimals(GRID)})",
         f"(name {quoted(name)} {font})", f'(number "{number}" {font})',
     )
 
@@ -346,7 +347,8 @@ def _symbol(
         "(in_bom no)",
         "(on_board yes)",
         *(
-            node(f"property {quoted(key)} {quoted(text)}", f"(at {decimal(x)} {decimal(y)} 0)", justification)
+            node(f"property {quoted(key)} {quoted(text)}", f"(at {fixed_decimals(x)} {fixed_decimals(y)} 0)",
+                 justification)
             for (key, text), y in shown
         ),
         *(node(f"property {quoted(key)} {quoted(text)}", "(at 0 0 0)", _HIDDEN) for key, text in hidden.items()),
@@ -357,4 +359,4 @@ def _symbol(
 
 
 def _pen(width: float) -> str:
-    return f"(stroke (width {decimal(width)}) (type default))"
+    return f"(stroke (width {fixed_decimals(width)}) (type default))"

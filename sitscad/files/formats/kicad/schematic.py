@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterable, Iterator
 
 from sitscad.basics.record import record
-from sitscad.basics.units import decimal, show
+from sitscad.basics.units import fixed_decimals, show
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -175,7 +175,7 @@ def _converter(coils: tuple[Coil, ...], device: Converter, number: int) -> Schem
 
 
 def _mm(steps: float) -> str:
-    return decimal(STEP * steps)
+    return fixed_decimals(STEP * steps)
 
 
 def _symbols(circuit: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:

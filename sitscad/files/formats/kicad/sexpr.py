@@ -8,7 +8,7 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterable, Sequence
 
-from sitscad.basics.units import decimal
+from sitscad.basics.units import fixed_decimals
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment
 from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
 
@@ -28,7 +28,7 @@ def grid(point: Point) -> Grid:
 
 def millimetres(nanometres: int) -> str:
     """Return whole nanometres as text in millimetres without trailing zeros."""
-    return decimal(nanometres / 1e6, 6)
+    return fixed_decimals(nanometres / 1e6, 6)
 
 
 def length(metres: float) -> str:
