@@ -252,6 +252,12 @@ class Layout:
         return None if self.spec.array.reference is None else self.coils[-1]
 
     @property
+    def labels(self) -> dict[str, str]:
+        """Display name of each coil by its name. It marks the reference coil."""
+        reference = self.reference
+        return {coil.name: f"{coil.name} (ref.)" if coil is reference else coil.name for coil in self.coils}
+
+    @property
     def sensing(self) -> Layout:
         """Board with its sensing coils only. The layout itself without a reference coil."""
         if self.spec.array.reference is None:

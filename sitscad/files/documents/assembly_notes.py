@@ -161,6 +161,8 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
+    if layout.reference is not None:
+        yield f"Glue nothing on coil {layout.reference.name}. It is the reference coil, which has no target and no pad."
     is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [
         f"{skin(layout, spec.encapsulation)} From the board's top face to the film's upper face are "

@@ -33,6 +33,7 @@ from sitscad.estimates.performance_values import AXES, FORCES, Performance, last
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable
+from sitscad.estimates.states.reference import reference_signal
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, production_limits
 from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, figures
 from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
@@ -271,12 +272,24 @@ def sensor(points: Sequence[Performance], layout: Layout, estimates: Estimates, 
         ("converter", _converters(readout.device, len(estimates.all_coils))),
         *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
+        *_reference(layout, estimates),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
         *_metal_behind(layout.spec.mount),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
+
+
+def _reference(layout: Layout, estimates: Estimates) -> Rows:
+    """Return the rows on the reference coil and the target's signal on it. Empty if there is no reference coil."""
+    if estimates.reference is None:
+        return []
+    signal, name = reference_signal(layout, estimates), estimates.reference.name
+    rows: Rows = [("reference coil", f"{name}, without a target; the maps do not read it")]
+    if signal is not None:
+        rows.append((f"signal of the target on {name}", f"{share_text(signal.share)} of the signal of {signal.coil}"))
+    return rows
 
 
 def _converters(device: Converter, coils: int) -> str:

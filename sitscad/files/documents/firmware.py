@@ -165,6 +165,8 @@ def header(
     for number, device in enumerate(converters):
         lines += _device(converter, number, device)
     lines += _coils(converter, estimates.all_coils)
+    if estimates.reference is not None:
+        lines.append(f"#define {macro}_REFERENCE {len(estimates.coils)}u /* index of the reference coil */")
     lines += _force_macros(converter, estimates.all_coils, spec.requirements.normal_force)
     lines += _further_states(converter, estimates.all_coils, estimates.states)
     return "\n".join([*lines, "", "#endif", ""])
@@ -185,6 +187,8 @@ def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[st
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
                 f"{_step(estimates.readout, state)}"
             )
+    if estimates.reference is not None:
+        lines.append(f"{comment_text(estimates.reference.name)} is the reference coil: no target covers it.")
     if any(name != FREE for coil in estimates.all_coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
     if loaded := _loads(estimates.all_coils, estimates.states):

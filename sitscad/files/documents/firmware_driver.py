@@ -349,7 +349,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "WIRING", "", *_wiring(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
                                    estimates.all_coils, estimates.readout.capacitance),
         "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, coil_bands, estimates.temperature,
-                                                   bench.metered),
+                                                   bench.metered, estimates.reference),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
@@ -409,7 +409,8 @@ def _wiring(
 
 
 def _readings(
-    converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...]
+    converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...],
+    reference: CoilEstimate | None = None,
 ) -> Iterator[str]:
     """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.
 
@@ -421,6 +422,9 @@ def _readings(
         f"{ACCEPTED_SIGMAS:g} sigma off: the data sheet has these limits."
     )
     yield from hanging("", text, WIDTH)
+    if reference is not None:
+        text = f"{reference.name} is the reference coil: no target covers it, and no map reads it."
+        yield from hanging("", text, WIDTH)
     for coil_band in coil_bands:
         for name, band in (("bare board", coil_band.bare), ("assembled", coil_band.assembled)):
             ends = f"{FREQUENCY.shown(band.low)} to {FREQUENCY.shown(band.high)}"

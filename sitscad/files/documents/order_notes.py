@@ -326,6 +326,8 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
     if not layout.spec.fpc.rules.one_process:
         yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
     yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
+    if layout.reference is not None:
+        yield "Reference", f"{layout.reference.name} is a coil as the others; no target covers it in the sensor"
     layers = sorted({trace.layer for trace in layout.traces if trace.net})
     covers = cover_name(layout.spec.fpc.stackup) if any(has_coverlay(layout.spec.fpc.stackup)) else ""
     inner = [str(number) for number in layers if 1 < number < layout.copper_layers]

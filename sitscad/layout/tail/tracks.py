@@ -210,7 +210,8 @@ class Contact:
 def contacts(layout: Layout) -> tuple[Contact, ...]:
     """Return the contacts of the tail in the order of their numbers. Empty if no coils are routed to them."""
     places = layout.spec.readout.device.places(len(layout.coils))
-    wired = {coil.net: (channel, coil.name) for channel, coil in zip(places, layout.coils, strict=True)}
+    labels = layout.labels
+    wired = {coil.net: (channel, labels[coil.name]) for channel, coil in zip(places, layout.coils, strict=True)}
     rows = []
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
         if pad.is_unused:

@@ -319,13 +319,13 @@ def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> 
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
     """Draw the names of coils, capacitors and contacts."""
     reach = min(layout.spec.coil.size) / 2
-    size = max(12.0, min(30.0, 0.25 * view.length(reach)))
+    size, labels = max(12.0, min(30.0, 0.25 * view.length(reach))), layout.labels
     for coil in layout.coils:
         centre, step = coil.centre, 0.9 * size / view.length(1.0)
         places = [centre.shifted(i * step, j * step) for i, j in ((0, 0), (0, 1), (0, -1), (-1, 0), (1, 0))]
         at = max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
         with sheet.group(f"{name}-coil-{coil.name}"):
-            sheet.text(view.x(at.x), view.y(at.y) - 0.35 * size, coil.name, size, "middle", halo=4.0)
+            sheet.text(view.x(at.x), view.y(at.y) - 0.35 * size, labels[coil.name], size, "middle", halo=4.0)
     for each in layout.capacitors:
         size = min(12.0, max(7.0, 0.4 * view.length(max(each.pads[0].size))))
         x, y = view.x(each.centre.x), view.y(each.centre.y)
