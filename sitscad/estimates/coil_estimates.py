@@ -341,7 +341,8 @@ class Estimates:
     screening estimates.
 
     `coils` leaves out the reference coil; matrices and `metered` have it last. `reference` is this coil, without a
-    target and without the effect of its idle neighbours. None if there is no reference coil.
+    target and without the effect of its idle neighbours. None if there is no reference coil. Estimates of the sensing
+    coils alone have `reference_drift` (per K) instead: the change of ln(frequency) of the reference coil by metal.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -363,6 +364,7 @@ class Estimates:
     metered: tuple[Metered, ...] = ()
     is_rough: bool = False
     reference: CoilEstimate | None = None
+    reference_drift: float | None = None
 
     def __repr__(self) -> str:
         """Return a line with the number of coils and the inductance of the first coil."""

@@ -162,6 +162,16 @@ class Cells:
     whole: Design
 
     @cached_property
+    def reference_drift(self) -> float | None:
+        """Change (per K) of ln(frequency) of the reference coil by metal. None if there is no reference coil."""
+        alone, estimates = self.whole.layout.reference_alone, self.whole.estimates
+        if alone is None:
+            return None
+        from sitscad.estimates.performance.warming import reference_drift  # only for a reference coil
+
+        return reference_drift(alone, estimates.readout.capacitance, estimates.temperature, estimates.is_rough)
+
+    @cached_property
     def parts(self) -> tuple[Design, ...]:
         """Designs of all cells, without the reference coil."""
         whole = self.whole
@@ -169,10 +179,12 @@ class Cells:
             if whole.spec.array.reference is None:
                 return (whole,)
             sensing = whole.layout.sensing
-            return (Design(sensing.spec, sensing, whole.estimates.sensing),)
+            estimates = replace(whole.estimates.sensing, reference_drift=self.reference_drift)
+            return (Design(sensing.spec, sensing, estimates),)
         coils, cells = whole.spec.cells.coils, []
         for k in range(len(whole.spec.cell_placements)):
             layout, estimates = whole.layout.cell(k + 1), whole.estimates.part(k * coils, (k + 1) * coils)
+            estimates = replace(estimates, reference_drift=self.reference_drift)
             readout = replace(layout.spec.readout, capacitance=estimates.readout.capacitance)
             spec = replace(layout.spec, readout=readout, name=f"{whole.spec.name}-cell-{k + 1}")
             cells.append(Design(spec, replace(layout, spec=spec), estimates))

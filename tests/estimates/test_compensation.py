@@ -70,8 +70,38 @@ def test_error_of_a_digital_sensor_counts_at_both_ends():
 
 def test_reference_coil_reads_by_its_own_drift():
     reading = reference_reading(-50e-6, 3e-6, 8.66e-6, 0.5, 17.0)
-    assert reading.noise == approx(0.06, rel=1e-9)
-    assert reading.by_tolerance == approx(17.0 * math.hypot(0.1, 8.66 / 50.0), rel=1e-9)
+    assert reading.noise == approx(0.06, rel=1e-9) and reading.by_tolerance == approx(17.0 * 8.66 / 50.0, rel=1e-9)
+
+
+def test_metal_of_a_reference_coil_scatters_with_that_of_the_other_coils():
+    """With a tenth more drift of all copper, the temperature reads a tenth high, and so do the other causes."""
+    causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
+    reading = TemperatureReading("", 0.0, 0.0, 0.0, is_by_metal=True)
+    left = Compensation(10.0, reading, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    excess = presets.compensation_figure(METAL)
+    sensed = 10.0 * (1.0 + excess)
+    unit = 10.0 * (causes[METAL] * (1.0 + excess) + causes[EXPANSION] + causes[PAD_MODULUS])
+    assert left[f"coefficient: {METAL}"] == approx(abs(unit - sensed * sum(causes.values())), rel=1e-9)
+
+
+def test_drift_of_a_reference_coil_is_that_of_its_frequency(plain):
+    """Between estimates at both temperatures of the whole sensor, the reference coil's frequency drifts as stated."""
+    design = Design(plain.spec.replace("array.reference", {}))
+    point = design.sensing.solved.warmed[-1]
+    cold, warm = (sitscad.estimate(design.layout, temperature=each).reference.states["free"].frequency
+                  for each in (COLD, COLD + 10.0))
+    drift = math.log(warm / cold) / 10.0
+    assert design.cells.reference_drift == approx(drift, rel=1e-3) and drift < 0.0
+    capacitor = 0.5 * plain.spec.readout.device.limit("capacitor_temperature") / math.sqrt(3.0)
+    assert point.compensation.reading.is_by_metal
+    assert point.compensation.reading.by_tolerance == approx((WARM - COLD) * capacitor / -drift, rel=1e-3)
+    assert design.spec.readout.compensation.difference == presets.compensation_figure("difference at board")
+    assert point.drift[0] < 0.6 * point.plain_drift[0]
+
+
+def test_sensor_with_the_least_error_is_taken(plain):
+    both = Design(plain.spec.replace({"array.reference": {}, "readout.thermistor.part": "tmp117"}))
+    assert not both.sensing.solved.warmed[-1].compensation.reading.is_by_metal
 
 
 @pytest.mark.parametrize("metal", [0.0, 0.2e-3, 1e-3])
@@ -178,7 +208,9 @@ def test_simulated_units_keep_what_is_predicted(compensated, count):
 
 def test_hints_add_a_sensor_and_then_a_calibration(plain, compensated):
     """Each change is written into the text and read again, and each leaves less drift."""
-    design, calibrated = temperature_sensors(plain.spec)
+    design, calibrated, reference = temperature_sensors(plain.spec)
+    assert reference.spec.array.reference is not None and plain.spec.readout.device.channels > len(
+        plain.spec.array.placements)
     assert [edit.key for edit in design.edits] == ["readout.thermistor.part"]
     assert [edit.key for edit in calibrated.edits] == ["readout.thermistor.part", "readout.compensation.coefficients"]
     drifts = [Design(spec).sensing.solved.warmed[-1].drift[0] for spec in (plain.spec, design.spec, calibrated.spec)]

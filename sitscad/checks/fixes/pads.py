@@ -201,16 +201,21 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
 def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
     """Yield a temperature sensor on the board, then coefficients that are measured at two temperatures.
 
-    Coefficients alone if the spec has a sensor. Empty if they are measured already.
+    A reference coil with such coefficients follows, if a channel is free for it. If the spec has a sensor or a
+    reference coil, only the coefficients are changed. Empty if they are measured already.
     """
-    sensor = () if spec.readout.thermistor is not None else (("readout.thermistor.part", SENSOR),)
-    measured = (("readout.compensation.coefficients", CALIBRATED),)
-    if sensor:
-        yield from reread_change(spec, *sensor[0])
-    settings = spec.readout.compensation
-    if settings is None or settings.coefficients != CALIBRATED:
-        edits = (*sensor, *measured)
-        yield Fix(tuple(Edit(key, value) for key, value in edits), rewritten_spec(spec, edits))
+    settings, coils = spec.readout.compensation, len(spec.array.placements)
+    measured = ("readout.compensation.coefficients", CALIBRATED)
+    if settings is not None:
+        if settings.coefficients != CALIBRATED:
+            yield from reread_change(spec, *measured)
+        return
+    sensor = ("readout.thermistor.part", SENSOR)
+    yield from reread_change(spec, *sensor)
+    yield Fix((Edit(*sensor), Edit(*measured)), rewritten_spec(spec, (sensor, measured)))
+    if coils % spec.readout.device.channels:
+        yield Fix((Edit("array.reference", "{}"), Edit(*measured)),
+                  rewritten_spec(spec, (("array.reference", {}), measured)))
 
 
 SENSOR = "tmp117"

@@ -281,7 +281,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     for signal in sorted(coil_signals, key=lambda signal: -abs(signal.share)):
         strongest.setdefault(numbers[signal.coil], signal)
     number, best = min(strongest.items(), key=lambda pair: abs(pair[1].share))
-    is_compensated = design.spec.readout.thermistor is not None
+    is_compensated = design.spec.readout.compensation is not None
     least = constant_limits()["least_signal_compensated" if is_compensated else "least_signal"]
     if abs(best.share) >= least.value:
         return

@@ -34,7 +34,7 @@ from sitscad.estimates.performance.compensation import (
     root_sum_square,
 )
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance.warming import FLAT, compensation_of, expansion_drift, warming
+from sitscad.estimates.performance.warming import FLAT, capacitor_drift, compensation_of, expansion_drift, warming
 from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNCOMPENSATED, UNMEASURED, along
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
@@ -158,6 +158,8 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
 
 TARED_DRIFT = "drift with a tare before each grasp"
 """Name of the error by a temperature change if the sensor is tared before each grasp."""
+
+AVERAGED = 1.0  # Time (s) over which the temperature of a reference coil is averaged
 
 BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
@@ -321,7 +323,7 @@ class Disturbed:
 
         The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
         """
-        drift = 0.5 * self.bench.spec.readout.device.limit("capacitor_temperature") / math.sqrt(3.0)
+        drift = capacitor_drift(self.bench.spec.readout)
         return {
             METAL: self.inverse @ self.by_metal,
             CAPACITORS: drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
@@ -343,8 +345,10 @@ class Disturbed:
     @cached_property
     def compensation(self) -> Compensation | None:
         """Compensation by the temperature sensor, for the change `warming`. None if the spec has no such sensor."""
-        spec = self.bench.spec
-        return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target)
+        spec, estimates = self.bench.spec, self.bench.estimates
+        noise = float(self.bench.noise.max()) / math.sqrt(max(estimates.readout.scan_rate * AVERAGED, 1.0))
+        return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target,
+                               estimates.reference_drift, noise)
 
     @cached_property
     def drift_left(self) -> Mapping[str, Mapping[str, Array]]:

@@ -31,13 +31,20 @@ class TemperatureReading:
     """Reading of a temperature change (K) since the tare, by one sigma of each error.
 
     ``by_tolerance`` is the part's error of the change. A calibration at two temperatures removes it. ``noise`` is for
-    one reading. ``difference`` is between the sensor's place and the pad.
+    one reading. ``difference`` is between the sensor's place and the pad. ``is_by_metal`` is True for a reference coil:
+    its drift and the drift of the other coils scatter together.
     """
 
     source: str
     by_tolerance: float
     noise: float
     difference: float
+    is_by_metal: bool = False
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation (K) of all errors together."""
+        return math.hypot(self.by_tolerance, self.noise, self.difference)
 
 
 def thermistor_reading(part: ThermistorPart, place: str, difference: float, low: float, high: float
@@ -67,8 +74,8 @@ def reference_reading(drift: float, noise: float, capacitor: float, difference: 
     All are for ln(frequency). `drift` (per K) is its change by copper and other metal, and `capacitor` (per K) one
     sigma of its change by the capacitor. `noise` is one sigma of a reading.
     """
-    by_coil = math.hypot(compensation_figure(METAL), capacitor / abs(drift))
-    return TemperatureReading("the reference coil", abs(change) * by_coil, noise / abs(drift), difference)
+    drift = abs(drift)
+    return TemperatureReading("the reference coil", abs(change) * capacitor / drift, noise / drift, difference, True)
 
 
 def pad_lag(thickness: float, density: float | None, metal: float, rate: float) -> float:
@@ -119,8 +126,10 @@ class Compensation:
             repeated = compensation_figure("repeatability") * carried
             parts = {"calibration at two temperatures": math.sqrt(2.0) * np.hypot(noise, repeated)}
         else:
+            # copper that drifts more also makes a reference coil read more: then all other causes are wrong
+            coefficients = {**causes, METAL: whole - causes[METAL]} if self.reading.is_by_metal else causes
             parts = {f"coefficient: {name}": self.warming * value * (
-                1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in causes.items()}
+                1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in coefficients.items()}
             parts["tolerance of the temperature sensor"] = self.reading.by_tolerance * whole
         parts["noise of the temperature"] = math.sqrt(2.0) * self.reading.noise * whole
         parts["difference of temperature to the pad"] = self.reading.difference * whole

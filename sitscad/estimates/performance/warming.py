@@ -8,11 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.assembly.places.state import REST
+from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arrays import Array
+from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.compensation import Compensation, pad_lag, thermistor_reading
+from sitscad.estimates.performance.compensation import (
+    UNIFORM,
+    Compensation,
+    pad_lag,
+    reference_reading,
+    thermistor_reading,
+)
+from sitscad.estimates.windings.losses import SCREENING
+from sitscad.layout.board import Layout
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import ReadoutSpec, Requirements
 
@@ -40,20 +49,47 @@ The pad cannot grow sideways, so its volume grows upwards.
 """
 
 
-def compensation_of(
-    readout: ReadoutSpec, needs: Requirements, pad: ElastomerPad | None, target: Target | None
-) -> Compensation | None:
-    """Return the compensation of drift over the required temperature change.
+def capacitor_drift(readout: ReadoutSpec) -> float:
+    """Return one sigma (per K) of the change of ln(frequency) by a capacitor's temperature."""
+    return 0.5 * readout.device.limit("capacitor_temperature") / UNIFORM
 
-    None if no sensor measures the temperature, or without a pad and a target.
+
+def compensation_of(
+    readout: ReadoutSpec, needs: Requirements, pad: ElastomerPad | None, target: Target | None,
+    drift: float | None, noise: float,
+) -> Compensation | None:
+    """Return the compensation of drift over the required temperature change, by the sensor with the least error.
+
+    `drift` (per K) is the change of ln(frequency) of a reference coil; None if there is no such coil. `noise` is one
+    sigma of its reading. The result is None if nothing measures the temperature, or without a pad and a target.
     """
     sensor, settings = readout.thermistor, readout.compensation
-    if sensor is None or settings is None or settings.difference is None or pad is None or target is None:
+    if settings is None or settings.difference is None or pad is None or target is None:
         return None
     low, high = sorted((needs.temperature, farthest(needs)))
-    reading = thermistor_reading(sensor.part, sensor.at, settings.difference, low, high)
+    readings = []
+    if sensor is not None:
+        readings.append(thermistor_reading(sensor.part, sensor.at, settings.difference, low, high))
+    if drift:
+        readings.append(reference_reading(drift, noise, capacitor_drift(readout), settings.difference, high - low))
+    if not readings:
+        return None
     lag = pad_lag(pad.thickness, pad.material.density, target.thickness, settings.rate)
-    return Compensation(warming(needs), reading, lag)
+    return Compensation(warming(needs), min(readings, key=lambda reading: reading.sigma), lag)
+
+
+def reference_drift(alone: Layout, capacitance: float | None, temperature: float, is_rough: bool = False) -> float:
+    """Return the change (per K) of ln(frequency) of a reference coil by copper and other metal.
+
+    `alone` is the board with this coil only, `capacitance` (F) the capacitor of its tank, and `temperature` (degrees
+    Celsius) the temperature of the tare. `is_rough` is for screening. The result is 0 if the tank does not oscillate.
+    """
+    spec = replace(alone.spec, readout=replace(alone.spec.readout, capacitance=capacitance))
+    tolerance = SCREENING if is_rough else None
+    cold, warm = (estimated(replace(alone, spec=spec), tolerance=tolerance, temperature=each).coils
+                  for each in (temperature, temperature + WARMER))
+    state = REST if REST in cold[0].states else FREE  # without metal nearby, the coil is free in use
+    return float(by_metal(cold, warm, WARMER, np.zeros(1), state)[0])
 
 
 def expansion_drift(bench: Bench, loads: Array, rise: float) -> Array:

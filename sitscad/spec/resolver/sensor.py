@@ -33,7 +33,7 @@ from sitscad.spec.resolver.coils import (
 )
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
-from sitscad.spec.thermistor import TAIL, Compensation
+from sitscad.spec.thermistor import BOARD, TAIL, Compensation
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
@@ -75,7 +75,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     if cells is not None:
         check_webs(cells.web, array.pattern, target, pad, document.encapsulation is not None, remarks)
     is_glued = any((target, pad, mount))
-    readout = _readout(document.readout, document.fpc.tail, remarks)
+    readout = _readout(document.readout, document.fpc.tail, array.reference is not None, remarks)
     assembly = _assembly(document.assembly, is_glued, remarks)
     spec = SensorSpec(
         name=document.name, coil=coil, array=array, fpc=fpc, target=target, elastomer=pad,
@@ -208,7 +208,7 @@ def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
 _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), "resistance": (1.0, "ohm")}
 
 
-def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutSpec:
+def _readout(part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks: Remarks) -> ReadoutSpec:
     """Return the converter and its cable.
 
     Omitted figures of a cable are typical of a thin flexible pair of its length.
@@ -242,26 +242,33 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
         elif tail.layers == 1:
             two = (Edit("fpc.tail.layers", "2"),)
             remarks.flaw("SIT009", key, "they need a tail of two copper layers", "write fpc.tail.layers: 2", edits=two)
-    return replace(part, cable=cable, capacitor_at=place, compensation=_compensation(part, tail is not None, remarks))
+    compensation = _compensation(part, tail is not None, has_reference, remarks)
+    return replace(part, cable=cable, capacitor_at=place, compensation=compensation)
 
 
-def _compensation(part: ReadoutSpec, has_tail: bool, remarks: Remarks) -> Compensation | None:
-    """Return the compensation of drift with its defaults. None if the spec has no temperature sensor."""
+def _compensation(
+    part: ReadoutSpec, has_tail: bool, has_reference: bool, remarks: Remarks
+) -> Compensation | None:
+    """Return the compensation of drift with its defaults.
+
+    None if the spec has neither a temperature sensor nor a reference coil.
+    """
     sensor = part.thermistor
-    if sensor is None:
+    if sensor is None and not has_reference:
         if part.compensation is not None:
-            remarks.flaw("SIT009", "readout.compensation", "nothing tells the temperature",
-                         "write readout.thermistor, like {part: tmp117}, or leave the compensation out")
+            remarks.flaw("SIT009", "readout.compensation", "nothing measures the temperature",
+                         "write readout.thermistor, like {part: tmp117}, or array.reference: {}")
         return None
-    if sensor.at == TAIL and not has_tail:
+    place = BOARD if sensor is None else sensor.at
+    if place == TAIL and not has_tail:
         remarks.flaw("SIT009", "readout.thermistor.at", "there is no tail that could carry it",
                      "write fpc.tail, or at: board")
     compensation = part.compensation or Compensation()
     if compensation.difference is not None:
         return compensation
-    difference = presets.compensation_figure(f"difference at {sensor.at}")
+    difference = presets.compensation_figure(f"difference at {place}")
     remarks.default("readout.compensation.difference", show(difference, "K"),
-                    f"assumed for a sensor at the {sensor.at} (unverified: measure yours)")
+                    f"assumed for a sensor at the {place} (unverified: measure yours)")
     return replace(compensation, difference=difference)
 
 
