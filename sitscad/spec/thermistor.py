@@ -46,8 +46,8 @@ class Thermistor(Section):
 class Compensation(Section):
     """The correction of forces by the temperature change since the tare.
 
-    ``difference`` (K) is None only until the resolver takes it from the place of the temperature sensor. ``rate`` is in
-    K/s.
+    A temperature sensor or a reference coil measures the change. ``difference`` (K) is None only until the resolver
+    takes it from the sensor's place. A reference coil counts as a sensor on the board. ``rate`` is in K/s.
     """
 
     coefficients: str = key(

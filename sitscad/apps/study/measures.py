@@ -315,7 +315,7 @@ def _rows() -> Iterator[DesignMeasure]:
              ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "temperature_range, or over 10 K. With readout.thermistor it is after the compensation",
+              "temperature_range, or over 10 K. With readout.compensation it is what this leaves",
               _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
              ("error.uncompensated", "error.temperature of {axis} without the compensation",
               _axis_readers(_uncompensated_drift), (SCREEN, FULL)),
