@@ -70,8 +70,7 @@ class Start(Choice):
 class DrawnLayer:
     """One layer of a drawn coil: copper layer, and path about the coil's centre in the direction of the current.
 
-    `outer_angle` (rad), `sense` and `inward` are as in `layout.board.Winding`. `outer_radius` (m) is the radius of the
-    spiral at its outer end.
+    `outer_angle` (rad), `sense` and `inward` are as in `layout.board.Winding`.
     """
 
     number: int
@@ -80,7 +79,6 @@ class DrawnLayer:
     sense: int
     inward: bool
     turns: float
-    outer_radius: float
 
 
 @record
@@ -116,7 +114,7 @@ class DrawnCopperCoil:
     """The copper of a coil that the user drew, about the centre of its turns.
 
     `series` lists tracks and holes from terminal to terminal, in the order of the current. `deviation` (m) is the
-    largest distance of the turns from the spiral by which they are computed.
+    largest distance of the turns from the shape as a spec winds it.
     """
 
     layers: tuple[DrawnLayer, ...]

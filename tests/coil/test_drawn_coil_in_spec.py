@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import pairwise
 
 import pytest
 from click.testing import CliRunner
-from drawn_boards import TWO, two_layers
+from drawn_boards import TWO, board, pad, segments, two_layers
 from tolerance import approx
 
 import sitscad
@@ -44,8 +45,8 @@ def drawing(tmp_path_factory):
 
 def test_board_that_we_drew_has_the_figures_of_its_spec(drawing):
     folder, spec = drawing
-    board = loaded(folder, "drawn: board.kicad_pcb, net: C1")
-    ours, theirs = (sitscad.estimate(sitscad.lay_out(each)).coils[0] for each in (spec, board))
+    drawn = loaded(folder, "drawn: board.kicad_pcb, net: C1")
+    ours, theirs = (sitscad.estimate(sitscad.lay_out(each)).coils[0] for each in (spec, drawn))
     assert theirs.winding_inductance == approx(ours.winding_inductance, rel=1e-6)
     assert theirs.resistance_dc == approx(ours.resistance_dc, rel=1e-6)
     assert theirs.self_capacitance == approx(ours.self_capacitance, rel=1e-6)
@@ -60,9 +61,9 @@ def test_board_that_we_drew_has_the_figures_of_its_spec(drawing):
 
 def test_response_of_a_drawn_coil_is_that_of_its_spec(drawing):
     folder, spec = drawing
-    board = loaded(folder, "drawn: board.kicad_pcb, net: C1")
+    drawn = loaded(folder, "drawn: board.kicad_pcb, net: C1")
     poses = [[0.0] * 6, [0.0, 0.0, -0.4e-3, 0.0, 0.0, 0.0], [0.3e-3, 0.0, -0.2e-3, 0.0, 0.01, 0.0]]
-    ours, theirs = (sitscad.respond(each, poses=poses) for each in (spec, board))
+    ours, theirs = (sitscad.respond(each, poses=poses) for each in (spec, drawn))
     for name in ("inductance", "resistance", "frequency", "target_change"):
         assert getattr(theirs, name) == approx(getattr(ours, name), rel=1e-3)
 
@@ -79,6 +80,66 @@ def test_footprint_has_the_winding_of_its_spec_and_no_leads(drawing):
     assert theirs.winding_inductance == approx(ours.winding_inductance, rel=1e-5)
     assert theirs.resistance_dc == approx(ours.resistance_dc, rel=1e-5)
     assert theirs.inductance_error >= ours.inductance_error
+
+
+@pytest.mark.parametrize(("coil", "stackup"), [
+    ("shape: square, outer_diameter: 10, turns: 11, layers: 2, corner_radius: 0.5", "flex-2l-30um"),
+    ("shape: rectangle, outer_diameter: [14, 8], turns: 7.5, layers: 2", "flex-2l-30um"),
+    *(pytest.param(*each, marks=(pytest.mark.slow, pytest.mark.more)) for each in (
+        ("shape: square, outer_diameter: 10, turns: 8.25, layers: 1", "flex-2l-30um"),
+        ("shape: square, outer_diameter: 10, turns: 9.5, layers: 2, start: mid-side", "flex-2l-30um"),
+        ("shape: hexagon, outer_diameter: 10, turns: 9, layers: 2", "flex-2l-30um"),
+        ("shape: octagon, outer_diameter: 10, turns: 9.5, layers: 2, sense: clockwise", "flex-2l-30um"),
+        ("shape: circle, outer_diameter: 10, turns: 6.5, layers: 4", "flex-4l"))),
+])
+def test_every_shape_is_recognised_in_the_board_that_we_drew(coil, stackup, tmp_path):
+    fpc = f"fpc: {{stackup: {stackup}}}\n"
+    spec = loaded(tmp_path, f"{coil}, trace_width: 160 um, trace_spacing: 160 um", fpc)
+    files = render(sitscad.lay_out(spec))
+    (tmp_path / "board.kicad_pcb").write_bytes(next(files[name] for name in files if name.endswith(".kicad_pcb")))
+    drawn = loaded(tmp_path, "drawn: board.kicad_pcb, net: C1", fpc)
+    for key in ("shape", "turns", "layers", "is_mid_side", "clockwise"):
+        assert getattr(drawn.coil, key) == getattr(spec.coil, key)
+    assert (*drawn.coil.size, drawn.coil.pitch) == approx((*spec.coil.size, spec.coil.pitch), rel=1e-5)
+    ours, theirs = (sitscad.estimate(sitscad.lay_out(each)).coils[0] for each in (spec, drawn))
+    assert theirs.winding_inductance == approx(ours.winding_inductance, rel=1e-5)
+    assert theirs.resistance_dc == approx(ours.resistance_dc, rel=1e-5)
+    assert theirs.states["free"].inductance == approx(ours.states["free"].inductance, rel=1e-3)
+
+
+def square_points(size, pitch, turns):
+    """Corners (mm, y downwards) of a square spiral of another kind: each side lies a quarter of a pitch further in."""
+    offsets = [size / 2 - pitch * k / 4 for k in range(4 * turns + 1)]
+    corners = [[(-b, a), (-a, -b), (b, -a), (a, b)][k % 4] for k, (a, b) in enumerate(pairwise(offsets))]
+    return [(x, -y) for x, y in corners]
+
+
+def test_square_of_another_generator_is_computed_by_its_own_path(tmp_path):
+    points = square_points(9.8, 0.32, 8)
+    (tmp_path / "board.kicad_pcb").write_text(
+        board(segments(points, "F.Cu", width=0.16), pad("1", *points[0]), pad("2", *points[-1])))
+    spec = loaded(tmp_path, "drawn: board.kicad_pcb, net: COIL", "")
+    assert (spec.coil.shape, spec.coil.pitch) == ("square", approx(0.32e-3, rel=1e-6))
+    estimate = sitscad.estimate(sitscad.lay_out(spec)).coils[0]
+    alone = sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="COIL", frequency="100 kHz")
+    assert estimate.winding_inductance == approx(alone.low_frequency_inductance, rel=5e-3)
+    assert estimate.resistance_dc == approx(alone.direct_current_resistance, rel=1e-3)
+
+
+@pytest.mark.parametrize("turned", ["tilted", "wider"])
+def test_turns_that_no_shape_covers_are_refused(turned, tmp_path):
+    points = square_points(9.8, 0.32, 8)
+    parts = segments(points, "F.Cu", width=0.16)
+    if turned == "tilted":
+        parts = segments([(0.9 * x - 0.4 * y, 0.4 * x + 0.9 * y) for x, y in points], "F.Cu", width=0.16)
+    else:
+        parts = segments(points[:9], "F.Cu", width=0.16) + segments(points[8:11], "F.Cu", width=0.2)
+        parts += segments(points[10:], "F.Cu", width=0.16)
+    (tmp_path / "board.kicad_pcb").write_text(board(parts))
+    with pytest.raises(sitscad.SpecError) as caught:
+        loaded(tmp_path, "drawn: board.kicad_pcb, net: COIL", "")
+    (finding,) = caught.value.findings
+    assert (finding.rule, finding.key) == ("SIT011", "coil.drawn")
 
 
 def test_coils_of_an_array_are_copies_of_the_drawing(drawing):
@@ -135,7 +196,7 @@ def test_package_has_all_but_the_board(drawing, tmp_path):
         ("drawn: board.kicad_pcb, net: OTHER", "SIT011", "coil.drawn"),
         ("drawn: board.kicad_pcb, from: J1.1, to: J7.2", "SIT011", "coil.drawn"),
         ("drawn: reversed.kicad_pcb, net: COIL", "SIT011", "coil.drawn"),
-        ("drawn: square.kicad_mod", "SIT011", "coil.drawn"),
+        ("drawn: racetrack.kicad_mod", "SIT011", "coil.drawn"),
         ("drawn: coil.kicad_mod, turns: 5", "SIT009", "coil.turns"),
         (f"{WRITTEN}, net: C1", "SIT009", "coil.net"),
     ],
@@ -144,8 +205,8 @@ def test_drawing_that_cannot_be_used_is_a_finding_at_its_place(coil, rule, key, 
     folder, _ = drawing
     (folder / "text.kicad_mod").write_text("hello")
     (folder / "reversed.kicad_pcb").write_text(two_layers(sense=-1))
-    (folder / "square.kicad_mod").write_text(
-        sitscad.coil(shape="square", **{**TWO, "turns": 10}).footprint())
+    (folder / "racetrack.kicad_mod").write_text(sitscad.coil(
+        **{**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}).footprint())
     with pytest.raises(sitscad.SpecError) as caught:
         loaded(folder, coil)
     (finding,) = caught.value.findings

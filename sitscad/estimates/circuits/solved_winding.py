@@ -29,6 +29,7 @@ from sitscad.estimates.windings.losses import (
     winding_losses,
 )
 from sitscad.estimates.windings.methods import (
+    UNFITTED,
     Method,
     WindingGeometry,
     choose_method,
@@ -115,6 +116,9 @@ FADED = 1.5
 
 A sweep over the distance then has no jumps.
 """
+
+OWN_ROUNDING = 1e-6
+"""Largest distance (m) of a drawn polygon from its shape by rounding alone: the bounds of the shape then hold."""
 
 MISFIT = 8.0
 """Relative change of the inductance if all turns lie further out by a distance, over that distance per outer diameter.
@@ -219,10 +223,13 @@ class SolvedWinding:
 
     @property
     def inductance_error(self) -> float:
-        """Relative error bound of the inductance: the method's. For a drawn coil, its distance from a spiral adds."""
-        copper = self.geometry.spec.copper
-        misfit = 0.0 if copper is None else MISFIT * copper.deviation / min(self.geometry.spec.size)
-        return self.method.error(self.geometry) + misfit
+        """Relative error bound of the inductance. For a drawn coil, its distance from its shape counts."""
+        copper, error = self.geometry.spec.copper, self.method.error(self.geometry)
+        if copper is None:
+            return error
+        if self.geometry.spirals:  # computed by dimensions and not by the path
+            return error + MISFIT * copper.deviation / min(self.geometry.spec.size)
+        return error * (UNFITTED if copper.deviation > OWN_ROUNDING else 1.0)
 
 
 _spectrum = lru_cache(maxsize=4)(reflected_by)
