@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 FELT_SOURCE = (
-    f"noise by {source_in_all('noise_law')}, slopes by the response, pad by its law, as `response --performance`"
+    f"noise: {source_in_all('noise_law')}; slopes: the response; pad: its law, as in `response --performance`"
 )
 
 

@@ -345,7 +345,9 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
             example = rule_example(rule.id)
             if example is not None:
                 lines += ["```yaml", "# wrong", example.wrong, "# right", example.right, "```", ""]
-            lines += [f"**Source:** {rule.source}", ""]
+            sources = rule.source.split("; ")
+            lines += [f"**Source:** {rule.source}" if len(sources) == 1 else "**Sources:**", ""]
+            lines += [*(f"* {source}" for source in sources), ""] if len(sources) > 1 else []
     return "\n".join(lines)
 
 

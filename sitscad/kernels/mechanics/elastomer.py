@@ -52,14 +52,14 @@ length a).
 """
 
 SOURCE = (
-    "pressure between bonded plates by the torsion function (Gent & Lindley 1959, Gent & Meinecke 1970), large strain "
-    "F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory), what they leave open fitted to our own finite elements "
-    "(tests/oracles/pad_elements); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
-    "the stiffness by minimum potential energy (textbook; held by our finite elements)"
+    "pressure between bonded plates: torsion function (Gent and Lindley 1959, Gent and Meinecke 1970); "
+    "large strain: F = (Ea A/3)(1/lambda^2 - lambda) (Lindley, from memory); "
+    "remaining coefficients: fitted to own finite elements (tests/oracles/pad_elements); "
+    "pad loaded over part of its area: loaded part cut out, a lower bound of the stiffness by minimum potential energy"
 )
 
 SHEAR_SOURCE = (
-    "shear strain of 100 %: EN 1337-3 for laminated bearings (from memory, unverified), taken as careful here"
+    "shear strain of 100 %: EN 1337-3 for laminated bearings (from memory, unverified), a careful value"
 )
 
 
