@@ -27,9 +27,14 @@ def rule_example(rule_id: str) -> RuleExample | None:
     return RuleExample(wrong, right)
 
 
+def no_example(rule_id: str) -> str:
+    """Return the reason why a rule has no example. Empty if it has one, and for rules of plugins."""
+    return next((row["reason"] for row in rows("rule_examples") if row["rule"] == rule_id), "")
+
+
 @cache
 def _changes() -> dict[str, tuple[Row, ...]]:
-    by_rule = groupby(rows("rule_examples"), key=lambda row: row["rule"])
+    by_rule = groupby((row for row in rows("rule_examples") if not row["reason"]), key=lambda row: row["rule"])
     return {rule: tuple(changed_rows) for rule, changed_rows in by_rule}
 
 

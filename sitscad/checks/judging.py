@@ -14,7 +14,7 @@ from sitscad.basics.units import count_text
 from sitscad.checks import moments, performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
-from sitscad.checks.examples import rule_example
+from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, other_jaw, reference, response, thin_target, timing
@@ -205,4 +205,6 @@ def explain(rule_id: str) -> str:
     if example is not None:
         parts += [f"{word}:\n{indent(text, '    ')}" for word, text in (("Wrong", example.wrong),
                                                                        ("Right", example.right))]
+    elif reason := no_example(rule.id):
+        parts.append(f"No example: {reason}")
     return "\n\n".join(filter(None, (*parts, f"Source: {rule.source}")))

@@ -8,7 +8,8 @@ import pytest
 import rule_examples
 
 import sitscad.data
-from sitscad.checks.examples import rule_example
+from sitscad.checks.examples import no_example, rule_example
+from sitscad.data import rows
 from sitscad.spec.reading import RULE_TEXTS
 
 SLOW = {"SIT219", "SIT221", "SIT224", "SIT403", "SIT405", "SIT407", "SIT414"}
@@ -47,8 +48,14 @@ def test_examples_are_yaml_with_the_changed_keys_of_one_section_in_a_line():
     assert rule_examples.value(found.wrong) == {"coil": {"outer_diameter": 3, "turns": 3, "trace_width": 0.05}}
     assert rule_examples.value(found.right) == {"coil": {"outer_diameter": 6, "turns": 7, "trace_width": 0.1}}
     assert rule_example("SIT320") is None
+    assert no_example("SIT320") and not no_example("SIT205")
     missing = rule_example("SIT003")
     assert missing is not None and missing.wrong == "# no coil.turns" and rule_examples.value(missing.wrong) is None
+
+
+def test_every_rule_has_an_example_or_a_reason():
+    without = {row["rule"] for row in rows("rule_examples") if row["reason"]}
+    assert not without & set(rule_examples.CHANGES) and without | set(rule_examples.CHANGES) == set(RULE_TEXTS)
 
 
 def test_every_row_of_the_rules_has_all_columns_and_no_more():

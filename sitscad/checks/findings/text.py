@@ -20,7 +20,7 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
-from sitscad.checks.examples import rule_example
+from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.document import CheckedSpec, by_severity, excerpt, in_order, to_json
 
 INDENT = 6  # Indent (columns) of a finding's further lines
@@ -345,6 +345,8 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
             example = rule_example(rule.id)
             if example is not None:
                 lines += ["```yaml", "# wrong", example.wrong, "# right", example.right, "```", ""]
+            elif reason := no_example(rule.id):
+                lines += [f"**No example:** {reason}.", ""]
             sources = rule.source.split("; ")
             lines += [f"**Source:** {rule.source}" if len(sources) == 1 else "**Sources:**", ""]
             lines += [*(f"* {source}" for source in sources), ""] if len(sources) > 1 else []
