@@ -12,7 +12,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import replace
-from sitscad.estimates.circuits.solved_winding import LEAST_DISTANCE
+from sitscad.estimates.circuits.solved_winding import LEAST_DISTANCE, shared_spectrum
 from sitscad.estimates.targets.assembly import at_rest, warmed
 from sitscad.estimates.targets.finite_target import Move, shares_of_change
 from sitscad.estimates.targets.window import through_window
@@ -36,12 +36,12 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     layers = [winding.z for winding in layout.coils[0].windings]
     gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
     ratios = shares_of_change(spec, layers, gaps, floor, moves)
-    nearest = over.distance + min(heights) - max(layers)
+    distances = [over.distance + min(heights) - max(layers)]
     if rest.below is not None:
-        nearest = min(nearest, rest.below.distance + min(layers))
-    spectrum = reflected_by(
-        winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE), True
-    )
+        distances.append(rest.below.distance + min(layers))
+    nearest = max(min(distances), LEAST_DISTANCE)
+    geometry = winding_geometry(spec.coil, replace(layout.coils[0], series=()))
+    spectrum = reflected_by(geometry, nearest, True) if geometry.spirals else shared_spectrum(geometry, nearest)
     at = np.array([frequency])
     metal_change = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
     whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - metal_change

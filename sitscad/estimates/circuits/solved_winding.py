@@ -235,6 +235,14 @@ class SolvedWinding:
 _spectrum = lru_cache(maxsize=4)(reflected_by)
 
 
+def shared_spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
+    """Return the spectrum of a winding (m2) for a target at least `nearest` (m) from any mid-plane.
+
+    Nearly equal distances share the cached spectrum of `solve_winding`.
+    """
+    return _spectrum(geometry, _rounded_down(_rounded_down(nearest, HEIGHT_STEP), NO_NEARER), False)
+
+
 def solve_winding(
     spec: CoilSpec, first: Coil, assembly: AssemblyStates, conductivity: float, method: str | None,
     tolerance: float | None,

@@ -144,20 +144,14 @@ ExtraShares = Mapping[str, tuple[float, float]]
 """Pairs of factors (a, b) by cause, as in EXTRA."""
 
 
-def slopes_of(
-    spec: SensorSpec, coil: Coil, winding: SolvedWinding,
-    surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
-) -> Slopes:
-    """Return the inputs of a coil's `spread`, from its solved winding and from the changes by its surroundings.
-
-    `surroundings` holds the changes (H, ohm) by state and cause, as `moved_by_surroundings` returns them.
-    """
+def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
+    """Return the inputs of a coil's `spread`, from its solved winding, without changes by its surroundings."""
     inductance = inductance_slopes(winding.spirals, coil, spec.coil, spec.fpc.stackup, winding.is_rough)
     is_round = spec.coil.outline.is_round
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
     extra = EXTRA if is_round else EXTRA_BENT
     thickest = thickest_copper(spec.coil_copper, spec.fpc.stackup)
-    return Slopes(sigmas(spec), inductance, surroundings or {}, thickest, extra, power)
+    return Slopes(sigmas(spec), inductance, {}, thickest, extra, power)
 
 
 @lru_cache(maxsize=4)
@@ -194,9 +188,9 @@ class Slopes:
 
     `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance by
     the logarithm of each dimension. `surroundings` holds the changes (H, ohm) by one sigma of each cause around the
-    coil, by state and cause. ``thickest_copper`` is the relative excess of the thickest copper delivered over the
-    nominal one. `extra` holds the factors of EXTRA for the coil's shape. `power` is the winding's `width_power`; None
-    if `extra` is used for the width, too.
+    coil, by state and cause (`moved_by_surroundings`). ``thickest_copper`` is the relative excess of the thickest
+    copper delivered over the nominal one. `extra` holds the factors of EXTRA for the coil's shape. `power` is the
+    winding's `width_power`; None if `extra` is used for the width, too.
     """
 
     sigmas: Mapping[str, float]

@@ -24,6 +24,7 @@ from sitscad.estimates.circuits.tank import (
     with_steps,
 )
 from sitscad.estimates.circuits.uncertainty import (
+    Slopes,
     depths_moved,
     direct_resistance_sigma,
     moved_by_surroundings,
@@ -231,7 +232,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     deeper = depths_moved(layout.coils[0], spec.fpc.stackup, deviations)
     by_coil: dict[str, dict[str, StateEstimate]] = {}
     first_alike: dict[tuple[int, ...], str] = {}
-    moves: dict[str, Mapping[str, Mapping[str, tuple[float, float]]]] = {}
+    slopes, moved = slopes_of(spec, layout.coils[0], winding), dict[str, Slopes]()
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
         first = first_alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
@@ -244,17 +245,16 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
                 for name, state in states.items()
             }
             continue
-        if first not in moves:  # other leads shift the frequency by a per cent: no change of a sigma
-            moves[first] = moved_by_surroundings(
-                winding.spectrum, windings.assembly, states, circuit, deeper, winding.is_rough)
-        moved = slopes_of(spec, layout.coils[0], winding, moves[first])
+        if first not in moved:  # other leads shift the frequency by a per cent: no change of a sigma
+            moved[first] = replace(slopes, surroundings=moved_by_surroundings(
+                winding.spectrum, windings.assembly, states, circuit, deeper, winding.is_rough))
         for name, state in states.items():
             reflection, change, error = circuit.reflections[name], None, None
             if by_target := reflection.target_change(state.frequency).real:
                 change = by_target
                 least = max(abs(change), LEAST_CHANGE * circuit.inductance)
                 error = abs(reflection.unsure(state.frequency)[0]) / least
-            states[name] = replace(state, spread=spread(circuit, tank, state, moved),
+            states[name] = replace(state, spread=spread(circuit, tank, state, moved[first]),
                                    resistance_error=winding.resistance_error(circuit, state, spec.coil),
                                    target_change=change, target_change_error=error)
         by_coil[circuit.name] = states

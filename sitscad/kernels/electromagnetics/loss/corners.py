@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -280,7 +281,8 @@ def _lengths(track: BentTrack) -> Array:
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
-def _bends(track: BentTrack) -> list[_TrackBend]:
+@lru_cache(maxsize=64)
+def _bends(track: BentTrack) -> tuple[_TrackBend, ...]:
     """Return the bends of a track: mitred corners and arcs, each with its turn (rad) and radius (widths)."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
@@ -298,7 +300,7 @@ def _bends(track: BentTrack) -> list[_TrackBend]:
         bends.append(
             _TrackBend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
         )
-    return bends
+    return tuple(bends)
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
