@@ -19,7 +19,7 @@ from sitscad.apps.hardware.bench_board import AMPLITUDE, GOOD
 from sitscad.apps.hardware.converter import FAULTS, SimulatedConverter
 from sitscad.apps.hardware.diagnosis import NOT_MET, diagnose_board, scans
 from sitscad.apps.hardware.source import Simulation
-from sitscad.estimates.circuits.bands import STATUS
+from sitscad.estimates.circuits.settings import STATUS
 from sitscad.files.documents import firmware
 
 NAMED = {

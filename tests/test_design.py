@@ -20,7 +20,7 @@ from sitscad.checks.rules import outcomes
 from sitscad.estimates import estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.windings.losses import SCREENING
-from sitscad.files.order_facts.incoming import incoming
+from sitscad.package.contents import incoming
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 WORKED_EXAMPLE = "grasper_3p5mm"

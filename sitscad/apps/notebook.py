@@ -16,36 +16,6 @@ from sitscad.layout import lay_out
 
 if TYPE_CHECKING:
     from sitscad.checks.judging import CheckResult
-    from sitscad.estimates import Estimates
-    from sitscad.estimates.design import Design
-    from sitscad.estimates.response.response_arrays import Response
-    from sitscad.layout.board import Layout
-    from sitscad.spec.sensor import SensorSpec
-
-
-def show_spec(spec: SensorSpec) -> str:
-    """Return the board of the spec as SVG text."""
-    return picture(lay_out(spec))
-
-
-def show_layout(layout: Layout) -> str:
-    """Return the board as SVG text."""
-    return picture(layout)
-
-
-def show_design(design: Design) -> str:
-    """Return the board of the design as SVG text."""
-    return picture(design.layout)
-
-
-def show_estimates(estimates: Estimates) -> str:
-    """Return the tables of `sitscad estimate` as HTML."""
-    return page_tables(estimate_tables(estimates))
-
-
-def show_response(response: Response) -> str:
-    """Return the table of `sitscad response` as HTML."""
-    return html_table(*response_rows(response))
 
 
 def show_check(result: CheckResult) -> str:
@@ -55,11 +25,13 @@ def show_check(result: CheckResult) -> str:
 
 
 SHOWN: dict[tuple[str, str], tuple[str, Callable[[Any], str]]] = {
-    ("sitscad.spec.sensor", "SensorSpec"): ("image/svg+xml", show_spec),
-    ("sitscad.layout.board", "Layout"): ("image/svg+xml", show_layout),
-    ("sitscad.estimates.design", "Design"): ("image/svg+xml", show_design),
-    ("sitscad.estimates.coil_estimates", "Estimates"): ("text/html", show_estimates),
-    ("sitscad.estimates.response.response_arrays", "Response"): ("text/html", show_response),
+    ("sitscad.spec.sensor", "SensorSpec"): ("image/svg+xml", lambda spec: picture(lay_out(spec))),
+    ("sitscad.layout.board", "Layout"): ("image/svg+xml", picture),
+    ("sitscad.estimates.design", "Design"): ("image/svg+xml", lambda design: picture(design.layout)),
+    ("sitscad.estimates.coil_estimates", "Estimates"): (
+        "text/html", lambda estimates: page_tables(estimate_tables(estimates))),
+    ("sitscad.estimates.response.response_arrays", "Response"): (
+        "text/html", lambda response: html_table(*response_rows(response))),
     ("sitscad.checks.judging", "CheckResult"): ("text/html", show_check),
 }
 """MIME type and display function of each type that notebooks show. Keys are (module, class name)."""

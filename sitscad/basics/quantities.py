@@ -128,11 +128,6 @@ def finite(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def percent(share: float | None) -> str:
-    """Return a fraction in per cent, with two digits. A dash if it is absent or not finite."""
-    return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else DASH
-
-
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
     """Return a number and one standard deviation, as ``1.15 +- 0.087 mm``.
 

@@ -272,12 +272,17 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 @one_thread
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
-    """Return the calibration of the measured sensor, from the fitted unknowns of the model."""
+    """Return the calibration of the measured sensor, from the fitted unknowns of the model.
+
+    Its errors of force are rms over the working range and over all sensors that agree with the points. They include
+    the unknowns' remaining uncertainty, the scatter of the loads and the error of the map.
+    """
     sensors, fit = fit_by_surrogate(sensors, points)
-    fitted = fit_unit_map(sensors, fit.errors)
-    sigma, error = stated_error(sensors, fitted, fit)
-    stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
-    return Calibration(sensors, stated_map, None, points, fit, sigma=sigma)
+    fitted, errors = fit_unit_map(sensors, fit.errors), error_by_unknowns(sensors, fit)
+    sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)
+    stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)),
+                         error=np.asarray(np.hypot(sure, fitted.error)))
+    return Calibration(sensors, stated_map, None, points, fit, sigma=np.asarray(np.hypot(sigma, fitted.error)))
 
 
 def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
@@ -307,12 +312,3 @@ def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFi
     return sensors, fit
 
 
-def stated_error(sensors: Sensors, fitted: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
-    """Return two errors of force (axes; N), rms over the working range: one sigma, and the limit for `SURE`.
-
-    `SURE` is the fraction of sensors below the limit. Both are taken over all sensors that agree with the points. They
-    include the unknowns' remaining uncertainty, the scatter of the loads and the error of the map.
-    """
-    errors = error_by_unknowns(sensors, fit)
-    sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)
-    return np.asarray(np.hypot(sigma, fitted.error)), np.asarray(np.hypot(sure, fitted.error))

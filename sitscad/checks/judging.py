@@ -11,13 +11,13 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text
-from sitscad.checks import moments, performance, usual_ranges
+from sitscad.checks import performance, required_loads, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
-from sitscad.checks.reading import drive, electrical, other_jaw, reference, response, thin_target, timing
+from sitscad.checks.reading import drive, electrical, metal, reference, response, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
 from sitscad.estimates.design import Design
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
-          drive, electrical, other_jaw, reference, response, thin_target, timing, performance, moments, usual_ranges)
+          drive, electrical, metal, reference, response, timing, performance, required_loads, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

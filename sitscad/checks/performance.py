@@ -1,4 +1,4 @@
-"""SIT401 to SIT410, SIT412 and SIT414: resolution and errors of the forces against the spec's requirements.
+"""SIT401 to SIT409, SIT412 and SIT414: resolution and errors of the forces against the spec's requirements.
 
 The values are the same as in the data sheet. Other rules here refuse readings from which no force can be determined.
 """
@@ -16,7 +16,6 @@ from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.fixes.pads import (
     other_metals,
     other_silicones,
@@ -508,29 +507,6 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
-def requirements_agree(design: Design) -> Iterator[Verdict]:
-    """Yield findings about a temperature outside of temperature_range and load cases beyond the required forces."""
-    requirements, written = design.spec.requirements, design.spec.source.keys
-    if requirements.temperature_range is not None:
-        low, high = requirements.temperature_range
-        if not low <= requirements.temperature <= high:
-            is_written = not written or "requirements.temperature" in written
-            nearest = low if requirements.temperature < low else high
-            yield violation_of(
-                "temperature-range", "requirements.temperature" if is_written else "requirements.temperature_range",
-                requirements.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
-                severity=None if is_written else Severity.NOTE, low=low, high=high, nearest=f"{nearest:g} degC",
-                fixes=(partial(reread_changes, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
-            )
-    for load in design.spec.loads:
-        shear = max(map(abs, load.shear))
-        for force, most, name in ((load.normal, requirements.normal_force, "normal"),
-                                  (shear, requirements.shear_force, "shear")):
-            if force and most is not None and force > most * (1 + 1e-9):
-                yield violation_of("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
-                                   load=load.name, kind=name)
-
-
 def _cached_per_design(
     number: str, apply: Callable[[Design], Iterable[Verdict]]
 ) -> Callable[[Design], Iterable[Verdict]]:
@@ -554,7 +530,6 @@ RULES: tuple[Rule, ...] = (
     _performance_rule("SIT408", tilt_above_noise, "feeling"),
     rule_of("SIT409", _cached_per_design("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
             much=f"{100.0 * MAX_SHEAR_READING:.0f} %"),
-    rule_of("SIT410", requirements_agree),
     _performance_rule("SIT412", moment_resolution, "moment resolution"),
     _performance_rule("SIT414", combined_errors, "errors"),
 )

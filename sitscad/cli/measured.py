@@ -9,9 +9,9 @@ from typing import Any
 import click
 
 from sitscad.apps.coil.comparison import compare
-from sitscad.apps.coil.comparison_text import COMPARISON_FORMATS, comparison_picture
 from sitscad.apps.coil.measurement import MeasurementError
 from sitscad.apps.coil.spiral import Spiral
+from sitscad.apps.coil.text import COMPARISON_FORMATS, comparison_picture
 from sitscad.assembly.solids import MissingExtra
 from sitscad.cli.terminal import InRange, coloured, print_message, print_result, row_of, write_output
 from sitscad.layout.board import Layout

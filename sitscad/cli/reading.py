@@ -34,7 +34,7 @@ from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
 from sitscad.apps.watch.work import Event
 from sitscad.calibration import map_of
 from sitscad.cli.terminal import DAY, Example, InRange, print_message, print_result, write_output
-from sitscad.estimates.circuits.bands import STATUS
+from sitscad.estimates.circuits.settings import STATUS
 from sitscad.files.report.moving import live_page
 
 

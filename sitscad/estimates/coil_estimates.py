@@ -457,7 +457,11 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
         "resistance_change_ohm": finite(change[0]),
         "resistance_change_error_ohm": finite(change[1]),
         "failed_states": dict(coil.failed_states),
-        "states": {name: _state_document(state) for name, state in coil.states.items()},
+        "states": {
+            name: document(state, STATE) | {"sigma": None if state.spread is None else deviations(state, TANK) | {
+                "causes": dict(state.spread.causes)}}
+            for name, state in coil.states.items()
+        },
         "converter": place.converter,
         "channel": place.number,
         "i2c_bus": place.bus,
@@ -479,12 +483,6 @@ def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
     sigma = None if scatter is None else deviations(estimates, COMPRESSION) | {
         "cause": scatter.cause, "strain_by_cause": _numbers(scatter.shares)}
     return document(estimates, COMPRESSION) | {"sigma": sigma}
-
-
-def _state_document(state: StateEstimate) -> dict[str, Any]:
-    """Return the JSON part of a state, with standard deviations if they are known."""
-    sigma = None if state.spread is None else deviations(state, TANK) | {"causes": dict(state.spread.causes)}
-    return document(state, STATE) | {"sigma": sigma}
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.performance_values import Performance
     from sitscad.estimates.response.model import ResponseModel
     from sitscad.estimates.response.response_arrays import Response
-    from sitscad.estimates.sensing import Sensing
-    from sitscad.estimates.skin import Skin
+    from sitscad.estimates.sensing import Sensing, Skin
     from sitscad.layout.board import Layout
     from sitscad.layout.routing.escape import SearchLimit
 
@@ -207,7 +206,7 @@ class Cells:
         """Properties that cells share, and their crosstalk. Empty without cells."""
         if self.whole.bare is not self.whole:
             return self.whole.bare.cells.skin
-        from sitscad.estimates.skin import Skin
+        from sitscad.estimates.sensing import Skin
 
         return Skin(self.whole.layout.sensing, self.whole.estimates.sensing, self.parts)
 

@@ -1,7 +1,12 @@
-"""Sensing performance of a sensor in newtons, by its response model. Values are computed at first use and cached."""
+"""Sensing performance of a sensor in newtons, by its response model, and of the cells of a skin.
+
+Values are computed at first use and cached.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
@@ -10,8 +15,18 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves, curves
 from sitscad.estimates.performance.points import SensingAnalysis, analyse_sensing, performance
-from sitscad.estimates.performance_values import Loads, Performance
+from sitscad.estimates.performance_values import Loads, Performance, worst_of
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.states.cells import (
+    NO_CELLS,
+    CellCrosstalk,
+    CellGroup,
+    CellTable,
+    cell_crosstalk,
+    cell_groups,
+    weakest_cell,
+)
+from sitscad.estimates.tolerances.scatter import production_limits
 from sitscad.layout.board import Layout
 
 
@@ -88,3 +103,61 @@ class Sensing:
             return performance(self.solved, self.sensor.response, lambda: self.ambiguous_loads), ""
         except NoResponse as error:
             return (), str(error)
+
+
+class Cell(Protocol):
+    """A cell as a separate sensor."""
+
+    @property
+    def performance(self) -> tuple[Performance, ...]:
+        """Sensing performance of the cell at rest, half and full load."""
+
+
+@record(eq=False)
+class Skin:
+    """All cells of a sensor. Empty if the sensor has no cells."""
+
+    layout: Layout
+    estimates: Estimates
+    cells: Sequence[Cell]
+
+    @property
+    def _has_cells(self) -> bool:
+        return self.layout.spec.cells is not None
+
+    @cached_property
+    def weakest(self) -> int:
+        """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
+        return weakest_cell(self.layout.spec, self.estimates) if self._has_cells else 1
+
+    @cached_property
+    def crosstalk(self) -> CellCrosstalk | None:
+        """Crosstalk between cells. None if there are no cells, or if they have no signal."""
+        return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
+
+    @cached_property
+    def groups(self) -> tuple[CellGroup, ...]:
+        """Cells grouped by identical pads and drive, without performance. Empty without cells."""
+        return cell_groups(self.layout, self.estimates, self.crosstalk) if self._has_cells else ()
+
+    @cached_property
+    def table(self) -> CellTable:
+        """Cell groups with their performance (seconds of processor time for each group).
+
+        It has no groups without cells, or if a cell has no performance.
+        """
+        groups = []
+        for group in self.groups:
+            extremes = [self.cells[number - 1].performance for number in group.extremes]
+            if not all(extremes):
+                return NO_CELLS
+            groups.append(replace(group, performance=tuple(map(worst_of, zip(*extremes, strict=True)))))
+        count = len(self.layout.coils) // len(self.cells)
+        weakest = self.layout.coils[(self.weakest - 1) * count : self.weakest * count]
+        return CellTable(tuple(groups), self.weakest, tuple(coil.name for coil in weakest))
+
+    @property
+    def performance(self) -> tuple[Performance, ...]:
+        """Worst figure of all cells for each value. Production limits are for all coils."""
+        points = map(worst_of, zip(*(group.performance for group in self.table.groups), strict=True))
+        return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)

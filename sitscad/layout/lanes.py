@@ -80,7 +80,7 @@ class Ring:
             sides = [0.0]
             if not self.coil.outline.is_round:
                 local = polar(point.distance(centre), direction - turn, Point(0.0, 0.0))
-                feet = [_foot(segment, local) for segment in self.boundary]
+                feet = [Line(side.start, side.end).nearest(local) for side in self.boundary]
                 least = min(foot.distance(local) for foot in feet)
                 near = [foot for foot in feet if foot.distance(local) < least + 1e-9]
                 sides = [math.remainder(math.atan2(foot.y, foot.x) + turn - direction, TWO_PI) for foot in near]
@@ -116,14 +116,6 @@ class Ring:
                 passed.append((progress, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
         points = [self.at(start), *(point for _, point in sorted(passed)), self.at(end)]
         return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))
-
-
-def _foot(line: Segment, point: Point) -> Point:
-    """Return the point of a straight side that is nearest to another point."""
-    dx, dy = line.end.x - line.start.x, line.end.y - line.start.y
-    share = ((point.x - line.start.x) * dx + (point.y - line.start.y) * dy) / (dx * dx + dy * dy)
-    share = min(1.0, max(0.0, share))
-    return Point(line.start.x + share * dx, line.start.y + share * dy)
 
 
 def _ray_length(segment: Segment, ux: float, uy: float) -> float:

@@ -1,4 +1,4 @@
-"""Contents of a package: a design, its findings, the inputs of each stage, and the files of a calibration.
+"""Contents of a package: a design, its findings, the tests of boards, inputs of stages, files of a calibration.
 
 If a value of the spec changes, the stages that read it are made again. A stage is only listed as not reading a value if
 a test proves it. The test changes the value and finds every byte of the stage unchanged. Otherwise a package could hold
@@ -7,19 +7,17 @@ a file that does not belong to its spec.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import field, replace
+from dataclasses import field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import memo, record
+from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import count_text
 from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, plan_calibration
@@ -28,21 +26,50 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
 from sitscad.checks.judging import apply_rules as reviewed
 from sitscad.checks.policy import Baseline, Policy, apply_policy, ignored_test
-from sitscad.estimates.design import Design
+from sitscad.estimates import Estimates, estimated
+from sitscad.estimates.design import ROOM_TEMPERATURE, Design, at_room_temperature
 from sitscad.estimates.loads.pad import NoResponse
+from sitscad.estimates.states.steps import metered
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import header, program
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
 from sitscad.files.writer import is_felt
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.board import Layout
+from sitscad.layout.panel import Panel, plan
 from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
 from sitscad.spec.sensor import SensorSpec
 
-if TYPE_CHECKING:
-    from sitscad.estimates import Estimates
+
+@record(eq=False)
+class Incoming:
+    """Panel, bench estimates and coupon of a design; each is computed on first use and cached."""
+
+    design: Design
+
+    @cached_property
+    def panel(self) -> Panel | None:
+        """Panel in which the boards are ordered; None if they are ordered singly."""
+        return plan(self.design.layout)
+
+    @cached_property
+    def board(self) -> Estimates:
+        """Electrical estimates at 20 degrees Celsius, the boards' test temperature, with an LCR meter's readings."""
+        estimates = at_room_temperature(self.design).estimates
+        return replace(estimates, metered=metered(self.design.layout, ROOM_TEMPERATURE))
+
+    @cached_property
+    def coupon(self) -> Estimates | None:
+        """Electrical estimate of the panel's coupon in free air; None if there is no coupon."""
+        if self.panel is None or self.panel.coupon is None:
+            return None
+        return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
+
+
+def incoming(design: Design) -> Incoming:
+    """Return the design's `Incoming`, created once and cached with the design."""
+    return memo(design, "incoming", lambda: Incoming(design))
 
 
 @record
@@ -179,7 +206,7 @@ def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[
     With `takes_numbers`, return the parts that its writers of computed figures read.
     """
     unread = ("source",) if takes_numbers else UNREAD.get(stage, ())
-    parts = [getattr(spec, field.name) for field in dataclasses.fields(spec) if field.name not in unread]
+    parts = [getattr(spec, field.name) for field in fields(spec) if field.name not in unread]
     return (*parts, spec.readout.device, spec.readout.chip)
 
 
@@ -189,7 +216,7 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
     They are the spec without its tail, and the board up to `NEAR` from its body. A longer tail therefore does not
     remake the mount.
     """
-    spec = dataclasses.replace(layout.spec, fpc=dataclasses.replace(layout.spec.fpc, tail=None, boards=None))
+    spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=None, boards=None))
     limit = layout.body[2] + NEAR
     near = tuple(point for point in layout.outline.flattened(1e-6) if point.x < limit)
     plate = layout.stiffener

@@ -32,12 +32,11 @@ from sitscad.files.documents.preparing import is_current
 from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import WRITERS
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.moving import live_page, pushed_document, solids_document
 from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
 from sitscad.layout.tail.tracks import contact_rows
-from sitscad.package.contents import BESIDE_TAIL, Contents, nominal_calibration, read_by, read_of_board
+from sitscad.package.contents import BESIDE_TAIL, Contents, incoming, nominal_calibration, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,

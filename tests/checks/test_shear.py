@@ -14,10 +14,10 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.judging import RULES
 from sitscad.checks.reading.response import FEWEST_STEPS, _moved_changes
 from sitscad.checks.rules import apply_rule
-from sitscad.estimates.circuits.moved_target import target_effects
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD
 from sitscad.estimates.performance.points import analyse_sensing
+from sitscad.estimates.performance.screen import target_effects
 from sitscad.spec.places import shared_middles
 from sitscad.spec.yaml.rewriting import rewritten
 

@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import RULES
-from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
+from sitscad.checks.reading.metal import THICK, _resistance_of_sheet
 from sitscad.checks.rules import apply_rule, constant_limits
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
@@ -64,7 +64,7 @@ def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
     (mine, change, _), (thick, before, _) = numbers(spec), numbers(foil("115 um"))
     assert abs(1.0 - mine / thick) < 0.02 and abs(1.0 - change / before) < 0.01
     estimates = sitscad.estimate(sitscad.lay_out(spec))
-    monkeypatch.setattr("sitscad.checks.reading.thin_target._design_for_comparison", None)
+    monkeypatch.setattr("sitscad.checks.reading.metal._design_for_comparison", None)
     (found,) = judge("SIT305", spec, None, estimates)
     assert found.severity is Severity.NOTE and found.limit == constant_limits()["thin_target_resistance"].value
     assert abs(found.measured) < 0.09 < constant_limits()["thin_target_resistance"].value

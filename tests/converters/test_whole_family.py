@@ -19,7 +19,6 @@ from sitscad.data import DataError
 from sitscad.files.documents import firmware
 from sitscad.files.documents.firmware_driver import addr_pin, render_readme
 from sitscad.files.formats.kicad.schematic import _converter
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.numbers import readout_table
 from sitscad.kernels.converters import ldc_registers, reference_counter
 from sitscad.kernels.converters.converter import Converter
@@ -32,6 +31,7 @@ from sitscad.kernels.converters.figures import (
     source_in_all,
 )
 from sitscad.kernels.converters.registers import RegisterMap
+from sitscad.package.contents import incoming
 from sitscad.spec import presets
 from tests.converters.conftest import forget
 from tests.converters.family import xdc_registers

@@ -39,9 +39,9 @@ from sitscad.files.documents.gluing import line_areas, toleranced
 from sitscad.files.documents.mounting import LENGTHS, in_place
 from sitscad.files.documents.piece_places import piece_sizes
 from sitscad.files.documents.preparing import STAGE_OF, is_current
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.kernels.geometry.path import bounding_box
+from sitscad.package.contents import incoming
 from sitscad.package.inspection import as_configured
 from sitscad.spec import presets, templates
 from sitscad.spec.load import rewritten_spec

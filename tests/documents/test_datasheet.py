@@ -41,9 +41,8 @@ from sitscad.files.documents.datasheet_plots import (
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.files.drawing.svg import svg
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.page import _performance_section
-from sitscad.package.contents import nominal_calibration
+from sitscad.package.contents import incoming, nominal_calibration
 from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -201,7 +200,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
     code = (
         "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
-        "from sitscad.files.order_facts.incoming import incoming; "
+        "from sitscad.package.contents import incoming; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
         "render(d.layout, d.estimates, d.response, d.performance, d.sensing.curves, '', incoming(d).board).items()]"

@@ -18,13 +18,13 @@ from sitscad.assembly.places.state import State
 from sitscad.basics.quantities import FREQUENCY
 from sitscad.basics.units import show
 from sitscad.estimates import estimate
-from sitscad.estimates.circuits.bands import Band, CoilBands
+from sitscad.estimates.circuits.settings import Band, CoilBands
 from sitscad.estimates.design import Design
 from sitscad.files.documents import firmware, firmware_driver
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.numbers import estimate_tables, other_table
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout import lay_out
+from sitscad.package.contents import incoming
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
 

@@ -25,11 +25,10 @@ from sitscad.files.drawing.sheet import Label
 from sitscad.files.formats import gerber, ipc356, laser
 from sitscad.files.formats.gerber import panel_files as panel
 from sitscad.files.formats.kicad import pcb as kicad_board
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
-from sitscad.package.contents import nominal_calibration
+from sitscad.package.contents import incoming, nominal_calibration
 from sitscad.spec import templates
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text

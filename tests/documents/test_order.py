@@ -30,11 +30,11 @@ from sitscad.files.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import gerber, kicad
 from sitscad.files.order_facts import notes as _flex_facts
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.panel import plan
+from sitscad.package.contents import incoming
 from sitscad.spec import presets
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text

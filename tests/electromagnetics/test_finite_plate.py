@@ -15,7 +15,7 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     plate_loss_share,
     plate_share,
 )
-from sitscad.kernels.electromagnetics.special_functions import bessel_orders, j0, j1, spherical_bessel_orders
+from sitscad.kernels.electromagnetics.special_functions import bessel_orders, j0, j1
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
 ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))
@@ -137,7 +137,7 @@ def test_bessel_functions_obey_their_identities():
     assert np.abs(orders[1] - j1(x)).max() < 2e-7
     low = x < 15
     assert (orders[0] + 2 * orders[2::2].sum(axis=0))[low] == approx(1.0, abs=1e-9)
-    spherical = spherical_bessel_orders(x, 3)
+    spherical = bessel_orders(x, 3, True)
     assert np.abs(spherical[0] - np.sin(x) / x).max() < 1e-12
     assert np.abs(spherical[1] - (np.sin(x) / x**2 - np.cos(x) / x)).max() < 1e-9
 

@@ -10,6 +10,7 @@ import pytest
 from half_plane import azimuth_loss
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reflected import reflected_impedance
 from tolerance import approx
 from windings import MM, UM, bench, coil, four_layers, miniature
 
@@ -27,7 +28,6 @@ from sitscad.kernels.electromagnetics.metal.half_spaces import (
     MetalLayer,
     Reflector,
     distance_derivative,
-    reflected_impedance,
     reflection,
 )
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from reflected import reflected_impedance
 from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
@@ -14,7 +15,7 @@ from sitscad.kernels.electromagnetics.loss.corner_excess import Loops, moment
 from sitscad.kernels.electromagnetics.loss.corners import bend_loops
 from sitscad.kernels.electromagnetics.metal import polyline_spectrum as polyline_spectrum_module
 from sitscad.kernels.electromagnetics.metal.figures import Rows, figures
-from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import (
     _Directions,
     _Mitred,

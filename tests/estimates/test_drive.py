@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.circuits.drive import Swing, drive_codes
+from sitscad.estimates.circuits.settings import Swing, drive_codes
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind
 

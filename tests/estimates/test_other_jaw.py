@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import replace
-from sitscad.checks.reading.other_jaw import other_jaw_metal
+from sitscad.checks.reading.metal import other_jaw_metal
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import OTHER_JAW_CAUSES, combined_error
 from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, estimated_change, front_plate

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reflected import reflected_impedance
 from scipy.special import j1
 from tolerance import approx
 
@@ -14,7 +15,6 @@ from sitscad.estimates import estimate
 from sitscad.estimates.targets.assembly import assemble, metal_behind
 from sitscad.estimates.windings.methods import reflected_by, winding_geometry
 from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
-from sitscad.kernels.electromagnetics.metal.half_spaces import reflected_impedance
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 

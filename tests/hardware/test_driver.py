@@ -9,8 +9,7 @@ import pytest
 
 import sitscad
 from sitscad.data import FOLDER
-from sitscad.estimates.circuits.bands import bands
-from sitscad.estimates.circuits.settings import devices
+from sitscad.estimates.circuits.settings import bands, devices
 from sitscad.kernels.converters import ldc_registers as at
 from tests.hardware.conftest import TEMPLATES, compiled
 

@@ -15,7 +15,7 @@ from tolerance import approx
 
 from sitscad.apps.hardware.converter import NotAcknowledged
 from sitscad.files.documents import firmware_driver
-from sitscad.files.order_facts.incoming import incoming
+from sitscad.package.contents import incoming
 from tests.hardware.conftest import HERE, SANE, STRICT
 
 SOURCES = ("sensor.c", "ldc161x.c")

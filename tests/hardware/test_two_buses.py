@@ -16,7 +16,7 @@ from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import scans
 from sitscad.apps.hardware.source import source_of
 from sitscad.files.documents import firmware_driver
-from sitscad.files.order_facts.incoming import incoming
+from sitscad.package.contents import incoming
 from tests.hardware.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.hardware.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 from tests.hardware.test_examples import run_of_the_sketch

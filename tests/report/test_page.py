@@ -18,10 +18,10 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
 from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
-from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_part, render
 from sitscad.layout.tail.tracks import contact_rows, contacts
+from sitscad.package.contents import incoming
 from sitscad.spec import templates
 from sitscad.spec.presets import unverified_figures
 

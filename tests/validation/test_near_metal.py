@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from half_space_reference import RingFilaments
+from reflected import reflected_impedance
 from tolerance import approx
 from windings import MM, UM, coil, four_layers
 
@@ -23,7 +24,7 @@ from sitscad.kernels.electromagnetics.inductance.spirals import spiral_inductanc
 from sitscad.kernels.electromagnetics.loss import proximity
 from sitscad.kernels.electromagnetics.metal import near_metal
 from sitscad.kernels.electromagnetics.metal.current_spectrum import spiral_spectrum
-from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum
 from tests.oracles.filament_tracks import track_mutual_inductance
 from tests.oracles.losses import inductance_change

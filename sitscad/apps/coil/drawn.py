@@ -138,8 +138,7 @@ def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") ->
 
 @one_thread
 def estimate_drawn_coil(
-    conductor: DrawnConductor, heights: Sequence[CopperHeight], frequencies: Sequence[float], temperature: float = 20.0,
-    notes: Sequence[str] = (),
+    conductor: DrawnConductor, heights: Sequence[CopperHeight], frequencies: Sequence[float], temperature: float = 20.0
 ) -> DrawnCoil:
     """Estimate a drawn coil at each frequency (Hz).
 
@@ -177,7 +176,7 @@ def estimate_drawn_coil(
     return DrawnCoil(
         conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
         tuple(_at_frequency(loss, inductance, direct, frequency) for frequency in frequencies),
-        (*_remarks(conductor), *notes),
+        tuple(_remarks(conductor)),
     )
 
 

@@ -162,7 +162,7 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
     """Return frequencies and impedances of a table."""
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
-        delimiter = _delimiter(line)
+        delimiter = next((each for each in (";", "\t", ",") if each in line), ",")
         heads = next(csv.reader([line], delimiter=delimiter), [])
         columns = _columns(heads)
         if "f" in columns and len(heads) > 1:
@@ -186,11 +186,6 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
     if pair == ("L", "Q") and (second <= 0.0).any():
         raise MeasurementError(f"{name} has a quality factor of {second[second <= 0.0][0]:g}: it must be above 0")
     return f, np.asarray(_COMBINATIONS[pair](2.0 * np.pi * f, first, second), dtype=complex)
-
-
-def _delimiter(line: str) -> str:
-    """Return the character between the columns of a head."""
-    return next((each for each in (";", "\t", ",") if each in line), ",")
 
 
 _HEAD = re.compile(r"^[#!%\s]*(?P<name>[^()\[\]]*?)\s*(?:[(\[](?P<unit>[^()\[\]]*)[)\]])?\s*$")

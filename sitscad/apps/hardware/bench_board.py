@@ -15,8 +15,7 @@ from typing import Protocol, cast
 
 from sitscad.basics.record import record
 from sitscad.calibration.unknowns import usual_value
-from sitscad.estimates.circuits.bands import LEAP, STATUS, bands
-from sitscad.estimates.circuits.settings import devices, identity, serial_settings
+from sitscad.estimates.circuits.settings import LEAP, STATUS, bands, devices, identity, serial_settings
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.registers import DriverRegisters
 

@@ -15,7 +15,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import csv_text, show
 from sitscad.basics.version import __version__
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.estimates.circuits.bands import Band
+from sitscad.estimates.circuits.settings import Band
 from sitscad.estimates.performance_values import shown_scales
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.spec.places import map_columns

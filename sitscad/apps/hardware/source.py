@@ -314,18 +314,11 @@ def _cell_frequencies(
     or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
-    each = [_sensor_frequencies(cell, unit_errors, loads if k == number else nothing, is_held)
-            for k, (cell, unit_errors) in enumerate(zip(cells, errors, strict=True), 1)]
-    return np.concatenate([np.broadcast_to(part, (len(loads), part.shape[1])) for part in each], axis=1)
-
-
-def _sensor_frequencies(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
-    """Return frequencies (n, coils; Hz) under loads (n, 3 or 5): normal, shear along x and y (N), two moments (N m).
-
-    `unit` holds the errors of a manufactured unit, or is None for the sensor as drawn. With moments, the target is free
-    to tilt.
-    """
-    is_held = is_held and loads.shape[1] == len(FORCES)
-    if unit is None:
-        return np.asarray(respond(design, loads=loads, rotation="held" if is_held else "free").frequency)
-    return np.asarray(sensors_of(design.response, is_held).under(unit, loads, exact=True))
+    is_held = is_held and loads.shape[1] == len(FORCES)  # with moments, the target is free to tilt
+    parts = []
+    for k, (cell, unit) in enumerate(zip(cells, errors, strict=True), 1):
+        on_this = loads if k == number else nothing
+        part = (respond(cell, loads=on_this, rotation="held" if is_held else "free").frequency if unit is None
+                else sensors_of(cell.response, is_held).under(unit, on_this, exact=True))
+        parts.append(np.broadcast_to(part, (len(loads), part.shape[1])))
+    return np.concatenate(parts, axis=1)

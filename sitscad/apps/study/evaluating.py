@@ -65,12 +65,6 @@ def evaluate_design(spec: SensorSpec, measures: Sequence[str], level: str = FULL
                       breaches_by_rule(result.findings, Severity.WARNING), _undecided_rules(result.not_checked), level)
 
 
-def refused_evaluation(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
-    """Return the evaluation of a design whose spec is refused: it has no figures."""
-    absent = dict.fromkeys(measures, "the spec is refused")
-    return Evaluation({}, absent, breaches_by_rule(error.findings, Severity.ERROR), level=level)
-
-
 def measure_values(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
     """Return the values of measures of a design, and the reasons for absent values, both by measure.
 
@@ -242,8 +236,9 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
     errors = screen_errors(design.spec.fpc.body is not None)
     numbers, is_sized = design.estimates, _is_sized(design.spec.array)
     corners = [
-        Design(design.spec, design.layout, replace(numbers, coils=with_screen_errors(numbers.coils, side, errors)))
-        for side in (-1.0, 1.0)
+        Design(design.spec, design.layout,
+               replace(numbers, coils=tuple(_shifted(coil, side, errors) for coil in numbers.coils)))
+        for side in (-1.0, 1.0)  # all coils better or worse by the errors of the screen
     ]
     wider = Design(design.spec, sketch(design.spec, WIDER), numbers) if is_sized else design
     for rule in all_rules():
@@ -282,16 +277,6 @@ def _is_undecided_by_screen(rule: Rule, cells: Cells) -> bool:
     error = screen_errors()["resolution.normal"]
     results = (each for cell in cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
-
-
-def with_screen_errors(
-    coils: tuple[CoilEstimate, ...], side: float, errors: Mapping[str, float]
-) -> tuple[CoilEstimate, ...]:
-    """Return the coils with electrical values that are better (`side` 1) or worse (-1) by their screening errors.
-
-    `errors` are the relative errors of the screen level by measure.
-    """
-    return tuple(_shifted(coil, side, errors) for coil in coils)
 
 
 def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
@@ -362,7 +347,9 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
             specs.append(base.design(changes))
             evaluations.append(None)
         except SpecError as error:
-            evaluations.append(refused_evaluation(error, chunk.measures, chunk.level))
+            absent = dict.fromkeys(chunk.measures, "the spec is refused")
+            evaluations.append(
+                Evaluation({}, absent, breaches_by_rule(error.findings, Severity.ERROR), level=chunk.level))
     gc.freeze()  # existing objects outlive the chunk: leave them out of garbage collection
     try:
         computed = iter(_evaluate_specs(specs, chunk))

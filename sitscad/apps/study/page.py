@@ -117,11 +117,6 @@ If several kinds apply to a design, it has the last of these kinds.
 """
 
 
-def drawing_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
-    """Return the marks in the order of drawing: lesser kinds first, so that they lie below."""
-    return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
-
-
 def scatter_chart(
     name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
@@ -143,7 +138,7 @@ def scatter_chart(
     def point(at: tuple[float, float]) -> Point:
         return Point(start + across.at(at[0]) * (right - start), low + up.at(at[1]) * (top - low))
 
-    for mark in drawing_order(marks):
+    for mark in sorted(marks, key=lambda mark: list(MARKS).index(mark.kind)):  # lesser kinds lie below
         at = place(mark)
         if at is None or not (across.has(at[0]) and up.has(at[1])):
             continue

@@ -274,14 +274,6 @@ def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance
     return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
 
 
-def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None, name: str) -> Toleranced:
-    """Return the thickness (m) of the elastomer or the target (`name`), with its tolerance.
-
-    Raises StopIteration if there is no such piece.
-    """
-    return next(layer.thickness for layer in _layers_above(assembly, elastomer, target) if layer.part == name)
-
-
 def _layers_behind(backing: Backing) -> list[Layer]:
     """Return printed pieces and shield between metal and board, from the metal upwards."""
     sheet, printed = backing.shield_heights, mount_tolerance(backing.assembly, backing.mount)

@@ -45,7 +45,7 @@ from sitscad.assembly.solids.plates import grown_outline, over_body
 from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra, one_solid, prism, subtract, tapered
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, beyond, within_box
-from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
+from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Mount
 
@@ -283,20 +283,22 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
     if has_round_body(layout.spec.fpc.body):
         centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
-        spare = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_largest_distance(body, centre) for body in bodies)
+        reach = max(each.centre.distance(centre) + (each.size[0] if each.is_round else math.hypot(*each.size)) / 2
+                    for each in (body.footprint for body in bodies))
+        spare = (x1 - x0) / 2 - FOOT_INSET - wall - skin - reach
         if spare < FOOT_ROOM[0]:
             return ()
         return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - spare + min(spare, FOOT_ROOM[1])),)
     boxes = [body.footprint.box for body in bodies]
     cells = [(box[0] - skin, box[1] - skin, box[2] + skin, box[3] + skin) for box in boxes]
     if len(bodies) == 2 * len(pads):
-        cells = [_round_boxes(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
+        cells = [box_around(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
     apart = min((max(first[0] - second[2], second[0] - first[2], first[1] - second[3], second[1] - first[3])
                  for first, second in combinations(cells, 2)), default=math.inf)
     between = min(FOOT_ROOM[1], (apart - wall) / 2)
     if between < FOOT_ROOM[0]:
-        cells, between = [_round_boxes(cells)], FOOT_ROOM[0]
-    u0, v0, u1, v1 = _round_boxes(cells)
+        cells, between = [box_around(cells)], FOOT_ROOM[0]
+    u0, v0, u1, v1 = box_around(cells)
     rooms = [min(rim - FOOT_INSET - wall, FOOT_ROOM[1]) for rim in (u0 - x0, v0 - y0, x1 - u1, y1 - v1)]
     rooms = [room if room >= FOOT_ROOM[0] else math.inf for room in rooms]
     if math.inf in rooms[::2] and math.inf in rooms[1::2]:
@@ -310,17 +312,6 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
             sides.append(limit + (-1.0 if k < 2 else 1.0) * (1e-3 if math.isinf(room) else room))
         pockets.append(rectangle(sides[0], sides[1], sides[2], sides[3]))
     return tuple(pockets)
-
-
-def _largest_distance(body: Body, centre: Point) -> float:
-    """Return the distance (m) of a body's farthest point from a centre."""
-    distance, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
-    return distance + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
-
-
-def _round_boxes(boxes: Sequence[Box]) -> Box:
-    """Return the box (m) round several boxes."""
-    return (min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes))
 
 
 def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:

@@ -65,9 +65,14 @@ def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]
     for index, layer in enumerate(layout.spec.fpc.stackup.layers):
         number += layer.kind is LayerKind.COPPER
         heights = upper - layer.thickness, upper
-        rings = []
+        rings = []  # of coils on this layer, each inside the board's body
         if layer.kind is LayerKind.COPPER:
-            rings = _rings_inside(layout.coils, layout.spec.coil, number, layout.body)
+            x0, y0, x1, y1 = layout.body
+            for coil in (each for each in layout.coils if any(w.layer == number for w in each.windings)):
+                plate = ring(layout.spec.coil, coil, number)
+                left, low, right, high = bounding_box((plate.outline,))
+                if left > x0 and low > y0 and right < x1 and high < y1:
+                    rings.append((coil, plate))
         solids += _of_body(body, layer, index, number, heights, rings)
         upper = heights[0]
     if path is None:
@@ -99,14 +104,6 @@ def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
 
 def _at_coil(path: Path, coil: Coil) -> Path:
     return path.rotated(coil.placement.rotation).shifted(*coil.centre)
-
-
-def _rings_inside(coils: tuple[Coil, ...], spec: CoilSpec, number: int, body: Box) -> list[tuple[Coil, Region]]:
-    """Return the coils whose ring on layer `number` lies inside the board's body, each with this ring."""
-    rings = [(coil, ring(spec, coil, number)) for coil in coils if any(w.layer == number for w in coil.windings)]
-    x0, y0, x1, y1 = body
-    boxes = [bounding_box((plate.outline,)) for _, plate in rings]
-    return [each for each, b in zip(rings, boxes, strict=True) if b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1]
 
 
 def _of_body(

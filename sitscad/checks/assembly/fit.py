@@ -19,7 +19,8 @@ from sitscad.assembly.places.stack import BODY, shield
 from sitscad.assembly.places.tail_path import bends_at_every_grasp, tail_path
 from sitscad.basics.finding import Finding, Place, Severity
 from sitscad.checks.board.fabrication import limit_document
-from sitscad.checks.fixes.moves import hole_plating_only, reread_change, thinner_tails, with_film
+from sitscad.checks.fixes.moves import hole_plating_only, reread_change, thinner_tails
+from sitscad.checks.fixes.pads import with_film
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import (
     ROUNDING,

@@ -24,14 +24,8 @@ from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.fit import GRAIN
-from sitscad.checks.fixes.moves import (
-    Plate,
-    centred_plates,
-    larger_target,
-    pad_sides_under_plate,
-    reread_changes,
-    resized_plates,
-)
+from sitscad.checks.fixes.moves import reread_changes
+from sitscad.checks.fixes.pads import Plate, centred_plates, larger_target, pad_sides_under_plate, resized_plates
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.data import rows
@@ -509,8 +503,8 @@ def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float]
     """
     import numpy as np
 
-    from sitscad.estimates.circuits.moved_target import target_effects
     from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.performance.screen import target_effects
 
     poses, notes = pushed(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
     if any(notes) or not np.isfinite(poses).all():

@@ -13,8 +13,7 @@ from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import plates_lie_on_body
-from sitscad.checks.fixes.moves import thicker_target
-from sitscad.checks.fixes.pads import other_thicknesses
+from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design

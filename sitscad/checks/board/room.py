@@ -16,7 +16,7 @@ from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAm
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box, beyond
-from sitscad.kernels.geometry.path import Path, bounding_box, rectangle
+from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.layout.clearance import hole_keep_out, joined_hole
@@ -189,7 +189,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
         return
     edge, body = design.layout.largest_outline, design.layout.body_outline
     assert edge is not None
-    over, (x0, y0, x1, y1) = _beyond_largest(edge, body), bounding_box([body])
+    over, (x0, y0, x1, y1) = max(beyond(edge, point) for point in body.flattened(1e-6)), bounding_box([body])
     if over > ROUNDING:
         # the outline may be written as the body's own if everything has room in it
         yield violation_of(
@@ -242,11 +242,6 @@ def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) ->
     if over > ROUNDING:
         yield violation_of("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
                            size=(x1 - x0, y1 - y0), largest=largest.written)
-
-
-def _beyond_largest(largest: Path, body: Path) -> float:
-    """Return the distance (m) by which a body's outline extends beyond the largest outline."""
-    return max(beyond(largest, point) for point in body.flattened(1e-6))
 
 
 def _with_largest_body(spec: SensorSpec, largest: BodySpec) -> Fix:

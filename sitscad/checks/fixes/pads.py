@@ -1,7 +1,4 @@
-"""Changes of target, pad, scan rate and temperature sensor that may improve the signal, the smallest first.
-
-Each is tried before it is named.
-"""
+"""Changes of target, pad, film, scans and temperature sensor, the smallest first. Each is tried before it is named."""
 
 from __future__ import annotations
 
@@ -9,13 +6,18 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 from sitscad.basics.finding import Edit
-from sitscad.checks.fixes.moves import reread_change, resized_plates, with_scan_rate
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import SAME, reread_change, rounded_up, with_scan_rate
 from sitscad.checks.fixes.search import Family, Fix, setting
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.shapes import LONG_PLATE
 from sitscad.spec import presets
 from sitscad.spec.load import rewritten_spec
-from sitscad.spec.places import breadth_from
+from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
+from sitscad.spec.places import breadth_from, footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import CALIBRATED
 
@@ -227,3 +229,78 @@ NEXT = 5
 
 def _with_thickness(spec: SensorSpec, thickness: float) -> Fix:
     return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")
+
+SEALING = ("ecoflex-00-50", 50e-6)
+"""Film that a hint proposes to protect a bare target: name of the silicone, and thickness (m)."""
+
+
+def with_film(spec: SensorSpec) -> Iterator[Fix]:
+    """Yield a soft thin film over the whole sensor. Empty if there is a film."""
+    if spec.encapsulation is None:
+        name, thickness = SEALING
+        edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
+        yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
+
+
+def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
+    """Return a target of at least `thickness` (m)."""
+    thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # rounded as written
+    return setting(spec, "target.thickness", thick, show(thick, "m", 6))
+
+
+def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
+    """Yield a target of the given sides (m) on a pad large enough to carry it, then on the present pad.
+
+    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
+    """
+    target, pad = spec.target, spec.elastomer
+    assert target is not None
+    for edits, resized_target in resized_plates("target", target, (length, width)):
+        here = footprint(spec, resized_target)
+        if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
+            for under_it, larger in resized_plates("elastomer", pad, pad_sides_under_plate(footprint(spec, pad), here)):
+                yield Fix((*edits, *under_it), replace(spec, target=resized_target, elastomer=larger))
+        yield Fix(edits, replace(spec, target=resized_target))
+
+
+def centred_plates(spec: SensorSpec) -> Iterator[Fix]:
+    """Yield target and elastomer centred over the coils. Empty if the target is centred."""
+    target, pad = spec.target, spec.elastomer
+    if target is None or not any(target.offset):
+        return
+    edits, changed = [Edit("target.offset", "[0, 0]")], replace(spec, target=replace(target, offset=(0.0, 0.0)))
+    if pad is not None and any(pad.offset):
+        edits.append(Edit("elastomer.offset", "[0, 0]"))
+        changed = replace(changed, elastomer=replace(pad, offset=(0.0, 0.0)))
+    yield Fix(tuple(edits), changed)
+
+
+def pad_sides_under_plate(pad: Footprint, plate: Footprint) -> tuple[float, float]:
+    """Return the sides (m) of a pad, at its present place, that lies under a whole plate and is no smaller than now.
+
+    For a round pad, both values are the diameter.
+    """
+    if pad.is_round:
+        reach = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
+        side = max(2.0 * reach + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
+        return (rounded_up(side),) * 2
+    offset = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
+    x, y = (rounded_up(max(2.0 * (offset[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
+    return x, y
+
+Plate = TypeVar("Plate", Target, ElastomerPad)
+
+
+def resized_plates(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
+    """Yield edits and a plate of the given sides (m).
+
+    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
+    """
+    sides = [f"{side * 1e3:.6g}" for side in size]
+    size_edit = Edit(f"{key}.size", f"[{', '.join(sides)}]")
+    if plate.outline.is_long:
+        yield (size_edit,), replace(plate, size=size)
+        return
+    yield (Edit(f"{key}.size", f"{max(size) * 1e3:.6g}"),), replace(plate, size=(max(size),) * 2)
+    if size[0] != size[1]:
+        yield (Edit(f"{key}.shape", LONG_PLATE), size_edit), replace(plate, shape=LONG_PLATE, size=size)

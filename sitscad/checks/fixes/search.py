@@ -301,7 +301,9 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
         trial_text = _filled("tried", changes="; or ".join(changes))
     elif nearest is not None:
         trial_text = _filled("tried-helps", change=nearest[0].words, gain=nearest[1].gain)
-    named = _place_of(result.mending[0][0], advice) if len(changes) == 1 else None
+    named = None
+    if len(changes) == 1:
+        named = re.search(rf"(?<![\w.]){re.escape(result.mending[0][0].words)}(?![\w.])", advice)
     if named is not None:  # the advice contains the change: insert the result at its place
         hint = f"{advice[: named.start()]}{trial_text}{advice[named.end() :]}"
     else:
@@ -318,11 +320,6 @@ def not_further(advice: str) -> str:
 
 def _filled(case: str, **values: object) -> str:
     return text_of(case, "hint", values)
-
-
-def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
-    """Return the match of a change's text in an advice. None if the advice does not contain it."""
-    return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
 def _vain_trials(trials: Iterable[tuple[Fix, RemainingProblems]]) -> str:

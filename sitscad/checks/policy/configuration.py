@@ -181,6 +181,9 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
         ignored = []
     severity = table.get("severity", {})
     _require(isinstance(severity, dict), path, "severity is no table of rules and severities")
+    severities = [each.value for each in Severity]
+    for pattern, word in severity.items():
+        _require(word in severities, path, f"severity.{pattern} is one of {', '.join(severities)}, not {word!r}")
     profiles = table.get("profiles")
     if profiles is not None:  # a configuration that is passed on must not read files elsewhere
         is_text = isinstance(profiles, str) and "\0" not in profiles
@@ -189,7 +192,7 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     policy = Policy(
         _patterns(table.get("select", []), "select", path, rules), _patterns(ignored, "ignore", path, rules),
         dict(zip(_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
-        {pattern: _severity(pattern, word, path) for pattern, word in severity.items()},
+        {pattern: Severity(word) for pattern, word in severity.items()},
         None if profiles is None else str(path.parent / profiles), path.name,
     )
     _patterns(list(severity), "severity", path, rules)
@@ -207,12 +210,6 @@ def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...])
         is_spec = not pattern.isdecimal() and pattern.upper().startswith("SIT0")
         _require(not is_spec or key == "select", path, f"{key}: {pattern}: what a spec is read by holds always")
     return tuple(value)
-
-
-def _severity(pattern: str, word: object, path: Path) -> Severity:
-    severities = [severity.value for severity in Severity]
-    _require(word in severities, path, f"severity.{pattern} is one of {', '.join(severities)}, not {word!r}")
-    return Severity(str(word))
 
 
 def _require(holds: bool, path: Path, message: str, word: str = "", choices: Iterable[str] = ()) -> None:

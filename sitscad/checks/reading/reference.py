@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.search import Fix, setting
-from sitscad.checks.reading.other_jaw import LITTLE, MUCH, THIN
+from sitscad.checks.reading.metal import LITTLE, MUCH, THIN
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design

@@ -17,8 +17,15 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.plates import is_as_long_as_line
-from sitscad.checks.fixes.moves import centred_plates, larger_target
-from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_targets, temperature_sensors, wider_arrays
+from sitscad.checks.fixes.pads import (
+    centred_plates,
+    cut_to_target,
+    larger_target,
+    more_signal,
+    smaller_targets,
+    temperature_sensors,
+    wider_arrays,
+)
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
@@ -399,7 +406,7 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
         poses[1:, :2] = moves
         inductances = design.response.own_changes(poses, frequency).real
     else:
-        from sitscad.estimates.circuits.moved_target import target_effects
+        from sitscad.estimates.performance.screen import target_effects
 
         inductances = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
     return [[float(value) for value in row] for row in inductances[1:] - inductances[0]]

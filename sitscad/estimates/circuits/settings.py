@@ -1,4 +1,7 @@
-"""Register values for every converter of a sensor."""
+"""Settings of converters and firmware: drive codes, registers, serial port, and frequency bands of faultless boards.
+
+Driver, self-test and test bench accept a coil by its bands.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,104 @@ import zlib
 from collections.abc import Sequence
 from itertools import pairwise
 
-from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
+from sitscad.assembly.places.state import FREE, PRESSED, REST, working_states
+from sitscad.basics.record import record, replace
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, StateEstimate
+from sitscad.estimates.tolerances.scatter import CAPACITOR
+from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.converters.registers import Register
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec
+
+SIGMAS_BELOW = 1.0
+"""Margin below the largest permitted amplitude, in standard deviations of the coil's parallel resistance.
+
+TI recommends the strongest drive code below the largest amplitude, since clamping is worse than noise (8.1.5; SNOA950).
+This advice is for one known sensor. The margin is for sensors still to be made.
+"""
+
+
+@record
+class Swing:
+    """Range of R_P (ohm) of a coil in its working states: the least, and the largest with its margin."""
+
+    least: float
+    careful: float
+
+
+def driven(
+    coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
+) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
+    """Return coils and readout settings with the drive codes: the spec's code, or the strongest suitable code.
+
+    A suitable code keeps each coil below the largest amplitude in each working state. The margin is one sigma and the
+    thickest copper that the fabricator delivers. All coils of a board share one foil and one plating, and no test of
+    the board shows their thickness. Channels have separate codes only if a common code leaves a coil below the
+    low-noise window and separate codes leave none below it.
+    """
+    if readout.drive_code is None or readout.high_current:
+        return tuple(coils), readout
+    converter = spec.device
+    if spec.drive_code is not None:
+        codes = (spec.drive_code,) * len(coils)
+    else:
+        by_coil = [[c.states[name] for name in working_states(c.states)] for c in coils]
+        swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
+                  for states in by_coil]
+        codes = drive_codes(swings, converter)
+    current, conversion = converter.drive_current(max(codes)), readout.conversion
+    settings = replace(
+        readout,
+        drive_code=max(codes),
+        drive_codes=codes if len(set(codes)) > 1 else (),
+        drive_current=current,
+        supply_current=(None if conversion is None
+                        else converter.needed(len(coils)) * conversion.supply_current(current)),
+    )
+    louder = []
+    for coil, code in zip(coils, codes, strict=True):
+        ratio = converter.drive_current(code) / readout.drive_current
+        states = {name: replace(
+            state,
+            amplitude=state.amplitude * ratio,
+            coil_amplitude=None if state.coil_amplitude is None else state.coil_amplitude * ratio,
+            spread=None if state.spread is None else replace(state.spread, amplitude=state.spread.amplitude * ratio),
+        ) for name, state in coil.states.items()}
+        louder.append(replace(coil, states=states))
+    return tuple(louder), settings
+
+
+def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
+    """Return the drive code of every channel.
+
+    Codes are equal, unless only separate codes bring the amplitudes of all coils above the lower end of the low-noise
+    window.
+    """
+
+    def reached(codes: Sequence[int]) -> bool:
+        return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
+                   for code, swing in zip(codes, swings, strict=True))
+
+    shared_codes = (converter.drive_code(max(swing.careful for swing in swings)),) * len(swings)
+    channel_codes = tuple(converter.drive_code(swing.careful) for swing in swings)
+    return channel_codes if reached(channel_codes) and not reached(shared_codes) else shared_codes
+
+
+def _careful(state: StateEstimate) -> float:
+    sigma = state.spread
+    more = max(SIGMAS_BELOW * sigma.parallel_resistance, sigma.thickest_copper) if sigma is not None else 0.0
+    return state.parallel_resistance + more
+
+
+def bare_board_code(coils: Sequence[CoilEstimate], converter: Converter) -> int | None:
+    """Return the strongest drive code for every coil without target and jaw.
+
+    It keeps each coil one sigma below the largest amplitude. None if no coil's free state has a parallel resistance.
+    """
+    resistances = [_careful(coil.states[FREE]) for coil in coils if FREE in coil.states]
+    finite = [value for value in resistances if math.isfinite(value)]
+    return converter.drive_code(max(finite)) if finite else None
 
 
 @record
@@ -96,3 +191,75 @@ def identity(sensor: str, programmed: Sequence[Device]) -> int:
     """
     rows = [(device.coils, [(int(row.address), int(row.value)) for row in device.registers]) for device in programmed]
     return zlib.crc32(repr((sensor, rows)).encode())
+
+
+SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
+
+LEAP = 8.0
+"""Largest difference between two readings of a faultless coil at rest, in standard deviations of one reading.
+
+Fewer than one in 1e7 pairs of readings differ by more.
+"""
+
+STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
+"""Status texts of a coil's reading, in the order of the driver's numbers. The last is a warning."""
+
+
+@record
+class Band:
+    """Frequency (Hz) of the design, and the lowest and highest frequency (Hz) of manufactured coils."""
+
+    design: float
+    low: float
+    high: float
+
+    def share_above(self, limit: float) -> float:
+        """Return the fraction of units with a frequency above a limit (Hz), for a normal distribution."""
+        return 0.5 * math.erfc((limit - self.design) * SIGMAS / ((self.high - self.design) * math.sqrt(2.0)))
+
+
+@record
+class CoilBands:
+    """Frequency bands of one coil: of the bare board, of the assembled sensor at rest, and of all states and loads.
+
+    `working` covers loads up to 1.5 times the required force. `own_sigma` (Hz) is the part of the scatter that is
+    independent for each coil of a board.
+    """
+
+    coil: str
+    bare: Band
+    assembled: Band
+    working: Band
+    own_sigma: float
+
+
+def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
+    """Return the bands of every coil.
+
+    `own_inductance` is the relative standard deviation between the inductances of coils on one board. Raises ValueError
+    if a coil lacks a state, or if its scatter is unknown.
+    """
+    coil_bands = []
+    for coil in coils:
+        states = coil.states
+        if not states:
+            raise ValueError(f"no state of {coil.name} is known: there is no frequency to test it by")
+        each = {name: _band(coil.name, state) for name, state in states.items()}
+        first, last = next(iter(states)), list(states)[-1]
+        free_band, assembled = each.get(FREE, each[first]), each.get(REST, each[last])
+        rest, pressed = states.get(REST), states.get(PRESSED)
+        beyond = 0.5 * (pressed.frequency - rest.frequency) if rest is not None and pressed is not None else 0.0
+        low, high = min(band.low for band in each.values()), max(band.high for band in each.values())
+        working = Band(assembled.design, low + min(beyond, 0.0), high + max(beyond, 0.0))
+        state_sigma = states.get(REST, states[last]).spread
+        capacitor = state_sigma.shifts.get(CAPACITOR, (0.0, 0.0))[1] if state_sigma is not None else 0.0
+        frequency_sigma = math.hypot(capacitor, 0.5 * own_inductance * assembled.design)
+        coil_bands.append(CoilBands(coil.name, free_band, assembled, working, frequency_sigma))
+    return tuple(coil_bands)
+
+
+def _band(coil: str, state: StateEstimate) -> Band:
+    if state.spread is None:
+        raise ValueError(f"the scatter of {coil} is not known: there is no band to test it by")
+    width = SIGMAS * state.spread.frequency
+    return Band(state.frequency, state.frequency - width, state.frequency + width)

@@ -12,6 +12,8 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
+import numpy as np
+
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record, replace
@@ -43,8 +45,9 @@ from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.proximity import missed_crossings, suited_resolution
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
-from sitscad.layout.board import Coil
+from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
+from sitscad.spec.sensor import SensorSpec
 
 ALONG = 2e-5  # Relative error of the resistance at any frequency, by lengths and corners of the winding's path
 
@@ -215,7 +218,7 @@ class SolvedWinding:
         It combines the errors of the winding, the leads, the metal around, and the target's ratio.
         """
         winding = circuit.winding_resistance(state.frequency)
-        leads = circuit.leads.resistance_at(state.frequency, circuit.conductivity)
+        leads = float(circuit.leads.resistances_at(np.array([state.frequency]), circuit.conductivity)[0])
         winding_error = self.bound.relative(winding / circuit.resistance, state.frequency)
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
         lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
@@ -343,3 +346,38 @@ def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], self_inductance: float, err
 
 
 LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane that is computed
+
+
+@record(eq=False)
+class SolvedWindings:
+    """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
+
+    `matrix` and `matrix_errors` (H) belong to the bare windings. The winding was solved with `method` and `tolerance`.
+    """
+
+    layout: Layout
+    temperature: float
+    assembly: AssemblyStates
+    winding: SolvedWinding
+    matrix: Array
+    matrix_errors: Array
+    method: str | None = None
+    tolerance: float | None = None
+
+    @property
+    def spec(self) -> SensorSpec:
+        """Spec with its metals at the temperature."""
+        return self.layout.spec
+
+    @property
+    def has_target(self) -> bool:
+        """Whether a target is over the coils in a state."""
+        return any(around.above is not None for around in self.assembly.states)
+
+    @property
+    def first_cell(self) -> SolvedWindings:
+        """First cell by itself. Without cells it is the whole sensor."""
+        layout = self.layout.cell(1)
+        count = len(layout.coils)
+        return replace(self, layout=layout, matrix=self.matrix[:count, :count],
+                       matrix_errors=self.matrix_errors[:count, :count])

@@ -27,14 +27,13 @@ from sitscad.estimates.tolerances.scatter import (
     PLATING,
     THICKNESS,
     WIDTH,
-    scatter,
 )
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, USUAL, suited_resolution, winding_loss
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
-from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_impedance, reflected_inductances
+from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.layout.board import Coil
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
@@ -125,13 +124,6 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
     """
     by_cause = sigmas(spec)
     return math.hypot(by_cause[WIDTH], by_cause[THICKNESS], by_cause[DIAMETER])
-
-
-def scatter_note(spec: SensorSpec) -> str:
-    """Return a note with the tolerances that lack a verified source."""
-    causes = scatter(spec)
-    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in causes and not causes[name].verified]
-    return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 
 Between = Callable[
@@ -449,8 +441,7 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
         """Return the change (H) by metal."""
         if above is None and below is None:
             return 0j
-        more, lost = reflected_impedance(spectrum, frequency, above, below)
-        return complex(more, -lost / omega)
+        return complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
 
     def changed(around: Surroundings) -> complex:
         without_target = returned(None, around.below)

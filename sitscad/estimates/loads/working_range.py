@@ -144,7 +144,7 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     about_x, about_y = spec.requirements.moments
     moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
     if any(moments):
-        limits = moment_at(soft_pad(spec), normal, HELD_TILT).values()
+        limits = largest_moments(soft_pad(spec), normal).values()
         for name, most, moment in zip(MOMENTS, limits, moments, strict=True):
             if moment > FARTHER * most:
                 raise NoResponse(
@@ -271,13 +271,13 @@ def normal_at(pad: BondedPad, strain: float) -> float:
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 
-def moment_at(pad: BondedPad, normal: float, tilt: float) -> dict[str, float]:
-    """Return moments (N m) by axis that tilt a free target by an angle (rad).
+def largest_moments(pad: BondedPad, normal: float) -> dict[str, float]:
+    """Return moments (N m) by axis that tilt a free target by `HELD_TILT`.
 
-    Each is the smaller of the moments with and without the full normal force (N). The pad's law was tested up to
-    `HELD_TILT` with finite elements.
+    Each is the smaller of the moments with and without the full normal force (N). The pad's law was tested up to this
+    angle with finite elements.
     """
-    moments = {}
+    moments, tilt = {}, HELD_TILT
     for k, name in enumerate(MOMENTS):
         loads = np.zeros((2 * LOADS, len(AXES)))
         loads[LOADS:, 0] = normal
@@ -290,7 +290,7 @@ def moment_at(pad: BondedPad, normal: float, tilt: float) -> dict[str, float]:
 
 
 FARTHER = 3.0
-"""Largest moment in the search by `moment_at`, over the moment that tilts the target at rest by this angle.
+"""Largest moment in the search by `largest_moments`, over the moment that tilts the target at rest by this angle.
 
 A compressed pad bears a larger moment.
 """

@@ -11,9 +11,9 @@ from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
-from sitscad.estimates.loads.working_range import WorkingRange, full_normal, moment_at, normal_at, shear_at
+from sitscad.estimates.loads.working_range import WorkingRange, full_normal, largest_moments, normal_at, shear_at
 from sitscad.estimates.performance_values import FORCES
-from sitscad.kernels.mechanics.elastomer import HELD_TILT, VALID_SHEAR, VALID_STRAIN
+from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
 
@@ -71,7 +71,7 @@ class Bench:
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         if not self.range.has_moments:
             return forces
-        return forces | moment_at(self.pad, full_normal(self.spec), HELD_TILT)
+        return forces | largest_moments(self.pad, full_normal(self.spec))
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
         """Return poses (n, 6) under loads, on this pad or another. A linear estimate if the pad buckles.

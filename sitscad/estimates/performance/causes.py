@@ -176,12 +176,6 @@ DEGREE = math.radians(1.0)
 
 
 
-def tilt_cause(angle: float) -> str:
-    """Return the name of the error by a contact that is tilted by an angle (rad)."""
-    degrees = f"{math.degrees(angle):.3g}"
-    return f"{TILTED}{degrees} degree{'s' * (degrees != '1')}"
-
-
 SMALL_TILT = 1e-3
 """Tilt (rad) at which the moment is computed for the numerical derivative of the moment by the tilt."""
 
@@ -496,14 +490,14 @@ class Disturbed:
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
-        material = pad.material
+        material, degrees = pad.material, f"{math.degrees(self.tilt):.3g}"
         return self._if_told({
             "noise": self.noise,
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.carried,
             "curved map": map_errors,
             **self._drifts(),
-            tilt_cause(self.tilt): np.hypot(*self.tilt_errors(self.tilt).T),
+            f"{TILTED}{degrees} degree{'s' * (degrees != '1')}": np.hypot(*self.tilt_errors(self.tilt).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},

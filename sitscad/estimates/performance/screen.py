@@ -1,4 +1,6 @@
-"""Performance at the screen level: coil frequencies by a surrogate, from correction ratios of an infinite plate.
+"""Performance at the screen level: inductance changes by a moving target, and coil frequencies by a surrogate.
+
+Each change is the change by an infinite plate times the ratio of the finite target to this plate.
 
 Full checks and documents use the response model instead. For every coil, a slightly tilted target counts as a level
 target. Its height is taken over the middle of the area that target and coil share. `NEARLY` is the relative error of
@@ -8,24 +10,61 @@ the results.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import compress, product
 
 import numpy as np
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.arrays import Array
-from sitscad.estimates.circuits.moved_target import target_effects
+from sitscad.basics.record import replace
+from sitscad.estimates.circuits.solved_winding import LEAST_DISTANCE, shared_spectrum
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.targets.assembly import warmed
+from sitscad.estimates.targets.assembly import at_rest, warmed
+from sitscad.estimates.targets.finite_target import Move, shares_of_change
+from sitscad.estimates.targets.window import missing_parts
+from sitscad.estimates.windings.methods import reflected_by, winding_geometry
+from sitscad.kernels.electromagnetics.metal.half_spaces import raised_inductances, reflected_inductances
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.layout.board import Layout
 from sitscad.spec.places import shared_middles
+
+
+def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
+    """Return changes of every coil's inductance (heights, moves, coils; H) by a moved target.
+
+    The target has moved by (x, y) and by a height (m) from rest; the frequency is in Hz. The change is an infinite
+    plate's times the finite target's ratio at the coil's place (`finite_target`). Loss and the addition of current
+    crowding are left out. Each height is solved for all moves at once.
+    """
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    rest = at_rest(spec)
+    assert rest is not None
+    over = rest.above
+    assert over is not None
+    layers = [winding.z for winding in layout.coils[0].windings]
+    gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
+    ratios = shares_of_change(spec, layers, gaps, floor, moves)
+    distances = [over.distance + min(heights) - max(layers)]
+    if rest.below is not None:
+        distances.append(rest.below.distance + min(layers))
+    nearest = max(min(distances), LEAST_DISTANCE)
+    geometry = winding_geometry(spec.coil, replace(layout.coils[0], series=()))
+    spectrum = reflected_by(geometry, nearest, True) if geometry.spirals else shared_spectrum(geometry, nearest)
+    at = np.array([frequency])
+    metal_change = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
+    whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - metal_change
+    effects, parts = np.asarray(whole[:, None, None] * ratios), missing_parts(layout)
+    for place, p in enumerate(spec.array.placements):
+        if p.name in parts:
+            effects[:, :, place] *= parts[p.name].factor(effects[:, :, place])
+    return effects
+
 
 NEARLY = 0.08
 """Relative error of noise and drift at the screen level."""
@@ -84,17 +123,14 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
 
     def frequencies(poses: Array) -> Array:
         changes = np.empty((len(poses), len(middles)))
-        for k, at in enumerate(middles):  # middle of the area that coil and target share at rest
-            changes[:, k] = through[k](np.column_stack([poses[:, :2], _height_over(poses, at)]))
+        for k, at in enumerate(middles):
+            # height from rest over the middle of the area that coil and target share at rest
+            x, y = (at - poses[:, :2]).T
+            height = poses[:, 2] + y * np.tan(poses[:, 3]) - x * np.tan(poses[:, 4])
+            changes[:, k] = through[k](np.column_stack([poses[:, :2], height]))
         return np.asarray(frequency * np.exp(changes))
 
     return frequencies
-
-
-def _height_over(poses: Array, middle: Array) -> Array:
-    """Return the heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
-    offset = middle - poses[:, :2]
-    return np.asarray(poses[:, 2] + offset[:, 1] * np.tan(poses[:, 3]) - offset[:, 0] * np.tan(poses[:, 4]))
 
 
 def _pull(coils: tuple[CoilEstimate, ...]) -> Array:

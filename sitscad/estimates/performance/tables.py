@@ -62,66 +62,72 @@ class PerformanceReport:
 
 def axis_table(report: PerformanceReport) -> Table:
     """Return the performance of every axis, with the ends of the map to newtons if they are known."""
-    points, spec, newtons = report.points, report.spec, report.map
-    rest, full, half = points[0], points[-1], next(point for point in points if point.at == "half")
-    has_cells, names = spec.cells is not None, list(full.axes)
-    rows: list[tuple[str, ...]] = []
+    head = "characteristic", *(AXIS_WORDS[name] for name in report.points[-1].axes)
+    return Table(head, [*_range_rows(report), *_error_rows(report)])
 
-    def row(what: str, *texts: str) -> None:
-        rows.append((what, *texts))
 
-    axes, valid_shear = [full.axes[name] for name in names], held_shear(spec)
-    shears = [name for name in names if name in FORCES[1:]]
-    row("full scale", *(amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
-    together = working_range(spec)
+def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
+    """Yield the rows on the full scale and the range of each axis."""
+    axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
+    names, valid_shear = list(axes), held_shear(report.spec)
+    yield "full scale", *(amount(axis.full_scale, name) for name, axis in axes.items())
     if together.is_round:
         limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
-        row("calibrated for a resultant shear up to", *(DASH if name == "normal" else limit for name in names))
+        yield "calibrated for a resultant shear up to", *(DASH if name == "normal" else limit for name in names)
     turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
-    row(f"range of the pad, {turns}, and its first limit",
-        *(f"{amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
+    yield (f"range of the pad, {turns}, and its first limit",
+           *(f"{amount(axis.range, name)}, {axis.limited_by}" for name, axis in axes.items()))
     if newtons is not None:
-        row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
-            *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else DASH for name in names))
-    if any(max(full.axes[name].full_scale, full.axes[name].range) > valid_shear for name in shears):
-        row("extrapolated by the pad's law beyond",
-            *(_newtons(valid_shear) if name in shears else DASH for name in names))
+        yield (f"calibrated range: the map to newtons ends at{', least signal' if report.spec.cells else ''}",
+               *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else DASH for name in names))
+    shears = [name for name in names if name in FORCES[1:]]
+    if any(max(axes[name].full_scale, axes[name].range) > valid_shear for name in shears):
+        yield ("extrapolated by the pad's law beyond",
+               *(_newtons(valid_shear) if name in shears else DASH for name in names))
+
+
+def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
+    """Yield the rows on resolution, errors, sensitivity and crosstalk of each axis."""
+    points, newtons = report.points, report.map
+    rest, full, half = points[0], points[-1], next(point for point in points if point.at == "half")
+    axes, names = full.axes, list(full.axes)
     for point in points:
-        row(f"resolution {point.at}: the noise alone",
-            *(amount(point.axes[name].resolution, name) for name in names))
-    lasting = [largest_lasting(axis.errors) for axis in axes]
-    row("largest error by one cause, full load, one tare at the start",
-        *(f"{amount(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
-          for name, (error, cause) in zip(names, lasting, strict=True)))
-    row("errors together, full load, a tare before each grasp",
-        *(amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
-    if any(UNMEASURED in cause for cause in axes[0].errors):
-        row("these, and full scale of each axis that is not measured",
-            *(amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
-    metal = [cause for cause in axes[0].errors if cause in OTHER_JAW_CAUSES]
-    for point, cause in product((rest, full), metal):
-        row(f"{cause}, {point.at}", *(amount(point.axes[name].errors[cause], name) for name in names))
+        yield (f"resolution {point.at}: the noise alone",
+               *(amount(axis.resolution, name) for name, axis in point.axes.items()))
+    lasting = {name: largest_lasting(axis.errors) for name, axis in axes.items()}
+    yield ("largest error by one cause, full load, one tare at the start",
+           *(f"{amount(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
+             for name, (error, cause) in lasting.items()))
+    yield ("errors together, full load, a tare before each grasp",
+           *(amount(combined_error(axis.errors), name) for name, axis in axes.items()))
+    causes = axes[names[0]].errors
+    if any(UNMEASURED in cause for cause in causes):
+        yield ("these, and full scale of each axis that is not measured",
+               *(amount(math.hypot(combined_error(axis.errors),
+                                   *(error for cause, error in axis.errors.items() if UNMEASURED in cause)), name)
+                 for name, axis in axes.items()))
+    for point, cause in product((rest, full), [cause for cause in causes if cause in OTHER_JAW_CAUSES]):
+        yield f"{cause}, {point.at}", *(amount(point.axes[name].errors[cause], name) for name in names)
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
-        row(_since(cause), *(amount(point.axes[name].errors[cause], name) for name in names))
-    row(f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
-        *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
-          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)))
-    row("nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names))
-    row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
-    row("crosstalk, best polynomial, design as drawn, worst load",
-        *(_crosstalk([point.crosstalk for point in points], name) for name in names))
+        yield _since(cause), *(amount(point.axes[name].errors[cause], name) for name in names)
+    yield (f"largest sensitivity of a coil{' in the least sensitive cell' if report.spec.cells else ''}, half load",
+           *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
+             for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)))
+    yield "nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names)
+    yield "crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names)
+    yield ("crosstalk, best polynomial, design as drawn, worst load",
+           *(_crosstalk([point.crosstalk for point in points], name) for name in names))
     if newtons is not None:
-        row(f"crosstalk, map to newtons, design as drawn, half load{', least signal' if has_cells else ''}",
-            *(_crosstalk([newtons.crosstalk], name) for name in names))
+        yield (f"crosstalk, map to newtons, design as drawn, half load{', least signal' if report.spec.cells else ''}",
+               *(_crosstalk([newtons.crosstalk], name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
-        row(f"error by {tilt} of {angle} alone, either way, full load",
-            *(amount(full.tilt_error[name][angle], name) for name in names))
-    row("error by a force 0.1 mm beside", *(amount(full.axes[name].errors[BESIDE], name) for name in names))
-    row("drift at full load, a kelvin after the one tare",
-        *(amount(full.temperature_error[name], name) for name in names))
-    return Table(("characteristic", *(AXIS_WORDS[name] for name in names)), rows)
+        yield (f"error by {tilt} of {angle} alone, either way, full load",
+               *(amount(full.tilt_error[name][angle], name) for name in names))
+    yield "error by a force 0.1 mm beside", *(amount(axis.errors[BESIDE], name) for name, axis in axes.items())
+    yield ("drift at full load, a kelvin after the one tare",
+           *(amount(full.temperature_error[name], name) for name in names))
 
 
 def drifts(point: Performance) -> list[str]:
@@ -136,9 +142,6 @@ def _since(cause: str) -> str:
     return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
 
 
-def _with_unmeasured(errors: Mapping[str, float]) -> float:
-    """Return the root sum of squares of `combined_error` and of the errors by unmeasured forces."""
-    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNMEASURED in cause))
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which digits are meaningless

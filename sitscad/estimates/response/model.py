@@ -12,8 +12,8 @@ import numpy as np
 from sitscad.assembly.places.bodies import target_gap, target_lines
 from sitscad.basics.arrays import Array, ComplexArray, Flags
 from sitscad.basics.record import record
+from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import Tank
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse, holding, pushed, soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad

@@ -12,8 +12,8 @@ from sitscad.basics.quantities import AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
+from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import CoilCircuit
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.states.steps import NO_STATE, wind
 from sitscad.estimates.targets.finite_target import NO_RATIOS

@@ -12,9 +12,8 @@ from sitscad.assembly.places.state import REST, REST_POSE, State
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
 from sitscad.estimates.circuits.coils import coil_circuits
-from sitscad.estimates.circuits.solved_winding import SolvedWinding, solve_winding
+from sitscad.estimates.circuits.solved_winding import SolvedWinding, SolvedWindings, solve_winding
 from sitscad.estimates.circuits.tank import Tank
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, at_rest
 from sitscad.estimates.states.plate import TargetPlate, endless_like, plate_over_jaw
 from sitscad.estimates.states.scan import Changes

@@ -16,9 +16,8 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import replace
-from sitscad.estimates.circuits.solved_winding import spectrum_near_metal
+from sitscad.estimates.circuits.solved_winding import SolvedWindings, spectrum_near_metal
 from sitscad.estimates.circuits.uncertainty import sigmas
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate

@@ -14,7 +14,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.solved_winding import HEIGHT_STEP
 from sitscad.estimates.loads.pad import NoResponse
-from sitscad.kernels.electromagnetics.eddy.coil_potential import FINE, ROOM
+from sitscad.kernels.electromagnetics.eddy.coil_potential import FINE
 from sitscad.kernels.electromagnetics.eddy.target import turned
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
@@ -87,14 +87,6 @@ def at_rest(spec: SensorSpec) -> Array:
     body, gap = plates_of(spec).target, target_gap(spec)
     assert body is not None and gap is not None
     return np.array([*body.footprint.centre, gap])
-
-
-def tabled(coil: CoilSpec, reach: float) -> float:
-    """Return the distance (m) from a coil up to which its potential is tabulated.
-
-    `reach` (m) is the largest distance, from the coils' middle, of points at which the potential is required.
-    """
-    return min(reach, (WIDEST / ROOM - 0.5) * max(coil.size))
 
 
 def require_possible(spec: SensorSpec, poses: Array) -> None:

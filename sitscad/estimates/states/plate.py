@@ -14,13 +14,13 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
-from sitscad.estimates.states.placed import PoseRange, tabled
+from sitscad.estimates.states.placed import WIDEST, PoseRange
 from sitscad.estimates.targets.assembly import conductivity_of, depth_in, metal_behind, sheet_of
 from sitscad.estimates.targets.window import WindowEffect, missing_parts
 from sitscad.estimates.windings.methods import bent_track
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.box import Box, box
-from sitscad.kernels.electromagnetics.eddy.coil_potential import CoilPotential, Plane, coil_potentials
+from sitscad.kernels.electromagnetics.eddy.coil_potential import ROOM, CoilPotential, Plane, coil_potentials
 from sitscad.kernels.electromagnetics.eddy.disc import Disc, disc
 from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, image_modes
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface
@@ -313,7 +313,8 @@ def solved_plate(
     `front` is metal in front of the target. Its distance (m) counts from the board's top face. With it, the solution is
     for a single pose, whose height is the cover's lowest.
     """
-    windings, reach = tuple(replace(each, series=()) for each in coils), tabled(coil, cover.reach)
+    windings = tuple(replace(each, series=()) for each in coils)
+    reach = min(cover.reach, (WIDEST / ROOM - 0.5) * max(coil.size))  # up to which potentials are tabulated
     solving = _solving(
         cover.part(target), coil, windings, tuple(frequencies), behind, cover.lowest, reach, finer, front)
     return TargetPlate(solving, solving.mirror_error)

@@ -10,8 +10,8 @@ import numpy as np
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
+from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.states.near import NearTarget
 from sitscad.estimates.states.placed import TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sitscad.assembly.places.column import usual_tolerances
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import coil_circuits, overdamped, self_resonance, without, working
-from sitscad.estimates.circuits.drive import driven
-from sitscad.estimates.circuits.solved_winding import beside_each_other, solve_winding
+from sitscad.estimates.circuits.settings import driven
+from sitscad.estimates.circuits.solved_winding import SolvedWindings, beside_each_other, solve_winding
 from sitscad.estimates.circuits.tank import (
     CoilCircuit,
     Tank,
@@ -28,13 +29,11 @@ from sitscad.estimates.circuits.uncertainty import (
     depths_moved,
     direct_resistance_sigma,
     moved_by_surroundings,
-    scatter_note,
     sigmas,
     slopes_of,
     spread,
     track_moves,
 )
-from sitscad.estimates.circuits.wound import SolvedWindings
 from sitscad.estimates.coil_estimates import (
     METER_FREQUENCY,
     PARTS,
@@ -47,6 +46,7 @@ from sitscad.estimates.coil_estimates import (
 from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.targets.assembly import assemble, warmed
 from sitscad.estimates.targets.finite_target import NO_RATIOS, TargetRatios, target_ratios
+from sitscad.estimates.tolerances.scatter import CAPACITOR, scatter
 from sitscad.estimates.windings.leads import missing_leads
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
@@ -163,7 +163,9 @@ def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
         circuits = [*tuned.circuits, *reference.circuits]
         readout = settle(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]
-    estimates = [coil for board in boards for coil in _coil_estimates(board)]
+    estimates = [_coil_estimate(coil, circuit, board, states[coil.name])
+                 for board in boards for states in [_states(board)]
+                 for coil, circuit in zip(board.wound.layout.coils, board.circuits, strict=True)]
     readout = with_margin(readout, estimates)
     coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in estimates], readout, spec.readout)
     coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
@@ -212,7 +214,9 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     yield from metal_notes(layout.coils[0], spec.coil, spec.fpc.stackup.thickness, assembly.gaps,
                            coil.self_capacitance, coil.capacitance)
     yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
-    yield scatter_note(spec)
+    causes = scatter(spec)
+    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in causes and not causes[name].verified]
+    yield f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 
 REFERENCE = "{} is the reference coil: no target covers it, and the effect of idle coils beside it is left out"
@@ -262,13 +266,6 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
 
 
 LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smaller changes are relative to it
-
-
-def _coil_estimates(tuned: Tuned) -> list[CoilEstimate]:
-    """Return the estimates of all coils of a board, before margins and steps of the converter's settings."""
-    states = _states(tuned)
-    return [_coil_estimate(coil, circuit, tuned, states[coil.name])
-            for coil, circuit in zip(tuned.wound.layout.coils, tuned.circuits, strict=True)]
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:

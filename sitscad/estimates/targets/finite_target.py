@@ -308,15 +308,8 @@ def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float
     thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
     loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
-    ratios = _inductance_ratios(target, rings, places, gap, floor)
-    return SheetRatios(ratios, lost / resisted, error + unsure, loss_error + unsure, False)
-
-
-def _inductance_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
-    # The ratios of the inductance change alone.
-    plate, depth = _plate(target)
     ratios = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
-    return np.asarray(ratios / _resisted(target, rings)[0])
+    return SheetRatios(ratios / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
 
 
 RESISTED = 0.3

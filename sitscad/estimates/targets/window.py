@@ -120,12 +120,6 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     return by_coil
 
 
-def through_window(layout: Layout, coil: str, change: Array) -> Array:
-    """Return the inductance change (H) by the target with the window, from that computed for a solid jaw."""
-    missing = missing_parts(layout).get(coil)
-    return change if missing is None else change * missing.factor(change)
-
-
 @lru_cache(maxsize=16)
 def _missing(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],

@@ -38,7 +38,6 @@ from sitscad.data import UNVERIFIED, is_unverified
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.tolerances import units_made as made
-from sitscad.kernels.converters.figures import Limit
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.mount import Assembly, Mount
@@ -119,11 +118,11 @@ def _of_table(name: str) -> Band:
 
 
 def _of_converter(name: str) -> Band:
-    return lambda spec: _of_limit(spec.readout.device.limits[name])
+    def band(spec: SensorSpec) -> SizeTolerance:
+        limit = spec.readout.device.limits[name]
+        return SizeTolerance(limit.value, limit.source if limit.verified else UNVERIFIED + limit.source)
 
-
-def _of_limit(limit: Limit) -> SizeTolerance:
-    return SizeTolerance(limit.value, limit.source if limit.verified else UNVERIFIED + limit.source)
+    return band
 
 
 def _of_part(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> Band:

@@ -66,12 +66,8 @@ class LeadEstimate:
     parts: Mapping[str, float] = field(default_factory=dict)
     resistance_error: float = 0.01
 
-    def resistance_at(self, frequency: float, conductivity: float) -> float:
-        """Return the resistance (ohm) at a frequency (Hz), with skin effect and adjacent return tracks."""
-        return float(self.resistances_at(np.array([frequency]), conductivity)[0])
-
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
-        """Return resistances (ohm) at (n,) frequencies (Hz), as `resistance_at` does."""
+        """Return resistances (n; ohm) at frequencies (n; Hz), with skin effect and adjacent return tracks."""
         if not self.strips:
             return np.full(len(frequencies), self.via_resistance)
         loss = _loss(self.strips, conductivity)

@@ -18,7 +18,6 @@ from sitscad.assembly.places.column import (
     column,
     layer_heights,
     on_board,
-    plate_thickness,
     sealed_height,
 )
 from sitscad.assembly.places.fit import measures
@@ -29,7 +28,7 @@ from sitscad.basics.check_results import Measure
 from sitscad.basics.quantities import plus_minus
 from sitscad.basics.units import DASH, aligned_lines, in_mm, show
 from sitscad.data import is_unverified
-from sitscad.estimates.circuits.drive import bare_board_code
+from sitscad.estimates.circuits.settings import bare_board_code
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
 from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.estimates.loads.gluing import board_plan, hard_adhesive
@@ -238,13 +237,14 @@ def _prepared(layout: Layout) -> Iterator[str]:
         pads = "the piece" if is_webbed else "the pads"
         again = f" {pours(spec)} pours make all pads: mix anew for each." if pours(spec) > 1 else ""
         edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
+        thickness = next(each.thickness for each in on_board(layout) if each.part == "elastomer")
         yield (
             f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
             f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
             "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
             f"{cured(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} with a "
             f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
-            f"{toleranced(plate_thickness(spec.assembly, spec.elastomer, spec.target, 'elastomer'))} thick."
+            f"{toleranced(thickness)} thick."
         )
 
 
@@ -334,14 +334,6 @@ def _grams(mass: float) -> str:
     return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
 
 
-def _part_of(piece: str) -> str:
-    """Return the part that a piece of the assembly belongs to, such as the board for films and copper rings."""
-    first = piece.split("-")[0]
-    if first in ("board", "tail", "copper"):
-        return "board"
-    return first if first in ("glue", "target", "elastomer") else piece
-
-
 def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
     """Return the total mass (kg) of pieces; pieces without a known mass count as 0."""
     return math.fsum(each["mass_kg"] or 0.0 for each in pieces)
@@ -363,7 +355,10 @@ def _weights(content: bytes) -> list[str]:
     lines = hanging("", weighed, WIDTH)
     groups: dict[str, list[dict[str, Any]]] = {}
     for each in pieces:
-        groups.setdefault(_part_of(each["name"]), []).append(each)
+        first = each["name"].split("-")[0]
+        part = "board" if first in ("board", "tail", "copper") else (
+            first if first in ("glue", "target", "elastomer") else each["name"])
+        groups.setdefault(part, []).append(each)
     heaviest = sorted(((-_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
     for mass, name, group in heaviest:
         materials = dict.fromkeys(each["material"] for each in group)

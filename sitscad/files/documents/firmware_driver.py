@@ -11,9 +11,17 @@ from sitscad.basics.quantities import FREQUENCY
 from sitscad.basics.units import show
 from sitscad.calibration.unknowns import usual_value
 from sitscad.data import FOLDER
-from sitscad.estimates.circuits.bands import LEAP, SIGMAS, Band, CoilBands, bands
-from sitscad.estimates.circuits.drive import bare_board_code
-from sitscad.estimates.circuits.settings import Device, identity, serial_settings
+from sitscad.estimates.circuits.settings import (
+    LEAP,
+    SIGMAS,
+    Band,
+    CoilBands,
+    Device,
+    bands,
+    bare_board_code,
+    identity,
+    serial_settings,
+)
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered, ReadoutEstimate
 from sitscad.estimates.performance_values import AXES
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
@@ -110,7 +118,8 @@ def _config(
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(coil_bands)}",
         *_cell_macros(spec.cells, len(estimates.coils)),
-        *_reference_macro(estimates),
+        *([f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
+          if estimates.reference is not None else []),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -151,13 +160,6 @@ def _cell_macros(cells: CellsSpec | None, coils: int) -> list[str]:
         f"#define SENSOR_CELLS {coils // each}",
         f"#define SENSOR_CELL_COILS {each} /* of a cell */",
     ]
-
-
-def _reference_macro(estimates: Estimates) -> list[str]:
-    """Return the macro for the index of the reference coil. Empty if there is no reference coil."""
-    if estimates.reference is None:
-        return []
-    return [f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
 
 
 def _cells_header(cells: int) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from sitscad.assembly.places import stack
-from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, backing_of, plates_of
+from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, jaw_section, room_across
 from sitscad.assembly.places.seating import Relief, clearance, process_clearance, retention, side_ledges, stop_place
@@ -15,6 +15,7 @@ from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
 from sitscad.basics.units import in_mm
 from sitscad.files.documents.gluing import grams
 from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import box_around
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import FpcSpec, Tail
 from sitscad.spec.mount import Assembly, Jaw, Mount, StepPart
@@ -212,7 +213,7 @@ def in_well(layout: Layout, part: str) -> str:
     """Describe the placing of a piece in a frame's well, which has room on all sides; whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
-    (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
+    (x0, y0, _, y1), (left, low, _, high) = layout.body, box_around([piece.footprint.box for piece in row])
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
     places = (f"away from {end}", left - x0), ("on the right", low - y0), ("on the left", y1 - high)
     edges = ", ".join(f"{place} {in_mm(gap, 3)}" for place, gap in places) + f" (seen towards {end})"
@@ -251,12 +252,6 @@ def press_words(mass: float) -> tuple[str, ...]:
         f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
         f"Pressed by {grams(mass)}, the press with it.",
     )
-
-
-def _box(pieces: Sequence[Body]) -> Box:
-    """Return the bounding box (m) of all pieces."""
-    boxes = [piece.footprint.box for piece in pieces]
-    return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
 def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import itertools
 import signal
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -330,7 +330,7 @@ def elastomer_meshes(
     `left_out` is the deck's text on the film and on other cells, which are not in the deck.
     """
     gmsh = import_extra("gmsh")
-    with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
+    with TemporaryDirectory() as name, session(gmsh, "elastomer"):
         folder = Path(name)
         pad, board, target = (
             [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
@@ -467,7 +467,7 @@ def _rings(spec: CoilSpec, coil: Coil, copper: str) -> list[tuple[str, Any]]:
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
     """Return the mesh files of regions (build123d solids; mm) in air."""
     gmsh = import_extra("gmsh")
-    with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
+    with TemporaryDirectory() as name, session(gmsh, "field"):
         folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
         within = {face for region, entities in volumes.items() if region != AIR for face in faces(gmsh, entities)}
@@ -523,8 +523,8 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
 
 
 @contextmanager
-def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterator[None]:
-    """Provide a new gmsh model with all relevant options set, for use in a `with` statement.
+def session(gmsh: ModuleType, name: str) -> Iterator[None]:
+    """Provide a new gmsh model with the options `_OPTIONS` set, for use in a `with` statement.
 
     A session that the caller has open remains open.
     """
@@ -534,7 +534,7 @@ def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterat
         with suppress(AttributeError, ValueError):  # Windows lacks this signal; only the main thread can set it
             # gmsh sets SIGPIPE to end the process: a server would end when a client disconnects
             signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
-    for option, value in options.items():
+    for option, value in _OPTIONS.items():
         gmsh.option.setNumber(option, value)
     gmsh.model.add(name)
     try:

@@ -18,8 +18,7 @@ from sitscad.assembly.places.bodies import plates_of
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates import Estimates
-from sitscad.estimates.circuits.bands import STATUS, bands
-from sitscad.estimates.circuits.settings import devices, identity, serial_settings
+from sitscad.estimates.circuits.settings import STATUS, bands, devices, identity, serial_settings
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED

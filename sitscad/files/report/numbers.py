@@ -30,7 +30,6 @@ from sitscad.basics.quantities import (
     Table,
     by_quantity,
     by_result,
-    percent,
     plus_minus,
 )
 from sitscad.basics.units import DASH, escape_controls, quantity, show
@@ -203,7 +202,8 @@ def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the scatter by manufacture (one sigma over the value) of each quantity, and the largest cause for Rp."""
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
-        return percent(sigma / value) if sigma is not None and value else DASH
+        ratio = sigma / value if sigma is not None and value else math.nan
+        return f"{100.0 * ratio:.2g} %" if math.isfinite(ratio) else DASH
 
     quantities = [each for each in TANK if each.sigma]
     table = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)

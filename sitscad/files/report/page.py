@@ -303,7 +303,7 @@ def _electrical(estimates: Estimates) -> str:
 
 def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
     """Return the expected readings of delivered bare boards, and the converter's drive code for them."""
-    from sitscad.estimates.circuits.drive import bare_board_code  # already loaded by the estimates
+    from sitscad.estimates.circuits.settings import bare_board_code  # already loaded by the estimates
 
     if bench is None:
         return ""

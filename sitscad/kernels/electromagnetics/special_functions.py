@@ -119,41 +119,26 @@ def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
     return result
 
 
-def bessel_orders(x: Array, highest: int) -> Array:
-    """Return J_0 to J_highest (no unit) of every x > 0, (highest + 1, len(x)).
+def bessel_orders(x: Array, highest: int, is_spherical: bool = False) -> Array:
+    """Return J_0 to J_highest (highest + 1, n; no unit) of every x > 0 (n,), or with `is_spherical` j_0 to j_highest.
 
-    Values are right to rounding relative to the largest order. Miller's downward recurrence (Abramowitz and Stegun
-    1964, 9.12).
-    """
-    return _downward(x, highest, 0.0)
-
-
-def spherical_bessel_orders(x: Array, highest: int) -> Array:
-    """Return spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)).
-
-    They are sqrt(pi / 2x) J_(n + 1/2)(x) (Abramowitz and Stegun 10.1.1).
-    """
-    return _downward(x, highest, 0.5)
-
-
-def _downward(x: Array, highest: int, shift: float) -> Array:
-    """Return Bessel functions (highest + 1, n; no unit) of all orders at every x (n,), by Miller's recurrence.
-
-    `shift` is 0 for J_n and 1/2 for the spherical j_n.
+    Values are right to rounding relative to the largest order. The spherical ones are sqrt(pi / 2x) J_(n + 1/2)(x)
+    (Abramowitz and Stegun 10.1.1).
 
     Notes
     -----
-    f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) (Abramowitz and Stegun 9.1.27, 10.1.19). It is normalised by J0^2 + 2 sum
-    J_n^2 = 1 (9.1.76) or by sum (2 n + 1) j_n^2 = 1 (10.1.50).
+    Miller's downward recurrence (Abramowitz and Stegun 1964, 9.12): f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) (9.1.27,
+    10.1.19), with a shift of 1/2 for j_n. It is normalised by J0^2 + 2 sum J_n^2 = 1 (9.1.76) or by sum (2 n + 1) j_n^2
+    = 1 (10.1.50).
     """
     # all start positive, like the functions of orders above x
-    x = np.maximum(x, 1e-6)
+    x, shift = np.maximum(x, 1e-6), 0.5 if is_spherical else 0.0
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
     values = np.zeros((highest + 1, x.size))
     slope = 2.0 / x
     for n in range(max(highest, math.ceil(float(x.max(initial=0.0)))) + 40, 0, -1):
         above, here = here, (n + shift) * slope * here - above
-        total += (2 * n - 1 if shift else 2 if n > 1 else 1) * here * here
+        total += (2 * n - 1 if is_spherical else 2 if n > 1 else 1) * here * here
         if n <= highest + 1:
             values[n - 1] = here
         if n % 4 == 0:

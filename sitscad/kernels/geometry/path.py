@@ -69,14 +69,18 @@ class Line:
         (ax, ay), (bx, by) = self.start, self.end
         return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
 
-    def distance(self, point: Point) -> float:
-        """Return the shortest distance (m) from a point to the segment."""
+    def nearest(self, point: Point) -> Point:
+        """Return the segment's point that is nearest to another point."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
         square = dx * dx + dy * dy
         if square == 0.0:
-            return point.distance(self.start)
+            return self.start
         t = ((point.x - self.start.x) * dx + (point.y - self.start.y) * dy) / square
-        return point.distance(self.at(min(1.0, max(0.0, t))))
+        return self.at(min(1.0, max(0.0, t)))
+
+    def distance(self, point: Point) -> float:
+        """Return the shortest distance (m) from a point to the segment."""
+        return point.distance(self.nearest(point))
 
 
 @record
@@ -353,6 +357,16 @@ def enclosed_area(path: Path) -> float:
         if isinstance(s, Arc):
             total += 0.5 * s.radius**2 * (s.sweep - math.sin(s.sweep))
     return total
+
+
+def arc_through(start: Point, middle: Point, end: Point, flat: float) -> Segment:
+    """Return the arc through three points. It is a line if four times their triangle's area is below `flat` (m2)."""
+    (ax, ay), (bx, by) = middle - start, end - start
+    cross = 2.0 * (ax * by - ay * bx)
+    if abs(cross) < flat:
+        return Line(start, end)
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    return Arc(start, end, start.shifted((by * a2 - ay * b2) / cross, (ax * b2 - bx * a2) / cross), ccw=cross > 0)
 
 
 def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:

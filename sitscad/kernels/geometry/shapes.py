@@ -24,6 +24,7 @@ from sitscad.kernels.geometry.path import (
     Path,
     Point,
     Segment,
+    arc_through,
     circle,
     polar,
     rectangle,
@@ -58,17 +59,6 @@ class SpiralDimensions:
     def outer_radius(self) -> float:
         """Distance (m) along y from the coil's centre to the centre line of the outermost track."""
         return (self.size[1] - self.trace_width) / 2
-
-
-def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
-    ax, ay = middle.x - start.x, middle.y - start.y
-    bx, by = end.x - start.x, end.y - start.y
-    cross = 2.0 * (ax * by - ay * bx)
-    if abs(cross) < 1e-24:
-        return Line(start, end)
-    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
-    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
-    return Arc(start, end, centre, ccw=cross > 0)
 
 
 def crossing(first: tuple[float, float], second: tuple[float, float], step: float) -> Point:
@@ -300,7 +290,8 @@ class Round(Outline):
         count = max(1, math.ceil(total / min(longest, (60.0 * dimensions.tolerance / slope) ** (1 / 3))))
         angles = (total * i / (2 * count) for i in range(2 * count + 1))
         points = [polar(dimensions.outer_radius - slope * theta, outer_angle + theta) for theta in angles]
-        return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
+        return Path(tuple(arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2], 1e-24)
+                          for i in range(count)))
 
     def boundary(self, size: Size, offset: float) -> Path:
         """Return four quarters of a circle."""

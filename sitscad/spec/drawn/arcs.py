@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.kernels.geometry.path import Line, Path, Segment, arc_through
 from sitscad.spec.drawn.follow import GENTLE
 
 
@@ -91,7 +91,8 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
             arcs.append(Line(moved[first], moved[first + 1]))
             first += 1
         if last > first:
-            arcs.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
+            start, end = moved[first], moved[last]
+            arcs.append(arc_through(start, moved[(first + last) // 2], end, 1e-9 * start.distance(end) ** 2))
         first = last
     return arcs
 
@@ -101,14 +102,3 @@ ARC = math.radians(24.0)
 
 A spiral of usual pitch deviates from it by less than 0.1 um.
 """
-
-
-def _arc(start: Point, middle: Point, end: Point) -> Segment:
-    """Return the arc through three points, or a straight piece if they lie on a line."""
-    (ax, ay), (bx, by) = middle - start, end - start
-    cross = 2.0 * (ax * by - ay * bx)
-    if abs(cross) < 1e-9 * start.distance(end) ** 2:
-        return Line(start, end)
-    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
-    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
-    return Arc(start, end, centre, ccw=cross > 0)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sitscad.kernels.geometry.path import Arc, Line, Point, Segment
+from sitscad.kernels.geometry.path import Arc, Line, Point, Segment, arc_through
 from sitscad.spec.drawn.copper import (
     CopperHeight,
     DrawnCoilError,
@@ -232,24 +232,16 @@ def _line_of(node: Node, move: Any) -> Segment | None:
     """
     start, end = _point(node, "start"), _point(node, "end")
     if not node[0].endswith("arc"):
-        return Line(move(start), move(end)) if start.distance(end) > 1e-9 else None
-    if _child(node, "mid"):
-        return _arc(move(start), move(_point(node, "mid")), move(end))
-    angles = _numbers(_child(node, "angle"))
-    if not angles:
-        raise DrawnCoilError(f"an arc at {place_text(move(start))} has neither a point in its middle nor an angle")
-    middle, last = (_moved(end - start, start, -math.radians(part * angles[0])) for part in (0.5, 1.0))
-    return _arc(move(end), move(middle), move(last))
-
-
-def _arc(start: Point, middle: Point, end: Point) -> Segment | None:
-    (ax, ay), (bx, by) = middle - start, end - start
-    cross = 2.0 * (ax * by - ay * bx)
-    if abs(cross) < 1e-18:
-        return Line(start, end) if start.distance(end) > 1e-9 else None
-    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
-    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
-    return Arc(start, end, centre, ccw=cross > 0)
+        segment: Segment = Line(move(start), move(end))
+    elif _child(node, "mid"):
+        segment = arc_through(move(start), move(_point(node, "mid")), move(end), 1e-18)
+    else:
+        angles = _numbers(_child(node, "angle"))
+        if not angles:
+            raise DrawnCoilError(f"an arc at {place_text(move(start))} has neither a point in its middle nor an angle")
+        middle, last = (_moved(end - start, start, -math.radians(part * angles[0])) for part in (0.5, 1.0))
+        segment = arc_through(move(end), move(middle), move(last), 1e-18)
+    return segment if isinstance(segment, Arc) or segment.length > 1e-9 else None
 
 
 def _via(node: Node, nets: dict[str, str], board_layers: tuple[str, ...]) -> DrawnPad:

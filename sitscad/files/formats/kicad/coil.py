@@ -19,7 +19,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.files.formats.kicad.library import ALONE, courtyard, property_text
 from sitscad.files.formats.kicad.sexpr import copper_names, curve, drawn, grid, identity, length, node, quoted, xy
-from sitscad.kernels.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
+from sitscad.kernels.geometry.path import Arc, Path, Point, arc_through, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 
@@ -262,12 +262,7 @@ def _with_long_start(path: Path, reach: float) -> Path:
     head = Path(tuple(first[:count]))
     if count == 1 or not all(isinstance(segment, Arc) for segment in head):
         return path
-    # An arc through start, middle and end: its centre lies on the perpendicular bisectors of both chords
-    (bx, by), (cx, cy) = _halfway(head) - head.start, head.end - head.start
-    cross = 2 * (bx * cy - by * cx)
-    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
-    centre = head.start.shifted((cy * b2 - by * c2) / cross, (bx * c2 - cx * b2) / cross)
-    arc = Arc(head.start, head.end, centre, ccw=cross > 0)
+    arc = arc_through(head.start, _halfway(head), head.end, 0.0)
     if max(arc.distance(segment.at(share)) for segment in head for share in (0.0, 0.5)) > SAME:
         return path
     return Path((arc, *first[count:]))

@@ -140,7 +140,7 @@ def _setup(fpc: FpcSpec, sheet: Grid) -> str:
 
 def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     name = layout.spec.name
-    yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
+    yield from stroked(layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
     # Coverlay openings that are not over contacts
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
@@ -151,19 +151,19 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     if layout.stiffener is not None:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
-            yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
+            yield from stroked(path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
     if body_files(layout.spec.name, layout.spec.fpc):
-        yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
+        yield from stroked(rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if tail_coverlay_files(layout.spec.name, layout.spec.fpc):
         for i, covered in enumerate(areas_beyond(layout.outline, layout.lap_start)):
-            yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay", i), sheet)
+            yield from stroked(covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay", i), sheet)
     for i, bend in enumerate(bends(layout)):
         y0, y1 = layout.reach_at(bend.line)
         line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])
-        yield from stroked("gr", line, BEND_LAYER, 0.1e-3, (name, "bend line", i), sheet)
+        yield from stroked(line, BEND_LAYER, 0.1e-3, (name, "bend line", i), sheet)
         if bend.end > bend.start:
             zone = rectangle(bend.start, y0, bend.end, y1)
-            yield from stroked("gr", zone, BEND_LAYER, 0.05e-3, (name, "bend", i), sheet)
+            yield from stroked(zone, BEND_LAYER, 0.05e-3, (name, "bend", i), sheet)
     yield from _notes(layout, sheet)
 
 

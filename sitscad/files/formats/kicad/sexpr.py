@@ -84,14 +84,12 @@ def drawn(path: Path) -> tuple[Segment, ...]:
     return tuple(s for s in path if grid(s.start) != grid(s.end) or not is_straight(s))
 
 
-def stroked(
-    prefix: str, path: Path, layer: str, width: float, names: tuple[object, ...], anchor: Grid = (0, 0)
-) -> Iterable[str]:
-    """Yield the lines and arcs of a path as graphics (``gr_line``, ``fp_arc``, ...) of one stroke width (m)."""
+def stroked(path: Path, layer: str, width: float, names: tuple[object, ...], anchor: Grid) -> Iterable[str]:
+    """Yield the lines and arcs of a path as a board's graphics (``gr_line``, ``gr_arc``) of one stroke width (m)."""
     for i, segment in enumerate(drawn(path)):
         kind, points = curve(segment, anchor)
         pen = f"(stroke (width {length(width)}) (type solid))"
-        yield f"({prefix}_{kind} {points} {pen} (layer {quoted(layer)}) {identity(*names, i)})"
+        yield f"(gr_{kind} {points} {pen} (layer {quoted(layer)}) {identity(*names, i)})"
 
 
 def polygon_points(path: Path, anchor: Grid = (0, 0)) -> str:

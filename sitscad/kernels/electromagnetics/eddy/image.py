@@ -379,7 +379,9 @@ def _range(densities: Array, inverse: Sequence[Array]) -> Array:
     count, response = AMONG, densities
     while count < len(densities):
         flat = densities.reshape(len(densities), -1)
-        subspace = np.linalg.qr(flat @ returned(_weyl_numbers(count, *densities.shape[1:])).T)[0]
+        k = np.arange(1.0, count * flat.shape[1] + 1.0)
+        numbers = (GOLDEN * k * k % 1.0 - 0.5).reshape(count, *densities.shape[1:])  # Weyl's fractional parts
+        subspace = np.linalg.qr(flat @ returned(numbers).T)[0]
         projected = returned((subspace.T @ flat).reshape(-1, *densities.shape[1:]))
         size, vectors = np.linalg.eigh(projected @ projected.T)
         if np.count_nonzero(_is_kept(size)) <= count // 3:
@@ -388,12 +390,6 @@ def _range(densities: Array, inverse: Sequence[Array]) -> Array:
     response = returned(densities)
     size, basis = np.linalg.eigh(response @ response.T)
     return basis[:, _is_kept(size)]
-
-
-def _weyl_numbers(*shape: int) -> Array:
-    """Return fixed pseudo-random numbers between -1/2 and 1/2 (no unit): Weyl's fractional parts."""
-    k = np.arange(1.0, math.prod(shape) + 1.0)
-    return np.asarray((GOLDEN * k * k % 1.0 - 0.5).reshape(shape))
 
 
 def _is_kept(size: Array) -> Flags:

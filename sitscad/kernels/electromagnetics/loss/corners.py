@@ -176,7 +176,9 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
     share = (float(np.mean(radii)) - TIGHT[-1]) / (OPEN - TIGHT[-1])
     cornered = tuple(_rounded(t, bends, TIGHT[-1] * (1.0 - 1e-9)) for t, bends in zip(tracks, between, strict=True))
     wide = tuple(_rounded(t, bends, OPEN) for t, bends in zip(tracks, between, strict=True))
-    forwards = all(_keeps_its_sides(*pair) for pair in zip(tracks, wide, strict=True))
+    # straight sides must keep their directions
+    forwards = all(np.all(np.sum((a.ends - a.starts) * (b.ends - b.starts), axis=1)[a.turns == 0.0] > 0.0)
+                   for a, b in zip(tracks, wide, strict=True))
     return (share, cornered, wide) if forwards else (0.0, cornered, cornered)
 
 
@@ -193,13 +195,6 @@ def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> Be
         ends[k - 1] = starts[k] = corner - onwards * incoming / np.hypot(*incoming)
         starts[k + 1] = ends[k] = corner + onwards * outgoing / np.hypot(*outgoing)
     return replace(track, starts=starts, ends=ends)
-
-
-def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
-    """Whether every straight side of the changed track runs in the direction of the same side of the original track."""
-    straight = track.turns == 0.0
-    steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
-    return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:

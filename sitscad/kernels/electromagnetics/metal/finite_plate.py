@@ -25,7 +25,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1, spherical_bessel_orders
+from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1
 from sitscad.kernels.solve_cache import solved
 
 Source = tuple[Array, Array, Array]
@@ -524,21 +524,13 @@ def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array
     energy = (inner @ rest @ outer.T).reshape(-1, x.size, x.size, y.size, y.size)
     for row, (first, second) in enumerate(((x, y), (y, x))):
         slope = np.diag(0.5 * (first + 1.0)) / half[row]
-        product = slope[:, :, None, None] * _overlap(second)
+        # integral over q > 0 of two transforms: by Parseval's theorem that of (1 - u^2) U_m U_n over the side, over pi,
+        # with U_m = sin((m + 1) t) / sin t (textbook)
+        difference, total = (second[:, None] - second) ** 2, (second[:, None] + second + 2) ** 2
+        product = slope[:, :, None, None] * ((1.0 / (1.0 - difference) - 1.0 / (1.0 - total)) / math.pi)
         energy = energy + (product if row == 0 else product.transpose(2, 3, 0, 1))
     return math.pi**2 * half[0] * half[1] * energy.transpose(0, 1, 3, 2, 4).reshape(
         -1, x.size * y.size, x.size * y.size)
-
-
-def _overlap(orders: Array) -> Array:
-    """Return the integral over q > 0 of two transforms (no unit).
-
-    By Parseval's theorem it is the integral of (1 - u^2) U_m U_n over the side, times pi and divided by pi^2, with U_m
-    = sin((m + 1) t) / sin t (textbook).
-    """
-    rows, columns = orders[:, None], orders
-    difference, total = (rows - columns) ** 2, (rows + columns + 2) ** 2
-    return np.asarray((1.0 / (1.0 - difference) - 1.0 / (1.0 - total)) / math.pi)
 
 
 @lru_cache(maxsize=8)
@@ -573,7 +565,7 @@ def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: A
     k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4
     highest = 2 * count
-    radial = spherical_bessel_orders(k * radius, highest + 2 * count)
+    radial = bessel_orders(k * radius, highest + 2 * count, True)
     distances = np.maximum(np.hypot(*offsets.T), 1e-9 * radius)
     around = bessel_orders((distances[:, None] * k).ravel(), highest).reshape(highest + 1, *distances.shape, *k.shape)
     total, sources = np.zeros((len(spectra), len(offsets))), (weights * spectra)[:, None]

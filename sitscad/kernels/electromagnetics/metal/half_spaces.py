@@ -142,17 +142,6 @@ def returned_waves(
     return top * to_roof**2 * again, twice * again, bottom * to_floor**2 * again
 
 
-def reflected_impedance(
-    spectrum: CurrentSpectrum, frequency: float, above: Reflector | None, below: Reflector | None
-) -> tuple[float, float]:
-    """Return the change of inductance (H) and of resistance (ohm) at a frequency (Hz) by reflectors above and below.
-
-    Both act together (see `reflected_inductances`). Distances count from z = 0 outwards.
-    """
-    change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
-    return change.real, -2.0 * math.pi * frequency * change.imag
-
-
 def reflected_inductances(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     distances: Sequence[float]

@@ -1,13 +1,15 @@
-"""SIT411 and SIT413: required moments against the moments that array and pad can measure."""
+"""SIT410: requirements that contradict each other. SIT411 and SIT413: required moments beyond array and pad."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.performance import MOMENTS, axis_text
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
@@ -65,7 +67,31 @@ def moment_range(design: Design) -> Iterator[Verdict]:
             )
 
 
+def requirements_agree(design: Design) -> Iterator[Verdict]:
+    """Yield findings about a temperature outside of temperature_range and load cases beyond the required forces."""
+    requirements, written = design.spec.requirements, design.spec.source.keys
+    if requirements.temperature_range is not None:
+        low, high = requirements.temperature_range
+        if not low <= requirements.temperature <= high:
+            is_written = not written or "requirements.temperature" in written
+            nearest = low if requirements.temperature < low else high
+            yield violation_of(
+                "temperature-range", "requirements.temperature" if is_written else "requirements.temperature_range",
+                requirements.temperature, nearest, "degC", details=() if is_written else ("temperature-default",),
+                severity=None if is_written else Severity.NOTE, low=low, high=high, nearest=f"{nearest:g} degC",
+                fixes=(partial(reread_changes, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
+            )
+    for load in design.spec.loads:
+        shear = max(map(abs, load.shear))
+        for force, most, name in ((load.normal, requirements.normal_force, "normal"),
+                                  (shear, requirements.shear_force, "shear")):
+            if force and most is not None and force > most * (1 + 1e-9):
+                yield violation_of("load-beyond", f"loads.{load.name}", force, most, "N", severity=Severity.WARNING,
+                                   load=load.name, kind=name)
+
+
 RULES: tuple[Rule, ...] = (
+    rule_of("SIT410", requirements_agree),
     rule_of("SIT411", unmeasurable_moments, "target", "elastomer"),
     rule_of("SIT413", moment_range, "target", "elastomer", tilt=f"{np.degrees(HELD_TILT):.2g}"),
 )
