@@ -50,14 +50,14 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
 def moment_range(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's law."""
     from sitscad.estimates.loads.pad import soft_pad  # loaded by the estimates
-    from sitscad.estimates.loads.working_range import FARTHER, full_normal, moment_at
+    from sitscad.estimates.loads.working_range import FARTHER, full_normal, largest_moments
 
     if not any(design.spec.requirements.moments):
         return
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
         return
-    most = moment_at(soft_pad(design.spec), full_normal(design.spec), HELD_TILT)
+    most = largest_moments(soft_pad(design.spec), full_normal(design.spec))
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
         if value > most[name]:
             yield violation_of(
