@@ -59,17 +59,20 @@ def estimates(coils=2, **changes):
         "spread": SimpleNamespace(frequency=1.2e5),
     }
     states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
+    every = [
+        SimpleNamespace(
+            name=f"C{i + 1}",
+            states=states,
+            centre=(4e-3 * i, -1e-3),
+            converter_sensitivity=lambda force: (-1e-9, 2e-10) if force else None,
+        )
+        for i in range(coils)
+    ]
     return SimpleNamespace(
         temperature=20.0,
-        coils=[
-            SimpleNamespace(
-                name=f"C{i + 1}",
-                states=states,
-                centre=(4e-3 * i, -1e-3),
-                converter_sensitivity=lambda force: (-1e-9, 2e-10) if force else None,
-            )
-            for i in range(coils)
-        ],
+        coils=every,
+        all_coils=every,
+        reference=None,
         readout=SimpleNamespace(**(readout | changes)),
         states=(State("free"), State("pressed", force=4.0)),
         failed_states={},
