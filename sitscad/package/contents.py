@@ -32,6 +32,7 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.states.steps import metered
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import header, program
+from sitscad.files.formats.compensation_header import compensation_header
 from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
 from sitscad.files.writer import is_felt
 from sitscad.kernels.geometry.path import bounding_box
@@ -263,6 +264,9 @@ def nominal_calibration(design: Design, forced: bool = False) -> dict[str, bytes
             result = replace(result, cell=number if has_cells else None, remarks=(FORCED,) * forced + result.remarks)
             folder = f"calibration/cell-{number}" if has_cells else "calibration"
             files |= {f"{folder}/{name}": content for name, content in calibration_files(result).items()}
+            drifts = cell.sensing.solved.drift_coefficients if cell.spec.readout.compensation is not None else None
+            if drifts is not None:
+                files[f"{folder}/temperature.h"] = compensation_header(drifts, (FORCED,) * forced, result.cell)
     return files | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if files and has_cells else files
 
 

@@ -26,7 +26,7 @@ from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import Disturbed, Tilts, Units, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.screen import screen_bench
-from sitscad.estimates.performance.warming import WARMER, by_metal
+from sitscad.estimates.performance.warming import WARMER, DriftCoefficients, by_metal
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
@@ -116,6 +116,19 @@ class SensingAnalysis:
         loaded = by_metal(self.estimates.coils, warmer.coils, warming, self.bench.rest, PRESSED)
         loaded = np.where(loaded == 0.0, at_rest, loaded)
         return tuple(replace(point, by_metal=at_rest, by_metal_loaded=loaded) for point in self.points)
+
+    @cached_property
+    def drift_coefficients(self) -> DriftCoefficients | None:
+        """Coefficients of the compensation of drift. None if nothing measures the temperature."""
+        rest, full, spec = self.warmed[0], self.warmed[-1], self.bench.spec
+        if full.compensation is None or spec.elastomer is None:
+            return None
+        at_rest, loaded = (np.sum(list(point.reading_drift.values()), axis=0) for point in (rest, full))
+        by_reference, thermistor = full.compensation.reading.is_by_metal, spec.readout.thermistor
+        return DriftCoefficients(
+            at_rest, loaded, float(full.load[0]), spec.elastomer.material.modulus_temperature_coefficient,
+            full.warming, self.estimates.reference_drift if by_reference else None,
+            None if by_reference or thermistor is None else thermistor.part)
 
     @cached_property
     def held(self) -> tuple[bool, ...]:

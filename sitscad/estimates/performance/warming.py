@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.performance.bench import Bench
@@ -24,6 +25,7 @@ from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import ReadoutSpec, Requirements
+from sitscad.spec.thermistor import ThermistorPart
 
 WARMER = 10.0  # Warming (K) for the effect of copper and other metal
 
@@ -47,6 +49,24 @@ FLAT = 3.0
 
 The pad cannot grow sideways, so its volume grows upwards.
 """
+
+
+@record(eq=False)
+class DriftCoefficients:
+    """Coefficients of a compensation for firmware.
+
+    `at_rest` and `loaded` (coils; per K) are changes of ln(frequency) without load and under the normal force `load`
+    (N). `stiffening` (per K) is the relative change of the modulus. `warming` (K) is the temperature change of the
+    design. `reference` (per K) is the drift of a reference coil. It is None if a `thermistor` measures the temperature.
+    """
+
+    at_rest: Array
+    loaded: Array
+    load: float
+    stiffening: float
+    warming: float
+    reference: float | None
+    thermistor: ThermistorPart | None
 
 
 def capacitor_drift(readout: ReadoutSpec) -> float:

@@ -45,7 +45,7 @@ def header(inverse: InverseMap, conversion: Conversion, remarks: Sequence[str] =
         "#endif",
         "",
     ]
-    text = "\n".join([*_comment(inverse, conversion, remarks), _of_cell("\n".join(lines), cell)])
+    text = "\n".join([*_comment(inverse, conversion, remarks), of_cell("\n".join(lines), cell)])
     return text.encode("ascii", "replace")
 
 
@@ -54,10 +54,10 @@ def program(cell: int | None = None) -> bytes:
 
     With `cell`, it uses the names in the header of this cell.
     """
-    return _of_cell(PROGRAM, cell).encode("ascii")
+    return of_cell(PROGRAM, cell).encode("ascii")
 
 
-def _of_cell(text: str, cell: int | None) -> str:
+def of_cell(text: str, cell: int | None) -> str:
     """Return C code with the names of one cell. Unchanged if `cell` is None."""
     if cell is None:
         return text
@@ -130,18 +130,18 @@ def _tables(inverse: InverseMap) -> list[str]:
     """Return the map's numbers as constant arrays of C."""
     return [
         "/* What every coil's relative change is multiplied with. */",
-        *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(inverse.gain)),
+        *array_of("float", "sitscad_gain", "[SITSCAD_COILS]", float_texts(inverse.gain)),
         "/* How the coils are mixed. */",
-        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in inverse.mix]),
+        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [float_texts(row) for row in inverse.mix]),
         "", f"/* Where the map was made, with a margin; full scales ({_units(inverse)}). */",
-        *_array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(inverse.low - BEYOND)),
-        *_array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(inverse.high + BEYOND)),
-        *_array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(inverse.full_scale)),
+        *array_of("float", "sitscad_low", "[SITSCAD_AXES]", float_texts(inverse.low - BEYOND)),
+        *array_of("float", "sitscad_high", "[SITSCAD_AXES]", float_texts(inverse.high + BEYOND)),
+        *array_of("float", "sitscad_full_scale", "[SITSCAD_AXES]", float_texts(inverse.full_scale)),
         "", "/* Powers of every term, and its coefficient for every axis. */",
         *_matrix("uint8_t", "sitscad_powers", "[SITSCAD_TERMS][SITSCAD_AXES]",
                  [map(str, row) for row in inverse.powers]),
         *_matrix("float", "sitscad_coefficients", "[SITSCAD_AXES][SITSCAD_TERMS]",
-                 [_floats(row) for row in inverse.coefficients]),
+                 [float_texts(row) for row in inverse.coefficients]),
     ]
 
 
@@ -155,8 +155,8 @@ def _ends(inverse: InverseMap, conversion: Conversion) -> list[str]:
     least, most = zip(*(conversion.ends(coil) for coil in range(len(inverse.coils))), strict=True)
     return [
         "", "/* Counts of the smallest and the largest result: both say that a coil gives none. */",
-        *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
-        *_array("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
+        *array_of("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
+        *array_of("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
     ]
 
 
@@ -222,12 +222,13 @@ SUMMED = (
 """C code that mixes the coils, clips the axes to the map's range, sums the terms and ends the function."""
 
 
-def _floats(values: Iterable[float]) -> list[str]:
+def float_texts(values: Iterable[float]) -> list[str]:
     """Return numbers as float constants of C with nine digits, which identify every float."""
     return [f"{float(value) + 0.0:.8e}f" for value in values]
 
 
-def _array(kind: str, name: str, size: str, values: Iterable[str]) -> list[str]:
+def array_of(kind: str, name: str, size: str, values: Iterable[str]) -> list[str]:
+    """Return the lines of a constant array of C."""
     return [f"static const {kind} {name}{size} = {{", *_wrapped(values, "    "), "};"]
 
 

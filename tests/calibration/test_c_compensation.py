@@ -1,0 +1,115 @@
+"""The C header of the compensation: warmed sensors of the model, and temperatures that are not valid."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad import Design
+from sitscad.estimates.performance.warming import FLAT
+from sitscad.package.contents import nominal_calibration
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion",
+         "-Wshadow"]
+COLD, WARM = 20.0, 37.0
+
+MAIN = r"""
+#include <stdio.h>
+#include "temperature.h"
+int main(void)
+{
+    struct sitscad_tare tare;
+    uint32_t counts[SITSCAD_COILS];
+    float forces[SITSCAD_AXES], kelvin;
+    for (int c = 0; c < SITSCAD_COILS; ++c)
+        if (scanf("%u", &tare.counts[c]) != 1) return 1;
+    while (scanf("%f", &kelvin) == 1) {
+        for (int c = 0; c < SITSCAD_COILS; ++c)
+            if (scanf("%u", &counts[c]) != 1) return 1;
+        printf("%d", sitscad_compensated((const uint32_t *)counts, &tare, kelvin, forces));
+        for (int a = 0; a < SITSCAD_AXES; ++a) printf(" %.9g", (double)forces[a]);
+        printf(" %.9g\n", (double)THERMOMETER);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def cold():
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    return spec.replace({"requirements.temperature": f"{COLD} degC", "requirements.temperature_range": [COLD, WARM],
+                         "readout.capacitance": "100 pF"})
+
+
+def warmed_counts(design, loads):
+    """Counts of the sensor under loads (n, 3; N) after it was warmed, and of its tare before."""
+    bench, material = design.sensing.solved.bench, design.spec.elastomer.material
+    rise = FLAT * material.expansion * (WARM - COLD) * bench.pad.thickness
+    stiff = 1.0 + material.modulus_temperature_coefficient * (WARM - COLD)
+    pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
+    poses = bench.poses(loads, pad)
+    poses[:, 2] += rise
+    response = Design(design.spec.replace("requirements.temperature", f"{WARM} degC")).response
+    conversion = design.estimates.readout.conversion
+    return [np.rint(conversion.counts(each)).astype(int) for each in (response.on_pad(poses).frequency, bench.rest)]
+
+
+def run(folder, design, thermometer, rows, tare):
+    """Results, forces and temperatures of the compiled header, for rows of a temperature change and counts."""
+    files = nominal_calibration(design)
+    for name in ("calibration.h", "temperature.h"):
+        (folder / name).write_bytes(files[f"calibration/{name}"])
+    (folder / "main.c").write_text(MAIN.replace("THERMOMETER", thermometer))
+    command = ["gcc", *FLAGS, "-o", str(folder / "main"), str(folder / "main.c"), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    lines = [" ".join(map(str, row)) for row in (tare, *rows)]
+    told = subprocess.run([str(folder / "main")], input="\n".join(lines), capture_output=True, text=True, check=True)
+    values = np.array([[float(value) for value in line.split()] for line in told.stdout.splitlines()])
+    return values[:, 0].astype(int), values[:, 1:-1], values[:, -1]
+
+
+@pytest.mark.clients("gcc")
+def test_forces_of_a_warmed_sensor_are_compensated(tmp_path, cold):
+    design = Design(cold.replace("readout.thermistor.part", "ncp18xh103f03rb"))
+    full = design.sensing.solved.bench.full
+    loads = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.3, 0.0]]) * [
+        full["normal"], full["shear_x"], 0.0]
+    counts, tare = warmed_counts(design, loads)
+    rows = [(kelvin, *each) for kelvin in (WARM - COLD, "nan", 100.0) for each in counts]
+    result, forces, celsius = run(tmp_path, design, "sitscad_celsius(6111.0f)", rows, tare)
+    compensated, without, beyond = np.split(forces, 3)
+    true, scales = loads[:, :2], np.array([full["normal"], full["shear_x"]])
+    assert list(result) == [0] * len(loads) + [3] * 2 * len(loads)
+    assert np.array_equal(without, beyond) and np.abs((without - true) / scales).max() > 0.15
+    assert np.abs((compensated - true) / scales).max() < 0.025
+    part = design.spec.readout.thermistor.part
+    ohms = part.resistance * math.exp(part.b * (1.0 / (celsius[0] + 273.15) - 1.0 / 298.15))
+    assert ohms == approx(6111.0, rel=1e-4)
+
+
+@pytest.mark.clients("gcc")
+def test_counts_of_the_reference_coil_tell_the_warming(tmp_path, cold):
+    design = Design(cold.replace("array.reference", {}))
+    drift = design.cells.reference_drift
+    before = 50_000_000
+    after = round(before * math.exp(drift * 10.0))
+    rest = np.rint(design.estimates.readout.conversion.part(slice(0, 2)).counts(design.sensing.solved.bench.rest))
+    tare = rest.astype(int)
+    _, _, kelvin = run(tmp_path, design, f"sitscad_warming({after}u, {before}u)", [(0.0, *tare)], tare)
+    assert kelvin[0] == approx(10.0, rel=2e-3)
+    _, _, kelvin = run(tmp_path, design, f"sitscad_warming(0u, {before}u)", [(0.0, *tare)], tare)
+    assert math.isnan(kelvin[0])
+
+
+def test_package_without_thermometer_has_no_compensation(cold):
+    assert "calibration/temperature.h" not in nominal_calibration(Design(cold))
