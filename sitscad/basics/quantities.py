@@ -257,7 +257,7 @@ METERED = (
     COMPUTED_WITHIN,
     Quantity("direct_ohm", "resistance, direct current", 3, sigma="direct_sigma"),
 )
-"""Readings of a usual meter on a bare board's coil (`Metered`)."""
+"""Readings of a usual meter on a bare board's coil (`MeterReadings`)."""
 
 BARE_TANK = (
     Quantity("frequency_Hz", "frequency in the tank", sigma="spread.frequency"),

@@ -60,9 +60,10 @@ def calibrate(
     from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
-    from sitscad.estimates.loads.working_range import axes_felt
+    from sitscad.estimates.loads.working_range import measured_axes
 
-    has_moments = any(name in axes_felt(design.spec.cell_placements[0], design.spec.requirements) for name in MOMENT)
+    has_moments = any(name in measured_axes(design.spec.cell_placements[0], design.spec.requirements)
+                      for name in MOMENT)
     is_level = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
     no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
     if is_level and has_moments:

@@ -21,15 +21,15 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import working_range
-from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of
+from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, map_crosstalk
 from sitscad.estimates.performance_values import (
     AXES,
     AXIS_WORDS,
     FORCES,
     amount_text,
     by_unit,
+    full_scale_text,
     load_words,
-    of_full_scale,
 )
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -109,7 +109,7 @@ class Calibration:
         full = self.map.full_scale
         head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {amount_text(size, name, 4)}"
                                           for name, size in zip(self.map.axes, full, strict=True))
-        return (head, *((each.of, *(of_full_scale(error, size, name) for error, size, name
+        return (head, *((each.of, *(full_scale_text(error, size, name) for error, size, name
                                    in zip(each.error, full, self.map.axes, strict=True))) for each in self.unit_errors))
 
     @cached_property
@@ -122,7 +122,7 @@ class Calibration:
         loads = axis_sweeps(scope, scope.pressed(0.5 * scope.normal))
         put_on = np.vstack([scope.pressed(0.0), loads.reshape(-1, scope.width)])
         frequency = self.sensors.under(none, put_on, exact=True)
-        return crosstalk_of(scope, loads, self.map(frequency[1:], frequency[0]))
+        return map_crosstalk(scope, loads, self.map(frequency[1:], frequency[0]))
 
     @property
     def errors_are(self) -> str:

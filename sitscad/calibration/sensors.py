@@ -16,7 +16,7 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, draw_units, errors_by_name, unknowns, usual_value
-from sitscad.estimates.loads.pad import NoResponse, pushed
+from sitscad.estimates.loads.pad import NoResponse, loaded_poses
 from sitscad.estimates.loads.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.tolerances.units_made import with_modulus, with_thickness
@@ -26,10 +26,10 @@ from sitscad.kernels.electromagnetics.polynomials import (
     Polynomial,
     chebyshev,
     exponents,
+    halton_points,
     least_squares,
-    spread,
 )
-from sitscad.kernels.electromagnetics.resonator import oscillate_alike
+from sitscad.kernels.electromagnetics.resonator import oscillate_similar
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_STRAIN
 from sitscad.kernels.mechanics.motion import angles, rotations
 from sitscad.spec.sensor import SensorSpec
@@ -131,7 +131,7 @@ def fit_surrogate(model: ResponseModel, free: Array, reached: Array, moved: Arra
     middle, half = 0.5 * (low + high), np.maximum(WIDER * 0.5 * (high - low), SMALLEST)
     orders = exponents(WEIGHTS, DEGREE)
     count = int(POINTS_A_TERM * len(orders))
-    places = middle + half * np.sin(0.5 * np.pi * (2.0 * spread(count, 6) - 1.0))  # denser at the ends
+    places = middle + half * np.sin(0.5 * np.pi * (2.0 * halton_points(count, 6) - 1.0))  # denser at the ends
     checked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
     poses = np.vstack([minus_mean_rotation(places, lean, 1.0), checked.reshape(-1, 6)])
     inductance, resistance = solve_terminal_impedance(model, poses)
@@ -289,7 +289,7 @@ class Sensors:
         if key not in self.pushed:
             if len(self.pushed) >= KEPT:
                 self.pushed.clear()
-            self.pushed[key] = pushed(spec, loads, np.full(len(loads), self.is_held))[0]
+            self.pushed[key] = loaded_poses(spec, loads, np.full(len(loads), self.is_held))[0]
         travel, thickness = self.pushed[key], pad.thickness
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
@@ -301,7 +301,7 @@ class Sensors:
     def gives_way(self, errors: Array, loads: Array) -> Flags:
         """Return flags: whether one sensor's pad fails sideways under each load (n, 3; N), so that no pose exists."""
         off = errors_by_name(self.known, errors)
-        notes = pushed(self._own(off), loads, np.full(len(loads), self.is_held))[1]
+        notes = loaded_poses(self._own(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
@@ -333,7 +333,7 @@ class Sensors:
         more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
         network = self.model.network
         unit = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
-        return oscillate_alike(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
+        return oscillate_similar(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
         """Return frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
@@ -343,7 +343,7 @@ class Sensors:
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the sensor as drawn without its target. Jaw and shield stay in place."""
         delay = self.model.tank.converter.limit("drive_delay")
-        return oscillate_alike(self.model.network, *self.alone, delay).frequency
+        return oscillate_similar(self.model.network, *self.alone, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:

@@ -14,7 +14,7 @@ import numpy as np
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD
@@ -85,7 +85,7 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
-    sigma_of, (x, y) = sigmas(spec), target.size
+    sigma_of, (x, y) = tolerance_sigmas(spec), target.size
     inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual_value("coil_inductance"))
     by_metal, of_signal = behind_scatter(estimates.coils)
     listed = [

@@ -21,7 +21,7 @@ from sitscad.checks.reading import drive, electrical, metal, reference, response
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
 from sitscad.estimates.design import Design
-from sitscad.kernels.solve_cache import remembering
+from sitscad.kernels.solve_cache import cache_results
 from sitscad.layout.board import Layout
 from sitscad.spec.reading import RULE_NAMES, SpecError
 from sitscad.spec.resolver.validity import refuse_unusable
@@ -134,7 +134,7 @@ def check(
     return apply_rules(Design(spec, layout, estimates), hints)
 
 
-@remembering()
+@cache_results()
 def apply_rules(
     design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
     is_ignored: Callable[[Finding], bool] = lambda _: False,

@@ -275,7 +275,7 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 
     Forces are computed by the best polynomial in the readings.
     """
-    from sitscad.estimates.performance.inversion import crosstalk as crossed
+    from sitscad.estimates.performance.inversion import crosstalk_at as crossed
 
     if len(sensing.bench.range.axes) == 1:
         yield not_checked("one-axis")

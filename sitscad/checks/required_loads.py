@@ -31,9 +31,9 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
         if unrequired:
             yield violation_of("moment-unrequired", f"requirements.{unrequired}", requirement=unrequired)
         return
-    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by the estimates
+    from sitscad.estimates.loads.working_range import INSTEAD, measured_axes  # loaded by the estimates
 
-    axes, count = axes_felt(spec.cell_placements[0], requirements), len(spec.array.placements)
+    axes, count = measured_axes(spec.cell_placements[0], requirements), len(spec.array.placements)
     for name, value in zip(MOMENTS, requirements.moments, strict=True):
         across = "y" if name == "moment_x" else "x"
         if value and name not in axes:

@@ -58,7 +58,7 @@ class StateEstimate:
     coil_amplitude: float | None = None
     quantum: float | None = None
     noise: float | None = None
-    spread: Spread | None = None
+    spread: StateSigmas | None = None
     converter_inductance: float | None = None
     resistance_error: float | None = None
     target_change: float | None = None
@@ -71,7 +71,7 @@ class StateEstimate:
 
 
 @record
-class Metered:
+class MeterReadings:
     """Readings of an LCR meter on one coil of the bare board, far from metal.
 
     `inductance` (H) and `resistance` (ohm) are in series between the contacts, at `frequency` (Hz). Each has its
@@ -112,7 +112,7 @@ def crowding_error(inductance: float, change: float) -> float:
 
 
 @record
-class Spread:
+class StateSigmas:
     """Standard deviations of a state's values (H, ohm, Hz, ohm, V) by manufacturing tolerances.
 
     `causes` names, for each value, the tolerance with the largest contribution. `shifts` are the signed changes of
@@ -361,7 +361,7 @@ class Estimates:
     no_cross_check: str | None = None
     states: tuple[State, ...] = ()
     target_band: tuple[float, float] | None = None
-    metered: tuple[Metered, ...] = ()
+    metered: tuple[MeterReadings, ...] = ()
     is_rough: bool = False
     reference: CoilEstimate | None = None
     reference_drift: float | None = None

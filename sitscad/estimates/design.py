@@ -325,9 +325,9 @@ def respond(
         raise ValueError("rotation says how loads are put on: poses and cases have their own")
     model = (design if isinstance(design, Design) else Design(design)).response
     if case is not None:
-        from sitscad.estimates.response.cases import in_cases
+        from sitscad.estimates.response.cases import respond_to_cases
 
-        return in_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
+        return respond_to_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
     rows = np.asarray(loads if poses is None else poses, dtype=float)
     widths = (3, 5) if poses is None else (6,)
     if rows.ndim == 0 or rows.shape[-1] not in widths:
@@ -355,7 +355,7 @@ def respond_to(
 
     `derivatives` adds the derivatives of the frequencies.
     """
-    from sitscad.estimates.response.cases import in_cases, with_cases
+    from sitscad.estimates.response.cases import join_responses, respond_to_cases
     from sitscad.estimates.states.placed import require_possible
 
     model, parts = design.response, []
@@ -365,12 +365,12 @@ def respond_to(
     if len(motions.loads):
         parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress))
     if motions.cases:
-        parts.append(in_cases(model, motions.cases, frequency, tolerance, progress))
+        parts.append(respond_to_cases(model, motions.cases, frequency, tolerance, progress))
     if not derivatives:
-        return with_cases(parts)
+        return join_responses(parts)
     from sitscad.estimates.response.cases import with_derivatives
 
-    return with_cases([with_derivatives(model, part) for part in parts])
+    return join_responses([with_derivatives(model, part) for part in parts])
 
 
 def has_same_board(first: SensorSpec, second: SensorSpec) -> bool:

@@ -61,7 +61,7 @@ def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict
     return {f"{before}{unit}{after}": part for unit, part in parts.items() if part or unit == "N"}
 
 
-def along(load: Array | Loads, axis: str, forces: Array) -> Array:
+def loads_on_axis(load: Array | Loads, axis: str, forces: Array) -> Array:
     """Return a load (3 or 5; N, N m), repeated with (n,) values on one axis: (n, 3 or 5)."""
     loads = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
     loads[:, AXES.index(axis)] = forces
@@ -98,9 +98,9 @@ class AxisPerformance:
             "limited_by": self.limited_by,
             f"full_scale_{unit}": self.full_scale,
             f"sensitivity_Hz_per_{unit}": list(self.sensitivity),
-            f"resolution_{unit}": _finite(self.resolution),
+            f"resolution_{unit}": _finite_or_none(self.resolution),
             "nonlinearity": self.nonlinearity,
-            f"errors_{unit}": {cause: _finite(error) for cause, error in self.errors.items()},
+            f"errors_{unit}": {cause: _finite_or_none(error) for cause, error in self.errors.items()},
         }
 
 
@@ -190,14 +190,14 @@ class Performance:
             **by_unit("tilt_error_", "_per_rad", self.tilt_slope),
             "tilt_rad": self.tilt,
             **by_unit("tilt_error_", "", self.tilt_error),
-            "tilt_stiffness_Nm_per_rad": {turn: _finite(value) for turn, value in self.tilt_stiffness.items()},
-            "tilt_stiffness_error": {turn: _finite(value) for turn, value in self.tilt_stiffness_error.items()},
+            "tilt_stiffness_Nm_per_rad": {turn: _finite_or_none(value) for turn, value in self.tilt_stiffness.items()},
+            "tilt_stiffness_error": {turn: _finite_or_none(value) for turn, value in self.tilt_stiffness_error.items()},
             **by_unit("contact_error_", "_per_mm", self.contact_error),
             **by_unit("temperature_error_", "_per_K", self.temperature_error),
             **self._causes(),
             **self._drift_left(),
-            "friction_error": None if self.friction_error is None else _finite(self.friction_error),
-            "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
+            "friction_error": None if self.friction_error is None else _finite_or_none(self.friction_error),
+            "friction_causes": {cause: _finite_or_none(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
             "bandwidth_by": self.bandwidth_by,
             "resonance_Hz": dict(self.resonance),
@@ -230,7 +230,7 @@ class Performance:
         return dict(tables)
 
 
-def _finite(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     """Return a finite number unchanged. None if it is infinite, such as the noise on an axis without a signal."""
     return value if math.isfinite(value) else None
 
@@ -299,7 +299,7 @@ TILTED = "tilt of "
 """Text before the angle in the name of the error by a tilted contact."""
 
 
-def lasts_tared(cause: str) -> bool:
+def lasts_after_tare(cause: str) -> bool:
     """Return whether an error by this cause remains in a calibrated unit that is tared before each grasp.
 
     No loads act on axes that the sensor does not measure.
@@ -310,11 +310,11 @@ def lasts_tared(cause: str) -> bool:
 
 
 def combined_error(errors: Mapping[str, float]) -> float:
-    """Return the root sum of squares of errors (N, N m) for which `lasts_tared` is true.
+    """Return the root sum of squares of errors (N, N m) for which `lasts_after_tare` is true.
 
     The causes are taken as independent.
     """
-    return math.hypot(*(error for cause, error in errors.items() if lasts_tared(cause)))
+    return math.hypot(*(error for cause, error in errors.items() if lasts_after_tare(cause)))
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
@@ -338,7 +338,7 @@ A larger result of the first-order calculation is meaningless.
 """
 
 
-def of_full_scale(error: float, full: float, axis: str = "normal") -> str:
+def full_scale_text(error: float, full: float, axis: str = "normal") -> str:
     """Return an error (N, N m) of an axis as text, with its percentage of full scale."""
     if error > SENSELESS * full:
         return f"more than {SENSELESS:.0f} times full scale"

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
     """Return the signals of all coils with both states. Empty without a required force, target or elastomer."""
-    by_coil = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
+    by_coil = (_coil_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
     return tuple(signal for signal in by_coil if signal is not None)
 
 
-def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
+def _coil_signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
     """Return the change of a coil's reading under a force (N). None if the coil lacks a state or the force."""
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):

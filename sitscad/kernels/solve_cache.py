@@ -1,9 +1,9 @@
 """Cache of slow solutions by their exact inputs: inputs equal to the last bit return the stored result.
 
 The cache is active only while a store is open. `build` keeps its store in the user's cache folder, and `watch` keeps
-one in memory (`keeping`). A check remembers results for the designs that it tries (`remembering`). A key covers every
-number on which a result depends. A file records the code and the libraries of its results. Output is identical byte for
-byte with and without the cache.
+one in memory (`store_results`). A check remembers results for the designs that it tries (`cache_results`). A key covers
+every number on which a result depends. A file records the code and the libraries of its results. Output is identical
+byte for byte with and without the cache.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _read_only(answer: Answer) -> Answer:
     return answer
 
 
-def read(file: bytes, by: str) -> Solutions:
+def read_cache(file: bytes, by: str) -> Solutions:
     """Return the results in the content of a cache file.
 
     Empty if the file is damaged. Also empty if its results come from other code (`by`), or from another version of
@@ -137,8 +137,8 @@ _open: ContextVar[Solutions | Memo | None] = ContextVar("_open", default=None)
 
 
 @contextmanager
-def keeping(store: Solutions | Memo) -> Iterator[None]:
-    """Store and look up all results of `solved` in `store` inside the context."""
+def store_results(store: Solutions | Memo) -> Iterator[None]:
+    """Store and look up all results of `cached_solution` in `store` inside the context."""
     before = _open.set(store)
     try:
         yield
@@ -147,13 +147,13 @@ def keeping(store: Solutions | Memo) -> Iterator[None]:
 
 
 @contextmanager
-def remembering() -> Iterator[None]:
-    """Cache all results of `solved` inside the context: in the open store, or in a new `Memo` if no store is open."""
-    with keeping(_open.get() or Memo()):
+def cache_results() -> Iterator[None]:
+    """Cache all results of `cached_solution` inside the context: in the open store, or else in a new `Memo`."""
+    with store_results(_open.get() or Memo()):
         yield
 
 
-def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
+def cached_solution(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
     """Return the result for some inputs: from the open store if it has the result, else from `solve`.
 
     Parameters

@@ -13,9 +13,9 @@ from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Path, Point
 from sitscad.kernels.geometry.primitives import (
     Primitives,
+    concatenated,
     distances,
     from_rows,
-    joined,
     nearest_pairs,
     path_rows,
     to_points,
@@ -103,7 +103,7 @@ class CopperBoxes:
         """Return the table of several tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
-        return cls(joined([track.pieces for track in tracks]), boxes, widths)
+        return cls(concatenated([track.pieces for track in tracks]), boxes, widths)
 
 
 class Obstacles:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from sitscad.basics.finding import Missing, Shortfall
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
-from sitscad.kernels.geometry.convex import beyond
+from sitscad.kernels.geometry.convex import signed_distance
 from sitscad.kernels.geometry.path import (
     Arc,
     Line,
@@ -18,9 +18,9 @@ from sitscad.kernels.geometry.path import (
     Region,
     Segment,
     bounding_box,
-    part_of,
     rectangle,
-    rounded,
+    rounded_polygon,
+    segment_part,
 )
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
@@ -128,12 +128,12 @@ def _between(edge: Path, first: Root, last: Root) -> list[Segment]:
     count = len(edge.segments)
     before, after = edge.segments[first.piece], edge.segments[last.piece]
     if first.piece == last.piece and _along(before, first.on_body) <= _along(before, last.on_body):
-        return [part_of(before, first.on_body, last.on_body)]
+        return [segment_part(before, first.on_body, last.on_body)]
     passed = range(1, (last.piece - first.piece) % count or count)
     return [
-        part_of(before, first.on_body, before.end),
+        segment_part(before, first.on_body, before.end),
         *(edge.segments[(first.piece + step) % count] for step in passed),
-        part_of(after, after.start, last.on_body),
+        segment_part(after, after.start, last.on_body),
     ]
 
 
@@ -182,7 +182,7 @@ def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
     coil, room = artwork.coil.outline.boundary(artwork.coil.size, 0.0), dict[str, float]()
     for placement in artwork.array.placements:
         turns = coil.rotated(placement.rotation).shifted(*placement.centre)
-        room[placement.name] = -max(beyond(edge, point) for point in turns.flattened(CHORD))
+        room[placement.name] = -max(signed_distance(edge, point) for point in turns.flattened(CHORD))
     return room
 
 
@@ -313,7 +313,7 @@ def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]]
         for side in (-1, 1)
     )
     corners = lower + upper[::-1]
-    return rounded([point for point, _ in corners], [radius for _, radius in corners])
+    return rounded_polygon([point for point, _ in corners], [radius for _, radius in corners])
 
 
 def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, float]], edge: float) -> float:

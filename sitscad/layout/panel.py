@@ -17,7 +17,7 @@ from functools import partial
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
+from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, segment_part
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout, Pad
 from sitscad.spec.circuit import MOST_PARTS, FpcSpec, PanelSpec
@@ -142,7 +142,7 @@ def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step
         for i in range(int(room / step + 1e-9) + 1 if room >= 0 else 0):
             begin = width / 2.0 + i * step
             end = begin + width
-            if is_fit(part_of(segment, segment.at(begin / length), segment.at(end / length))):
+            if is_fit(segment_part(segment, segment.at(begin / length), segment.at(end / length))):
                 yield Bridge(index, begin, end), segment.at((begin + end) / 2.0 / length)
 
 
@@ -182,7 +182,7 @@ def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
     if end - begin < 1e-9:
         return []
     a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))
-    return [part_of(segment, a, b)]
+    return [segment_part(segment, a, b)]
 
 
 TOOLING_HOLE = 1.5e-3

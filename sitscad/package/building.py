@@ -459,9 +459,9 @@ def cached_solutions(name: str, writes: bool = True, store: Solutions | None = N
         with suppress(*wrong):
             if path.is_file():  # reading a pipe would block
                 with path.open("rb") as stream:
-                    store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
+                    store.known = solutions.read_cache(stream.read(2 * solutions.MOST), code()).known
     before = set(store.known)
-    with solutions.keeping(store):
+    with solutions.store_results(store):
         yield
     is_new = not before >= set(store.asked)
     store.forget()

@@ -29,7 +29,7 @@ from sitscad.checks.policy import Baseline, Policy, apply_policy, ignored_test
 from sitscad.estimates import Estimates, estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design, at_room_temperature
 from sitscad.estimates.loads.pad import NoResponse
-from sitscad.estimates.states.steps import metered
+from sitscad.estimates.states.steps import meter_readings
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import header, program
 from sitscad.files.formats.compensation_header import compensation_header
@@ -58,7 +58,7 @@ class Incoming:
     def board(self) -> Estimates:
         """Electrical estimates at 20 degrees Celsius, the boards' test temperature, with an LCR meter's readings."""
         estimates = at_room_temperature(self.design).estimates
-        return replace(estimates, metered=metered(self.design.layout, ROOM_TEMPERATURE))
+        return replace(estimates, metered=meter_readings(self.design.layout, ROOM_TEMPERATURE))
 
     @cached_property
     def coupon(self) -> Estimates | None:

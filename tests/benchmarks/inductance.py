@@ -15,7 +15,7 @@ import write_references
 from measure import Growth, Measured, growth, peak, timed
 
 from sitscad.estimates.windings.methods import METHODS, Method, WindingGeometry
-from sitscad.estimates.windings.neighbours import mutual_error, side_by_side
+from sitscad.estimates.windings.neighbours import mutual_error, winding_pair_inductance
 from sitscad.kernels.geometry.path import Point
 from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec.coil import CoilSpec
@@ -63,7 +63,7 @@ def _on_pair(row: dict[str, str]) -> Measured:
         (SimpleNamespace(centre=Point(*centre)), geometry(design))
         for design, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
     )
-    work = partial(side_by_side, one, other)
+    work = partial(winding_pair_inductance, one, other)
     found, exact = work(), float(row["mutual_inductance_H"])
     return Measured(MUTUAL, "side by side", f"{row['family']} {row['number']}", *timed(work), peak(work),
                     abs(found.inductance / exact - 1.0), mutual_error(found, two.first.spec) / abs(exact))

@@ -7,8 +7,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.loads.pad import pushed
-from sitscad.estimates.loads.working_range import full_normal, shear_at, working_range
+from sitscad.estimates.loads.pad import loaded_poses
+from sitscad.estimates.loads.working_range import full_normal, shear_for_travel, working_range
 from sitscad.spec import templates
 
 SENSOR = """
@@ -29,9 +29,9 @@ requirements: {{normal_force: 8 N{asked}}}
 )
 def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked, travel, notes):
     plain = sitscad.load_text(SENSOR.format(asked=""), "pair.yaml")
-    words = "" if asked is None else f", shear_force: {shear_at(plain, asked):.9g} N"
+    words = "" if asked is None else f", shear_force: {shear_for_travel(plain, asked):.9g} N"
     found = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
-    assert found.shear == approx(shear_at(plain, travel), rel=1e-5)
+    assert found.shear == approx(shear_for_travel(plain, travel), rel=1e-5)
     assert len(found.notes) == notes
 
 
@@ -40,9 +40,9 @@ def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked,
 def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, travel):
     """It was G A of it: film, rim, exponent and press left out, three times too little with a film of PDMS."""
     spec = sitscad.load_text(templates.read(name), name)
-    force, normal = shear_at(spec, travel), full_normal(spec)
+    force, normal = shear_for_travel(spec, travel), full_normal(spec)
     loads = np.array([[n, x, y] for n in (0.0, normal) for x, y in ((force, 0.0), (0.0, force))])
-    poses = pushed(spec, loads, np.ones(4, dtype=bool))[0]
+    poses = loaded_poses(spec, loads, np.ones(4, dtype=bool))[0]
     moved = np.hypot(poses[:, 0], poses[:, 1]) / spec.elastomer.thickness
     assert moved.max() == approx(travel, rel=0.005)
 
@@ -53,7 +53,7 @@ def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
     found = working_range(spec)
     assert found.shear < 0.5 < spec.requirements.shear_force and "the pad's thickness" in " ".join(found.notes)
     loads = np.array([[share * found.normal, found.shear, 0.0] for share in (0.0, 0.5, 1.0)])
-    assert np.abs(pushed(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness
+    assert np.abs(loaded_poses(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness
 
 
 def test_what_is_said_of_the_other_jaw_stands_with_every_sensor_in_a_jaw_and_no_other():

@@ -16,7 +16,7 @@ from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.checks.fixes.moves import LONGER, longer_coils
 from sitscad.checks.judging import RULES, check
 from sitscad.estimates.circuits.tank import preferred_values
-from sitscad.estimates.coil_estimates import Spread
+from sitscad.estimates.coil_estimates import StateSigmas
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
@@ -162,7 +162,7 @@ def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limi
     amplitude = numbers.coils[0].states["rest"].amplitude
     assert 1.2 < amplitude < 1.8
     change = 1300.0 * abs(volts / amplitude - 1.0)
-    spread = Spread(0.0, 0.0, 0.0, 0.0, 0.0, thickest_copper=change)
+    spread = StateSigmas(0.0, 0.0, 0.0, 0.0, 0.0, thickest_copper=change)
     coils = tuple(
         replace(coil, states=coil.states | {"rest": replace(coil.states["rest"], spread=spread)})
         for coil in numbers.coils
@@ -325,7 +325,7 @@ def test_tank_capacitor(value: float, limit: float | None, judge, design, estima
 def scattered(numbers, **sigma):
     """The estimates with the same standard deviations in every state."""
     values = {"inductance": 1e-9, "resistance": 0.1, "frequency": 1e3, "parallel_resistance": 1.0, "amplitude": 1e-3}
-    spread = Spread(**(values | sigma), causes=dict.fromkeys(values, "trace width"))
+    spread = StateSigmas(**(values | sigma), causes=dict.fromkeys(values, "trace width"))
     coils = [
         replace(coil, states={name: replace(state, spread=spread) for name, state in coil.states.items()})
         for coil in numbers.coils

@@ -19,8 +19,8 @@ from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.plates import gain_at_length
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import soft_pad
-from sitscad.estimates.loads.pressing import pressed
-from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, shear_at
+from sitscad.estimates.loads.pressing import pressed_pad
+from sitscad.estimates.loads.working_range import extrapolated_shear_note, shear_for_travel, tested_shear
 from sitscad.kernels.mechanics.elastomer import VALID_SHEAR
 from sitscad.layout import lay_out
 from sitscad.spec import presets
@@ -188,7 +188,8 @@ def test_a_pad_that_is_used_warm_or_cold_is_told_to_be_computed_at_twenty_degree
     more = 1.0 + 3411e-6 * (celsius - 20.0)
     there = replace(spec.elastomer.material, shear_modulus=34e3 * more)
     there = replace(spec, elastomer=replace(spec.elastomer, material=there))
-    assert found.measured == approx(pressed(there).strain, rel=1e-9) and found.keeps_limit is (found.measured <= 0.3)
+    assert found.measured == approx(pressed_pad(there).strain,
+                                    rel=1e-9) and found.keeps_limit is (found.measured <= 0.3)
 
 
 def test_at_room_temperature_no_word_is_said_of_the_pad(judge, design):
@@ -202,7 +203,7 @@ def test_shear_beyond_the_range_that_a_data_sheet_states_warns():
     """
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml")
     small = spec.replace("target.size", [0.7 * side for side in spec.target.size])
-    most = shear_at(small, VALID_SHEAR)
+    most = shear_for_travel(small, VALID_SHEAR)
     for share, severity in ((0.99, Severity.NOTE), (1.01, Severity.WARNING)):
         found = check(small.replace("requirements.shear_force", f"{share * most:.6g} N"), hints="none").findings
         strained = [f.severity for f in found if f.rule == "SIT312" and f.limit == VALID_SHEAR]
@@ -638,19 +639,20 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
     rubber = {"name": "x", "shear_modulus": "60 kPa", "uncertainty": 0}
     pad = {"thickness": 1, "size": 4, "material": rubber}
     spec = design(elastomer=pad, target__size=4, encapsulation=None, requirements__shear_force="1 N")
-    held = held_shear(spec)
+    held = tested_shear(spec)
     asked = replace(spec, requirements=replace(spec.requirements, shear_force=share * held))
     found = [f for f in judge("SIT312", asked) if f.key == "requirements.shear_force"]
     assert [f.severity for f in found] == [Severity.NOTE] * is_said
-    assert all(f.limit == held and beyond_held_shear(held) in f.detail for f in found)
+    assert all(f.limit == held and extrapolated_shear_note(held) in f.detail for f in found)
 
 
 def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
     """"Shear beyond 0 N, half the pad's thickness" was said of it."""
     path = Path(__file__).parents[2] / "templates" / "bench_7mm.yaml"
     slender = sitscad.load(path).replace("elastomer.thickness", 5e-3)
-    assert held_shear(slender) == 0.0
-    assert beyond_held_shear(0.0).startswith("any shear is extrapolated") and "0 N" not in beyond_held_shear(0.0)
+    assert tested_shear(slender) == 0.0
+    note = extrapolated_shear_note(0.0)
+    assert note.startswith("any shear is extrapolated") and "0 N" not in note
 
 
 def filed(folder, width=4.6, port=5.5):

@@ -16,7 +16,7 @@ from sitscad.assembly.places.seating import CORNER_SCREW, adapter_needed, corner
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.moves import narrower_plugs
 from sitscad.estimates.circuits.tank import E12, E24, neighbour_values, preferred_values
-from sitscad.estimates.loads.gluing import PIECE_HANDLING, glued_plan, lying_time, may_set_first, piece_press
+from sitscad.estimates.loads.gluing import PIECE_HANDLING, glued_plan, may_set_first, piece_press, spreading_time
 from sitscad.layout import lay_out
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
@@ -137,7 +137,7 @@ def test_glue_lies_flat_in_time_in_every_template(judge, name):
     for part in ("elastomer", "target"):
         if getattr(spec, part) is not None:
             glue, plan, force = spec.assembly.adhesive, glued_plan(spec, part), piece_press(spec, part).force
-            takes = lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
+            takes = spreading_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
             assert takes <= glue.open_time or may_set_first(spec, part)
 
 

@@ -432,13 +432,13 @@ def test_nothing_untried_is_named_without_trials(name):
 
 def test_tried_designs_solve_no_target_twice(monkeypatch):
     """Another clock moves no metal, so designs that are tried for it share the solutions of the refused design."""
-    solved, changes = [], plate.Solving.changes
+    solved, changes = [], plate.PlateProblem.changes
 
     def counted(solving, turns, places, once):
         solved.append((repr(solving), turns.tobytes(), places.tobytes(), once))
         return changes(solving, turns, places, once)
 
-    monkeypatch.setattr(plate.Solving, "changes", counted)
+    monkeypatch.setattr(plate.PlateProblem, "changes", counted)
     spec = load_text(rewritten(templates.read("bench_7mm"), [Edit("readout.clock", "42 MHz")]), "clock.yaml")
     assert any(finding.rule == "SIT213" and finding.fixes for finding in check(spec).findings)
     assert len(solved) == len(set(solved)) > 0

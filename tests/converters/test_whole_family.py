@@ -23,9 +23,9 @@ from sitscad.files.report.numbers import readout_table
 from sitscad.kernels.converters import ldc_registers, reference_counter
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.converters.figures import (
-    ASKED,
-    ASKED_WITH_REGISTERS,
     HIGH_CURRENT,
+    REGISTER_ROWS,
+    REQUIRED_ROWS,
     names_of,
     rows_of,
     source_in_all,
@@ -151,7 +151,7 @@ def test_a_family_may_have_figures_of_its_own(xdc2214, data):
 
 
 def test_every_figure_of_a_family_is_asked():
-    asked = {*ASKED, *ASKED_WITH_REGISTERS, *HIGH_CURRENT, *reference_counter.ASKED}
+    asked = {*REQUIRED_ROWS, *REGISTER_ROWS, *HIGH_CURRENT, *reference_counter.REQUIRED_ROWS}
     for family in ("ldc161x", "ldc131x"):
         assert set(rows_of(family)) == asked
 

@@ -31,7 +31,7 @@ from sitscad.estimates.loads.gluing import (
     board_plan,
     board_press,
     hard_adhesive,
-    lying_time,
+    spreading_time,
 )
 from sitscad.files.documents import assembly_notes, firmware_driver, parts_list
 from sitscad.files.documents.assembly_notes import WIDTH, render
@@ -631,7 +631,7 @@ def test_glue_that_a_step_names_flows_until_the_piece_is_put_down_and_pressed(na
     layout = sitscad.lay_out(spec)
     glue, (plan, _) = hard_adhesive(layout), board_plan(layout)
     force = board_press(layout) * 9.80665
-    takes = lying_time(glue, plan, force, spec.assembly.glue_line, HARD_HANDLING)
+    takes = spreading_time(glue, plan, force, spec.assembly.glue_line, HARD_HANDLING)
     assert HARD_HANDLING >= 5.0 and takes <= glue.open_time
     assert force <= MOST_PRESSURE * board_plan(layout)[1] * 1.01
     if spec.mount is not None:

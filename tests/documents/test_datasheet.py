@@ -19,7 +19,7 @@ from sitscad import Design
 from sitscad.basics.units import show
 from sitscad.calibration.calibration import plan_calibration
 from sitscad.estimates.loads.pad import soft_pad
-from sitscad.estimates.loads.working_range import held_shear
+from sitscad.estimates.loads.working_range import tested_shear
 from sitscad.estimates.performance.tables import (
     FROM_UNIT_TO_UNIT,
     MapFigures,
@@ -27,7 +27,7 @@ from sitscad.estimates.performance.tables import (
     axis_table,
     error_table,
 )
-from sitscad.estimates.performance_values import lasts_tared
+from sitscad.estimates.performance_values import lasts_after_tare
 from sitscad.files.documents import PAPERS
 from sitscad.files.documents.datasheet import TARED_AFTER_A_GRASP, TARES, _converters, acceptance, notes, render, sensor
 from sitscad.files.documents.datasheet_plots import (
@@ -287,7 +287,7 @@ def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_gra
                    "tilt of 1 degree", "twist of 1 degree", "contact 0.1 mm beside the middle"}
         assert counted < set(errors)
         assert shown == show(np.sqrt(sum(errors[cause] ** 2 for cause in counted)), "N", 3)
-        assert {cause for cause in errors if lasts_tared(cause)} == counted
+        assert {cause for cause in errors if lasts_after_tare(cause)} == counted
 
 
 def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
@@ -326,7 +326,7 @@ def test_a_bare_coil_at_the_design_s_middle_passes_every_limit_with_three_sigma_
 
 def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
     rows = dict((row[0], row[1:]) for row in _axes(bench))
-    assert rows["extrapolated by the pad's law beyond"][-1] == show(held_shear(bench.spec), "N", 3)
+    assert rows["extrapolated by the pad's law beyond"][-1] == show(tested_shear(bench.spec), "N", 3)
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
 
 

@@ -19,7 +19,7 @@ from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets, push_p
 from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads import gluing as physics
-from sitscad.estimates.loads.pad import pushed
+from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.files.documents import gluing
 from sitscad.files.documents.mounting import fastened, jaw_cut, pushed_out
 from sitscad.files.documents.parts_list import items
@@ -39,23 +39,23 @@ def spec_of(name, **changes):
 def test_a_disc_sinks_in_a_liquid_by_stefan_s_law_and_a_rectangle_by_its_torsion_constant():
     glue, force, line = presets.adhesive("cyanoacrylate"), 0.5, 30e-6
     disc, square = Footprint(True, (10e-3, 10e-3), HERE), Footprint(False, (10e-3, 10e-3), HERE)
-    flows = [physics.lying_time(glue, plan, force, line, 2.0) - 2.0 - physics.SPREADING * plan.area
+    flows = [physics.spreading_time(glue, plan, force, line, 2.0) - 2.0 - physics.SPREADING * plan.area
              for plan in (disc, square)]
     assert flows[0] == approx(3.0 * math.pi * glue.viscosity * 5e-3**4 / (4.0 * force * line**2), rel=1e-9)
     assert flows[1] / flows[0] == approx(0.1406 * 10e-3**4 / (math.pi * 5e-3**4 / 2.0), rel=2e-3)
     strip = Footprint(False, (1.0, 1e-3), HERE)  # J = b h^3 / 3 of a thin one
-    flow = physics.lying_time(glue, strip, force, line, 0.0) - physics.SPREADING * strip.area
+    flow = physics.spreading_time(glue, strip, force, line, 0.0) - physics.SPREADING * strip.area
     assert flow == approx(3.0 * glue.viscosity * 1e-9 / 3.0 / (2.0 * force * line**2), rel=1e-3)
-    assert physics.lying_time(presets.adhesive("transfer-tape"), disc, force, line, 2.0) == 0.0
+    assert physics.spreading_time(presets.adhesive("transfer-tape"), disc, force, line, 2.0) == 0.0
 
 
 @pytest.mark.parametrize("name", ["grasper_4layer", "round_button_12mm", "fingertip_foil", "grasper_3p5mm"])
 def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
     spec = replace(spec_of(name), encapsulation=None)
     press = physics.piece_press(spec, "target")
-    (pose,), _ = pushed(spec, np.array([[press.force, 0.0, 0.0]]), np.array([True]))
+    (pose,), _ = loaded_poses(spec, np.array([[press.force, 0.0, 0.0]]), np.array([True]))
     assert press.travel == approx(-float(pose[2]), rel=1e-3)
-    least = physics.pressed_by(physics.unsealed_pad(spec), physics.LEAST_MASS * physics.STANDARD_GRAVITY)
+    least = physics.pad_compression(physics.unsealed_pad(spec), physics.LEAST_MASS * physics.STANDARD_GRAVITY)
     assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness, least)
     said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
     (mass,) = re.findall(r"together have ([0-9.]+) g", said)
@@ -128,8 +128,8 @@ def test_drawn_and_weighed_glue_is_that_of_the_steps():
 def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     layout = sitscad.lay_out(spec_of(name))
     mass, glue, (plan, area) = physics.board_press(layout), physics.hard_adhesive(layout), physics.board_plan(layout)
-    takes = physics.lying_time(glue, plan, mass * physics.STANDARD_GRAVITY, layout.spec.assembly.glue_line,
-                               physics.HARD_HANDLING)
+    takes = physics.spreading_time(glue, plan, mass * physics.STANDARD_GRAVITY, layout.spec.assembly.glue_line,
+                                   physics.HARD_HANDLING)
     assert takes <= glue.open_time
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
     said = gluing.pressing(layout, "")
@@ -157,10 +157,11 @@ def test_a_board_without_a_rim_is_pressed_through_foam_alone():
 def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
     for name in ("grasper_4layer", "grasper_3p5mm"):
         spec, said = spec_of(name), gluing.measuring(spec_of(name))
-        is_soft = physics.force_for(physics.unsealed_pad(spec), gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
+        is_soft = physics.pad_force(physics.unsealed_pad(spec), gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
         assert ("Do not use a dial gauge" in said) == is_soft
         (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
-        assert float(ratchet) == approx(1e3 * physics.pressed_by(physics.unsealed_pad(spec), gluing.RATCHET), rel=0.06)
+        assert float(ratchet) == approx(1e3 * physics.pad_compression(physics.unsealed_pad(spec), gluing.RATCHET),
+                                        rel=0.06)
     assert gluing.measuring(handmade.bare().spec) == ""
 
 

@@ -12,7 +12,7 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance import arcs
 from sitscad.kernels.electromagnetics.inductance.arcs import arcs_with_arcs, arcs_with_sides
-from sitscad.kernels.electromagnetics.inductance.track_strands import Pairs, bundle, common_levels, track
+from sitscad.kernels.electromagnetics.inductance.track_strands import Pairs, common_levels, strand_pairs, track
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 MM = 1e-3
@@ -97,7 +97,7 @@ def every(one, other, arcs_with="arcs"):
 
 def with_arcs(one, other):
     """The integral over all pairs of pieces with at least one arc, two strands a track."""
-    strands = bundle(one, other, 2, common_levels(one, other, 2))
+    strands = strand_pairs(one, other, 2, common_levels(one, other, 2))
     total = arcs_with_arcs(one, other, every(one, other), strands)
     return total + sum(arcs_with_sides(a, b, every(a, b, "sides"), strands) for a, b in ((one, other), (other, one)))
 
@@ -105,9 +105,9 @@ def with_arcs(one, other):
 @pytest.mark.parametrize("corners", [4, 6, 8])
 def test_far_arcs_need_few_points(corners):
     one, other = rounded(corners, 2, 3.0, 0.3, 0.3), rounded(corners, 2, 3.0, 0.3, 0.3, z=0.2, mirror=True)
-    strands = bundle(one, other, 2, 1)
+    strands = strand_pairs(one, other, 2, 1)
     level = replace(strands, heights=np.zeros(1), clearances=(np.zeros(1), np.full(1, 0.05)))
-    far = arcs._sorted(one, other, every(one, other))[0]
+    far = arcs._pairs_by_method(one, other, every(one, other))[0]
     assert 0.5 < np.mean(far) < 1.0
     mine, others, lines = by_many_points(one, other)
     chosen = every(one, other).where(far)
@@ -134,6 +134,6 @@ def test_points_that_suit_the_distance_are_what_many_are(make, z, monkeypatch):
     usual = with_arcs(one, other)
     for name in ("FAR", "MIDDLING", "APART", "SPACED", "BESIDE"):
         monkeypatch.setattr(arcs, name, math.inf)
-    crowded = arcs._crowded
-    monkeypatch.setattr(arcs, "_crowded", lambda count: crowded(2 * count))
+    crowded = arcs._points_near_ends
+    monkeypatch.setattr(arcs, "_points_near_ends", lambda count: crowded(2 * count))
     assert usual == approx(with_arcs(one, other), rel=3e-6)

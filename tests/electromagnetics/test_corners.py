@@ -10,13 +10,20 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.loss import corners
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
+from sitscad.kernels.electromagnetics.loss.corner_excess import (
+    OWN,
+    TURNS,
+    corner_moment,
+    corner_points,
+    lost_inductance,
+    own_inductance,
+)
 from sitscad.kernels.electromagnetics.loss.corners import (
     corner_inductance,
     direct_resistance,
-    mitred,
     normal_field,
     with_corners,
+    with_mitred_arcs,
 )
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
@@ -91,7 +98,7 @@ def test_a_loop_in_an_even_field_is_a_dipole():
     with_frame = corner_inductance([small, bent(frame, 100 * UM)])
     alone = corner_inductance([small]) + corner_inductance([bent(frame, 100 * UM)])
     field = 4.0 * MU0 / (4.0 * math.pi) * 2.0 * math.sqrt(0.5) / 50e-3
-    seen = 2.0 * moment(math.pi / 2) * (100 * UM) ** 2 * field
+    seen = 2.0 * corner_moment(math.pi / 2) * (100 * UM) ** 2 * field
     # and the frame's own corners see the small one's arms, which is next to nothing
     assert with_frame - alone == approx(-seen, rel=3e-4)
 
@@ -103,7 +110,7 @@ def test_a_bend_with_another_radius_begins_where_its_arc_touches_the_sides(turn)
     ends = np.array([corner, corner, corner + 5.0 * MM * along])
     track = BentTrack(starts, ends, np.array([0.0, turn, 0.0]), 200 * UM, 35 * UM, 0.0)
     bend = corners._TrackBend(1, turn, 0.5, tuple(corner), True)
-    found = corners._rounded(track, [bend], 1.5)
+    found = corners._with_radius(track, [bend], 1.5)
     cut = 1.5 * 200 * UM * math.tan(0.5 * abs(turn))
     assert found.ends[0] == approx(corner - np.array([cut, 0.0]), rel=1e-9)
     assert found.starts[2] == approx(corner + cut * along, rel=1e-9)
@@ -139,7 +146,7 @@ def test_resistance_goes_by_the_map_of_a_bent_strip():
     assert cornered.direct == approx(squares / (58e6 * 35 * UM), rel=1e-6)
     assert cornered.direct_change == approx(-1e-12 + corner_inductance([track]), rel=1e-6)
     rise = [k.direct * (k.resistance_ratio(1e7) - 1.0) for k in (loss, cornered)]
-    lost, time = relaxation(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
+    lost, time = lost_inductance(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
     phase = 2e7 * math.pi * time
     assert rise[1] - rise[0] == approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2), rel=1e-6)
     assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == approx(
@@ -175,11 +182,11 @@ def as_one_over_radius(track):
 
 def test_tight_arcs_count_as_corners():
     tight, gentle = rounded(0.6 * 200 * UM), rounded(0.8 * 200 * UM)
-    corners = mitred(tight)
+    corners = with_mitred_arcs(tight)
     assert np.all(corners.turns == 0.0) and len(corners.turns) == 4
     assert corners.ends[:-1] == approx(1e-3 * np.array([(2, 0), (2, 2), (0, 2)]), abs=1e-12)
-    assert len(mitred(gentle).turns) == len(gentle.turns) == 7
-    assert mitred(gentle).starts == approx(gentle.starts, rel=1e-6)
+    assert len(with_mitred_arcs(gentle).turns) == len(gentle.turns) == 7
+    assert with_mitred_arcs(gentle).starts == approx(gentle.starts, rel=1e-6)
     sharp = corner_inductance([bent(np.vstack([corners.starts, corners.ends[-1:]]))])
     assert 1.0 * sharp < corner_inductance([tight]) < 0.5 * sharp
 
@@ -201,7 +208,7 @@ def test_fields_of_filaments():
 
 def test_points_share_out_the_moment_evenly_to_both_sides():
     for turn in TURNS[1:]:
-        table = points(float(turn))
+        table = corner_points(float(turn))
         assert table[:, 2].sum() == approx(1.0, abs=2e-3)
         assert table[:, 1] @ table[:, 2] == approx(0.0, abs=1e-12)
-    assert moment(-math.pi / 2) == moment(math.pi / 2)
+    assert corner_moment(-math.pi / 2) == corner_moment(math.pi / 2)

@@ -15,9 +15,9 @@ from sitscad.kernels.electromagnetics.eddy.box import box
 from sitscad.kernels.electromagnetics.eddy.coil_potential import Plane, coil_potentials
 from sitscad.kernels.electromagnetics.eddy.disc import disc, toroidal
 from sitscad.kernels.electromagnetics.eddy.graded_line import gaussian_sum, repeated_integrals
-from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, _factor, image_modes
+from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, _matrix_factor, image_modes
 from sitscad.kernels.electromagnetics.eddy.surface import Metal
-from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, rotation_matrices
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, reflection
 from sitscad.kernels.electromagnetics.special_functions import gauss, j1
@@ -59,7 +59,7 @@ def round_plate():
 
 def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
     poses = np.atleast_2d(poses)
-    return target.changes(turned(poses[:, 3:]), poses[:, :3], [Rings(*rings, floor)] * len(centres), centres)
+    return target.changes(rotation_matrices(poses[:, 3:]), poses[:, :3], [Rings(*rings, floor)] * len(centres), centres)
 
 
 def test_a_sum_of_gaussians_is_one_over_the_distance():
@@ -83,7 +83,7 @@ def test_currents_with_less_energy_than_none_get_more():
     turned, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
     energies = np.array([-1e-3, 0.5, 1.0])
     matrix = turned * energies @ turned.T
-    factor = _factor(matrix)
+    factor = _matrix_factor(matrix)
     assert np.linalg.eigvalsh(factor @ factor.T) == approx(np.array([2e-3, 0.5, 1.0]), rel=1e-9)
     assert np.linalg.eigvalsh(factor @ factor.T - matrix)[0] > -1e-12
 
@@ -239,7 +239,7 @@ def test_a_disc_turned_about_its_axis_is_the_same(round_plate):
 
 
 def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
-    point = turned(np.array([[0.0, 0.1, 0.0]]))[0] @ [1.0, 0.0, 0.0]
+    point = rotation_matrices(np.array([[0.0, 0.1, 0.0]]))[0] @ [1.0, 0.0, 0.0]
     assert point[2] < 0.0
     left, right = np.diag(change(plate, [0.0, 0.0, 1e-3, 0.0, 0.1, 0.0])[0].real)
     assert abs(right) > abs(left)
@@ -253,7 +253,7 @@ def test_nothing_jumps_when_a_pose_is_swept():
         np.array(pose) for pose in ((-1e-3, 0.5e-3, 3e-3, -0.1, 0.0, -0.3), (1e-3, -1e-3, 0.7e-3, 0.1, 0.1, 0.4))
     )
     poses = first + np.linspace(0.0, 1.0, 500)[:, None] * (last - first)
-    found = target.changes(turned(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
+    found = target.changes(rotation_matrices(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
     for part in (found.real, found.imag):
         jump = np.abs(np.diff(part, n=4, axis=0)).max(axis=0)
         assert np.all(jump < 1e-3 * np.ptp(part, axis=0))
@@ -342,7 +342,7 @@ def test_a_folded_target_couples_with_its_image_as_a_whole_one(points, floor):
     folded, whole = (image_modes(surface, one, near_face, 0.2e-3, mirror) for one in (coarse, Unfolded(coarse)))
     assert folded.folding is not None and whole.folding is None
     for angles in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, -0.05, 0.2]):
-        turn, place = turned(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
+        turn, place = rotation_matrices(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
         ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
         assert ours == approx(theirs, abs=1e-9)
     counts = [count for _, count in folded.parities]

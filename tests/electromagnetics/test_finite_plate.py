@@ -11,9 +11,9 @@ from tolerance import approx
 from sitscad.kernels.electromagnetics.metal.finite_plate import (
     CoaxialRings,
     FinitePlate,
-    magnetic_share,
-    plate_loss_share,
-    plate_share,
+    magnetic_ratio,
+    plate_loss_ratio,
+    plate_ratio,
 )
 from sitscad.kernels.electromagnetics.special_functions import bessel_orders, j0, j1
 
@@ -33,14 +33,14 @@ def disc(diameter, thickness=0.2e-3):
 @pytest.mark.parametrize("gap", [0.3e-3, 1e-3, 3e-3])
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 def test_a_large_plate_is_an_endless_one(plate, gap, floor):
-    shares = plate_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), gap, floor)
+    shares = plate_ratio(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), gap, floor)
     assert shares == approx(1.0, abs=4e-3)
 
 
 @pytest.mark.parametrize("plate", [rectangle(4.5e-3, 4.2e-3), disc(4.5e-3)])
 def test_mirrored_places_have_one_share(plate):
     places = np.array([[1.3e-3, 0.7e-3], [-1.3e-3, 0.7e-3], [1.3e-3, -0.7e-3], [-1.3e-3, -0.7e-3]])
-    shares = plate_share(plate, COIL, places, 0.8e-3)
+    shares = plate_ratio(plate, COIL, places, 0.8e-3)
     assert shares == approx(shares[0], rel=1e-9)
 
 
@@ -49,22 +49,22 @@ def test_heights_count_from_nowhere(floor):
     """Coil, mirror and plate moved up together are what they were."""
     up, place = 5e-3, np.array([[1.3e-3, 0.7e-3]])
     raised = CoaxialRings(COIL.radii, COIL.heights + up, COIL.turns)
-    for share in (plate_share, plate_loss_share, magnetic_share):
+    for share in (plate_ratio, plate_loss_ratio, magnetic_ratio):
         for plate in (rectangle(4.5e-3, 3e-3), disc(4.5e-3)):
             found = share(plate, raised, place, 0.8e-3 + up, floor + up)
             assert found == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
 
 
 def test_a_turned_rectangle_over_a_turned_place_is_the_same():
-    one = plate_share(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
-    other = plate_share(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
+    one = plate_ratio(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
+    other = plate_ratio(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
     assert one == approx(other, rel=1e-9)
 
 
 @pytest.mark.parametrize("make", [lambda s: rectangle(s, s), lambda s: rectangle(s, 4e-3), disc])
 @pytest.mark.parametrize("offset", [0.0, 2.25e-3])
 def test_a_larger_plate_does_more(make, offset):
-    shares = [float(plate_share(make(s), COIL, np.array([[offset, 0.0]]), 0.8e-3)[0]) for s in np.arange(1, 16) * 1e-3]
+    shares = [float(plate_ratio(make(s), COIL, np.array([[offset, 0.0]]), 0.8e-3)[0]) for s in np.arange(1, 16) * 1e-3]
     assert np.all(np.diff(shares) > -1e-4)
     assert 0.0 < shares[0] < 0.25
     assert shares[-1] == approx(1.0 if make(1e-3).size[1] == 1e-3 else 0.93, abs=0.02)
@@ -75,7 +75,7 @@ def test_a_larger_plate_does_more(make, offset):
 def test_a_thicker_plate_does_not_do_less(width, gap):
     """10 mm of copper did less than half of what 0.2 mm did: its sheet lay 5 mm away."""
     thicknesses = np.geomspace(0.01e-3, 10e-3, 13)
-    shares = [float(plate_share(disc(width, t), COIL, np.zeros((1, 2)), gap)[0]) for t in thicknesses]
+    shares = [float(plate_ratio(disc(width, t), COIL, np.zeros((1, 2)), gap)[0]) for t in thicknesses]
     assert np.all(np.diff(shares) > -1e-3 * shares[0])
     assert shares[-1] < 1.01
 
@@ -83,20 +83,20 @@ def test_a_thicker_plate_does_not_do_less(width, gap):
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 @pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), disc(40e-3)])
 def test_a_large_plate_loses_what_an_endless_one_does(plate, floor):
-    shares = plate_loss_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 0.8e-3, floor)
+    shares = plate_loss_ratio(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 0.8e-3, floor)
     assert shares == approx(1.0, abs=0.02)
 
 
 def test_a_small_plate_loses_more_than_its_share():
     for make in (disc, lambda s: rectangle(s, s)):
         plate, place = make(2.5e-3), np.zeros((1, 2))
-        assert plate_loss_share(plate, COIL, place, 0.3e-3) > 1.5 * plate_share(plate, COIL, place, 0.3e-3)
+        assert plate_loss_ratio(plate, COIL, place, 0.3e-3) > 1.5 * plate_ratio(plate, COIL, place, 0.3e-3)
 
 
 def test_the_result_scales_with_everything():
-    small = plate_share(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0]]), 0.8e-3, -1e-3)
+    small = plate_ratio(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0]]), 0.8e-3, -1e-3)
     coil = CoaxialRings(COIL.radii * 1e3, COIL.heights * 1e3, COIL.turns * 5.0)
-    large = plate_share(rectangle(4.5, 4.2, 0.2), coil, np.array([[2.25, 0.0]]), 0.8, -1.0)
+    large = plate_ratio(rectangle(4.5, 4.2, 0.2), coil, np.array([[2.25, 0.0]]), 0.8, -1.0)
     assert large == approx(small, rel=1e-9)
 
 
@@ -104,7 +104,7 @@ def test_the_result_scales_with_everything():
 def test_a_small_disc_far_away_is_a_dipole(offset):
     # A perfectly conducting disc of radius a across a field B has the moment 8 a^3 B / (3 mu0) (Van Bladel).
     radius, gap = 0.5e-3, 20e-3
-    share = plate_share(disc(2 * radius, 0.0), ALONE, np.array([[offset, 0.0]]), gap)[0]
+    share = plate_ratio(disc(2 * radius, 0.0), ALONE, np.array([[offset, 0.0]]), gap)[0]
     turn = 2 * math.pi * (np.arange(720) + 0.5) / 720
     source = 2e-3 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     along = np.stack([-np.sin(turn), np.cos(turn), 0 * turn], axis=1) * 2e-3 * (2 * math.pi / 720)
@@ -118,14 +118,14 @@ def test_a_small_disc_far_away_is_a_dipole(offset):
 
 def test_a_square_is_as_polarizable_as_published():
     # Electric polarizabilities of small holes, the dual of plates: 0.1137 s^3 (McDonald 1985) and d^3 / 12 (Bethe).
-    square = plate_share(rectangle(1e-3, 1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
-    round_one = plate_share(disc(1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
+    square = plate_ratio(rectangle(1e-3, 1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
+    round_one = plate_ratio(disc(1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
     assert square / round_one == approx(0.1137 * 12, rel=0.003)
 
 
 def test_a_half_covered_coil_feels_a_quarter():
     """The recommended jaw design: the plate between two 4 mm coils. An endless plate would overstate it fourfold."""
-    between, over = plate_share(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0], [0.0, 0.0]]), 1e-3)
+    between, over = plate_ratio(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0], [0.0, 0.0]]), 1e-3)
     assert 0.25 < between < 0.32
     assert 0.85 < over < 0.93
 
@@ -144,7 +144,7 @@ def test_bessel_functions_obey_their_identities():
 
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 def test_a_large_magnetic_plate_is_an_endless_one(floor):
-    shares = magnetic_share(disc(120e-3), COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 1e-3, floor)
+    shares = magnetic_ratio(disc(120e-3), COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 1e-3, floor)
     assert shares == approx(1.0, abs=0.01)
 
 
@@ -154,11 +154,11 @@ def test_magnetic_poles_need_room():
     """
     place = np.zeros((1, 2))
     for make, power, thickness in (
-        (magnetic_share, 5.0, 1e-14), (plate_share, 3.0, 1e-9), (magnetic_share, 2.0, 1e-6)
+        (magnetic_ratio, 5.0, 1e-14), (plate_ratio, 3.0, 1e-9), (magnetic_ratio, 2.0, 1e-6)
     ):
         one, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
         assert math.log2(other / one) == approx(power, abs=0.1)
-    shares = [float(magnetic_share(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
+    shares = [float(magnetic_ratio(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
     assert np.all(np.diff(shares) > 0.0)
 
 
@@ -174,7 +174,7 @@ def test_a_small_thin_magnetic_disc_is_a_dipole():
     along = math.fsum(step[1] * gap / away**3) / (4.0 * math.pi)  # Biot and Savart, across the axis, A/m by A
     mirror = np.hypot(np.hypot(loop - ring[0], ring[1]), 2.0 * gap)
     endless = 0.5 * loop * math.fsum(step[1] / mirror)  # Neumann, with the mirror's ring, by mu0
-    found = magnetic_share(disc(2.0 * radius, 1e-14), ALONE, np.array([[off, 0.0]]), gap)[0]
+    found = magnetic_ratio(disc(2.0 * radius, 1e-14), ALONE, np.array([[off, 0.0]]), gap)[0]
     assert found == approx(16.0 / 3.0 * radius**3 * along**2 / endless, rel=0.02)
 
 
@@ -182,13 +182,13 @@ def test_a_small_thin_magnetic_disc_is_a_dipole():
 def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
     """The edge of a thick one was taken to be inside it: shares of 75,000, or an array of negative size."""
     shares = [
-        float(magnetic_share(FinitePlate((size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
+        float(magnetic_ratio(FinitePlate((size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
         for t in np.geomspace(1e-6, 0.1, 16)
     ]
     assert np.all(np.diff(shares) > -2e-3) and shares[0] > 0.0 and shares[-1] < 1.0 + 1e-9
 
 
 def test_what_a_magnetic_plate_lacks_goes_on_smoothly_where_functions_end():
-    shares = np.array([float(magnetic_share(disc(d), COIL, np.zeros((1, 2)), 1e-3)[0]) for d in (18e-3, 20e-3, 24e-3)])
+    shares = np.array([float(magnetic_ratio(disc(d), COIL, np.zeros((1, 2)), 1e-3)[0]) for d in (18e-3, 20e-3, 24e-3)])
     slopes = np.diff(np.log(1.0 - shares)) / np.diff(np.log([18.0, 20.0, 24.0]))
     assert slopes == approx(-3.0, abs=0.6)

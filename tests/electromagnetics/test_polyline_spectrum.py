@@ -11,18 +11,18 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
-from sitscad.kernels.electromagnetics.loss.corner_excess import Loops, moment
+from sitscad.kernels.electromagnetics.loss.corner_excess import Loops, corner_moment
 from sitscad.kernels.electromagnetics.loss.corners import bend_loops
 from sitscad.kernels.electromagnetics.metal import polyline_spectrum as polyline_spectrum_module
-from sitscad.kernels.electromagnetics.metal.figures import Rows, figures
+from sitscad.kernels.electromagnetics.metal.figures import Rows, repeating_patterns
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import (
     _Directions,
     _Mitred,
     _off_normals,
-    chorded,
-    images,
     polyline_spectrum,
+    track_images,
+    with_chords,
 )
 from tests.oracles.filament_tracks import track_mutual_inductance
 
@@ -70,7 +70,7 @@ def test_a_loop_is_a_small_turn_of_wire(sense):
 
 def test_every_bend_has_its_moment_however_it_is_rounded():
     width = 100 * UM
-    for radius, expected in ((0.0, moment(math.pi / 2)), (2.0, math.pi / 24.0)):
+    for radius, expected in ((0.0, corner_moment(math.pi / 2)), (2.0, math.pi / 24.0)):
         onwards = radius * width
         starts = np.array([(-MM, 0.0), (-onwards, 0.0), (0.0, onwards)])
         ends = np.array([(-onwards, 0.0), (0.0, onwards), (0.0, MM)])
@@ -95,7 +95,7 @@ def test_few_chords_are_the_arc(gap):
     starts = MM * np.array([(-1.0, -2.0), (1.0, -2.0), (1.0, 2.0), (-1.0, 2.0)])
     ends = MM * np.array([(1.0, -2.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, -1.5)])
     track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi - 0.25]), 100 * UM, 12 * UM, 0.0)
-    found, fine = chorded(track, gap), chorded(track, 0.02 * gap)
+    found, fine = with_chords(track, gap), with_chords(track, 0.02 * gap)
     assert len(found.corners) < 0.5 * len(fine.corners)
     assert over_mirror([found], gap) == approx(over_mirror([fine], gap), rel=5e-4)
 
@@ -121,7 +121,7 @@ def test_bends_that_repeat_are_one_figure():
         points += [points[-1] + matrix @ sum(steps[: n + 1]) for n in range(len(steps))]
         points.append(points[-1] + (2.0 - 0.1 * k) * matrix @ np.array([math.sqrt(0.5), math.sqrt(0.5)]))
     corners = np.array(points)
-    found = figures(corners, np.zeros((len(corners), 1)), 1e-7)
+    found = repeating_patterns(corners, np.zeros((len(corners), 1)), 1e-7)
     assert len(found.first) == 9 and len(found.places) == 17 and len(found.kinds) == 8 * 9 + 1
     wave = np.array([[3.0], [5.0]])
     assert found.sums(wave, np.ones((1, 1)))[0] == approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
@@ -150,7 +150,7 @@ def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
     ends = MM * np.array([(0.3, -3.0), (0.3, 3.0), (-0.3, 3.0), (-0.3, -2.9)])
     track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi]), 250 * UM, 35 * UM, 0.0)
     gap = 0.1 * MM
-    chords = chorded(track, gap)
+    chords = with_chords(track, gap)
     directions = _Directions.of([chords.corners])
     assert directions.normals == () and directions.length == approx(0.6 * MM, rel=0.1)
     assert directions.count(8.0 / gap) < 110
@@ -189,7 +189,7 @@ def test_turns_of_a_polygon_are_rows():
     """Thirty turns of a square, a pitch farther in each: every corner is one figure in one row of thirty places."""
     size = np.repeat(2.0 - 0.05 * np.arange(30), 4)
     points = size[:, None] * np.tile([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)], (30, 1))
-    found = figures(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
+    found = repeating_patterns(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
     assert len(found.kinds) == 4 and len(found.places) == 120 and len(found._rows[0].counts) <= 6
     wave = np.array([[31.0, 3.0], [5.0, -40.0]])
     assert found.sums(wave, np.ones((4, 2))) == approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
@@ -222,7 +222,7 @@ def test_layers_that_are_images_share_their_waves(monkeypatch):
     tracks, loops = zip(*four, strict=True)
     shared = polyline_spectrum(tracks, 0.3 * MM, loops).power
     assert len({id(one) for one in calls}) == 1
-    monkeypatch.setattr(polyline_spectrum_module, "images", lambda tracks, loops, centre: [None] * len(tracks))
+    monkeypatch.setattr(polyline_spectrum_module, "track_images", lambda tracks, loops, centre: [None] * len(tracks))
     alone = polyline_spectrum(tracks, 0.3 * MM, loops).power
     assert len({id(one) for one in calls}) == 5
     assert np.abs(shared - alone).max() < 1e-9 * np.abs(alone).max()
@@ -232,5 +232,5 @@ def test_a_track_with_other_loops_is_nobodys_image():
     (one, loops), (other, _) = octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1)
     less = Loops(loops.places, 0.9 * loops.moments, loops.spread)
     turned = octagon(3.75, 0.5 * math.pi, 1)[1]
-    assert images([one, other], [loops, turned], np.zeros(2))[1] is not None
-    assert images([one, other], [loops, less], np.zeros(2)) == [None, None]
+    assert track_images([one, other], [loops, turned], np.zeros(2))[1] is not None
+    assert track_images([one, other], [loops, less], np.zeros(2)) == [None, None]

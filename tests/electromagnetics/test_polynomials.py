@@ -11,9 +11,9 @@ from sitscad.kernels.electromagnetics.polynomials import (
     chebyshev,
     chebyshev_points,
     exponents,
+    halton_points,
     least_squares,
     monomials,
-    spread,
 )
 
 LOW, HIGH = np.array([1.0, -2.0]), np.array([3.0, 0.5])
@@ -31,11 +31,11 @@ def interpolant(function, count):
 
 
 def fit(function, degree, basis):
-    points = LOW + spread(300, 2) * (HIGH - LOW)
+    points = LOW + halton_points(300, 2) * (HIGH - LOW)
     return least_squares(points, function(points), exponents([1.0, 1.0], degree), LOW, HIGH, basis)
 
 
-INSIDE = LOW + spread(50, 2, 500) * (HIGH - LOW)
+INSIDE = LOW + halton_points(50, 2, 500) * (HIGH - LOW)
 
 
 @pytest.mark.parametrize("chart", [

@@ -14,7 +14,7 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance import tracks
 from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, nodes_enough
-from sitscad.kernels.electromagnetics.inductance.track_strands import distinct_pairs, kinds, track
+from sitscad.kernels.electromagnetics.inductance.track_strands import distinct_pairs, piece_kinds, track
 from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance, winding_inductance
 from sitscad.kernels.geometry.path import Arc
 from sitscad.kernels.geometry.shapes import SHAPES, SpiralDimensions
@@ -69,7 +69,7 @@ def test_concentric_arcs_repeat_all_round():
     eighth = math.pi / 4
     rings = [track([((0.0, 0.0), 0.1 * r, 0.3 + k * eighth, 1.0, eighth) for k in range(8)], 0.05, 0.02, 0.0)
              for r in range(1, 11)]
-    _, arcs, turns = kinds(rings)
+    _, arcs, turns = piece_kinds(rings)
     pairs = distinct_pairs(arcs, arcs, turns, [[(i, j, 1.0) for i in range(10) for j in range(10)]])
     # two radii in any order, and none to four eighths between them, either way round
     assert len(pairs.first) == 55 * 5
@@ -84,7 +84,7 @@ def test_pieces_that_lie_otherwise_are_distinguished(moved, angle):
 
     def kinds_of(corners):
         points = np.array(corners) @ turn
-        found = kinds([track(list(pairwise([tuple(p) for p in points])), 0.1, 0.02, 0.0)])
+        found = piece_kinds([track(list(pairwise([tuple(p) for p in points])), 0.1, 0.02, 0.0)])
         return len(distinct_pairs(found[0], found[0], found[2], [[(0, 0, 1.0)]]).first)
 
     closed = [*square, square[0]]

@@ -15,7 +15,7 @@ from sitscad.kernels.electromagnetics.resonator import (
     Network,
     apparent_inductance,
     oscillate,
-    oscillate_alike,
+    oscillate_similar,
     resonance_frequency,
 )
 
@@ -23,7 +23,7 @@ PLAIN = Network(0.0, 0.0, 220e-12, False)
 
 
 def tank(network, inductance, resistance, delay=0.0):
-    return oscillate_alike(network, np.array([inductance]), np.array([resistance]), delay).one_by_one()[0]
+    return oscillate_similar(network, np.array([inductance]), np.array([resistance]), delay).one_by_one()[0]
 
 
 @pytest.mark.parametrize("quality", [0.02, 0.5, 0.9, 0.999])
@@ -136,7 +136,7 @@ def test_a_tank_has_the_inductance_and_loss_of_its_own_frequency():
     network = Network(8e-12, 4e-12, np.array([100e-12, 220e-12, 1e-9]), True, 0.02)
     found = oscillate(network, coil, 5e-9, np.array([9e6, 6e6, 3e6]))
     inductance, resistance = coil(found.frequency)
-    alike = oscillate_alike(network, inductance, resistance, 5e-9)
+    alike = oscillate_similar(network, inductance, resistance, 5e-9)
     assert found.frequency == approx(alike.frequency, rel=1e-11)
     assert found.inductance == approx(inductance, rel=1e-10) and found.resistance == approx(resistance, rel=1e-9)
 
@@ -174,5 +174,5 @@ def test_a_good_coil_behind_a_long_cable_oscillates(cable, inductance, resistanc
 
 def test_what_no_coil_has_oscillates_nowhere_and_leaves_the_others_alone():
     inductance = np.array([2e-6, -1e-6, 0.0, np.nan, 2e-6])
-    found = oscillate_alike(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
+    found = oscillate_similar(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
     assert found[0] == approx(tank(PLAIN, 2e-6, 3.0, 5e-9).frequency, rel=1e-12) and np.isnan(found[1:]).all()

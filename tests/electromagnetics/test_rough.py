@@ -13,7 +13,7 @@ from sitscad.kernels.electromagnetics.inductance.rings import mean_ring_inductan
 from sitscad.kernels.electromagnetics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
 from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, suited_resolution, winding_cuts, winding_loss
 from sitscad.kernels.electromagnetics.metal.current_spectrum import ring_spectrum, spiral_spectrum
-from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share, sheet_shares
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_ratio, sheet_ratios
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, crowding_near_metal
 
@@ -65,8 +65,8 @@ def test_rough_shares_are_within_a_few_hundredths(floor, is_round):
     coil = CoaxialRings(radii, np.repeat([-40e-6, -100e-6], 8), np.ones(16))
     plate = FinitePlate((5e-3, 5e-3 if is_round else 4.2e-3), 0.15e-3, is_round)
     places, gaps = np.array([[0.0, 0.0], [1.2e-3, 0.0], [1.2e-3, 0.3e-3]]), np.array([0.5e-3, 0.65e-3, 0.7e-3])
-    exact = np.array([plate_share(plate, coil, places, gap, floor) for gap in gaps])
-    rough = sheet_shares(plate, coil, places, gaps, floor)
+    exact = np.array([plate_ratio(plate, coil, places, gap, floor) for gap in gaps])
+    rough = sheet_ratios(plate, coil, places, gaps, floor)
     assert np.all(np.abs(rough / exact - 1.0) < 0.04)
     assert np.all(np.abs((rough[0] / rough[2]) / (exact[0] / exact[2]) - 1.0) < 0.015)
 
@@ -88,5 +88,5 @@ def test_a_disc_is_solved_for_every_gap_as_for_one():
     coil = CoaxialRings(np.linspace(1.0e-3, 2.0e-3, 8), np.zeros(8), np.ones(8))
     places, gaps = np.array([[0.0, 0.0], [1.2e-3, 0.3e-3]]), np.array([0.5e-3, 0.8e-3])
     plate = FinitePlate((4e-3, 4e-3), 0.1e-3, is_round=True)
-    together = sheet_shares(plate, coil, places, gaps, -0.9e-3)[0]
-    assert together == approx(sheet_shares(plate, coil, places, gaps[:1], -0.9e-3)[0], rel=1e-9)
+    together = sheet_ratios(plate, coil, places, gaps, -0.9e-3)[0]
+    assert together == approx(sheet_ratios(plate, coil, places, gaps[:1], -0.9e-3)[0], rel=1e-9)

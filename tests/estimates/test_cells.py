@@ -11,9 +11,9 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly.places.bodies import target_gap
 from sitscad.estimates.design import Design, respond
-from sitscad.estimates.loads.pad import pushed, soft_pad
-from sitscad.estimates.loads.pressing import formula_sigma, pressed
-from sitscad.estimates.loads.working_range import normal_at
+from sitscad.estimates.loads.pad import loaded_poses, soft_pad
+from sitscad.estimates.loads.pressing import formula_sigma, pressed_pad
+from sitscad.estimates.loads.working_range import normal_for_strain
 from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.estimates.signal import signals
 from sitscad.estimates.states.cells import cell_signals, web_crosstalk
@@ -120,7 +120,7 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     array = "{pattern: line, count: 3, pitch: 12}"
     webs, apart = design(array, "cells: {web: 2 mm}"), design(array)
     bare = soft_pad(apart.cells.by_number(1).spec)
-    ways = [pushed(webs.cells.by_number(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
+    ways = [loaded_poses(webs.cells.by_number(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
     free = bare.pose(np.array([[0.1, 0.0, 0.0]]), is_held=True)[0, 2]
     assert [free / way - 1.0 for way in ways] == approx([0.03, 0.059, 0.03], rel=0.05)
     assert list(webs.cells.extremes) == [2, 1] and len(apart.cells.extremes) == 1
@@ -130,10 +130,11 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     far = webs.spec.replace("requirements.normal_force", "100 N")
     (strained,) = (found for found in sitscad.check(far, hints="none").findings if found.rule == "SIT304")
     assert strained.message.startswith("cell 1: ")
-    stated, middle, end = pressed(webs.spec).strain, *(pressed(webs.cells.by_number(k).spec).strain for k in (2, 1))
-    assert middle < stated < end < pressed(apart.spec).strain
+    stated, middle, end = pressed_pad(webs.spec).strain, *(pressed_pad(webs.cells.by_number(k).spec).strain
+                                                           for k in (2, 1))
+    assert middle < stated < end < pressed_pad(apart.spec).strain
     assert formula_sigma(webs.spec) > formula_sigma(webs.cells.by_number(2).spec) > formula_sigma(apart.spec)
-    most, least = (normal_at(soft_pad(one.cells.by_number(2).spec), 0.3) for one in (webs, apart))
+    most, least = (normal_for_strain(soft_pad(one.cells.by_number(2).spec), 0.3) for one in (webs, apart))
     assert most / least == approx(1.059, rel=1e-3)
 
 

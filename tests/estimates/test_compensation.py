@@ -27,7 +27,7 @@ from sitscad.estimates.performance.compensation import (
 )
 from sitscad.estimates.performance.tables import compensation_tables
 from sitscad.estimates.performance.warming import FLAT
-from sitscad.estimates.performance_values import along
+from sitscad.estimates.performance_values import loads_on_axis
 from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -166,7 +166,7 @@ def test_simulated_units_keep_what_is_predicted(compensated, count):
     spec, pad, warming = compensated.spec, bench.pad, WARM - COLD
     material, reading, lag = spec.elastomer.material, point.compensation.reading, point.compensation.lag
     capacitor = 0.5 * spec.readout.device.limit("capacitor_temperature")
-    loads = along(point.load, "shear_x", np.array([0.0, bench.full["shear_x"]]))
+    loads = loads_on_axis(point.load, "shear_x", np.array([0.0, bench.full["shear_x"]]))
     tare = np.log(bench.rest)
 
     def readings(celsius, warmer, expansion, stiffening):

@@ -40,7 +40,7 @@ def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
     """Every chord of an arc was cut into as many pieces as the longest straight side: twenty times as many points."""
     bend = np.array([(np.sin(a), 1.0 - np.cos(a)) for a in np.linspace(0.0, np.pi, 20)]) * 2e-3
     corners = np.concatenate([[(-20.1 * leads.LONGEST, 0.0)], bend])
-    middle, elements = leads._sampled(corners, 1e-4)
+    middle, elements = leads._sample_path(corners, 1e-4)
     assert len(middle) == len(elements) == 21 + 19
     assert elements.sum(axis=0) == approx(corners[-1] - corners[0], abs=1e-15)
     assert middle[:21, 0] - elements[:21, 0] / 2 == approx(corners[0, 0] + np.arange(21) * elements[0, 0], abs=1e-15)
@@ -51,7 +51,7 @@ def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(mo
     """A pad thinner by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
     tried, and another few for the spread of the pad's thickness."""
     modes = []
-    monkeypatch.setattr(near_metal, "_reduced", counted(modes, near_metal._reduced))
+    monkeypatch.setattr(near_metal, "_reduce_modes", counted(modes, near_metal._reduce_modes))
     for kept in (solved._spectrum, coils._led_out):
         kept.cache_clear()
     layout = lay_out(load_text(MOUNTED, "cost.yaml"))
@@ -77,7 +77,7 @@ def test_states_and_solved_target_share_the_waves_of_a_winding(thickness):
 def test_metal_at_the_heights_of_a_target_is_solved_together(monkeypatch):
     """Reading the modes and waves of a winding takes most of the time. Four heights read them four times as often."""
     calls = []
-    monkeypatch.setattr(near_metal, "_reduced", counted(calls, near_metal._reduced))
+    monkeypatch.setattr(near_metal, "_reduce_modes", counted(calls, near_metal._reduce_modes))
     estimate(lay_out(load_text(MOUNTED, "cost.yaml")))
     assert len(calls) < sum(len(surroundings) for _, surroundings, *_ in calls)
     assert max(len(surroundings) for _, surroundings, *_ in calls) >= HEIGHTS

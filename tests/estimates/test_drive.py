@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.circuits.settings import Swing, drive_codes
+from sitscad.estimates.circuits.settings import ParallelResistanceRange, drive_codes
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind
 
@@ -90,9 +90,9 @@ def test_codes_that_do_not_exist_are_refused(code):
 
 
 def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
-    wide = Swing(1000.0, 3100.0)
-    assert len(set(drive_codes([wide, Swing(2000.0, 2200.0)], LDC1614))) == 1
-    near = Swing(2000.0, 2200.0)
+    wide = ParallelResistanceRange(1000.0, 3100.0)
+    assert len(set(drive_codes([wide, ParallelResistanceRange(2000.0, 2200.0)], LDC1614))) == 1
+    near = ParallelResistanceRange(2000.0, 2200.0)
     assert drive_codes([near, near], LDC1614) == (LDC1614.drive_code(2200.0),) * 2
 
 

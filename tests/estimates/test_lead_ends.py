@@ -9,7 +9,7 @@ from probe_spots import touched
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.states.steps import tune, wind
+from sitscad.estimates.states.steps import choose_readout, solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.windings.leads import LEAST_LEFT, estimate_leads
 from sitscad.kernels.electromagnetics.loss.resistance import COPPER_CONDUCTIVITY
@@ -58,7 +58,7 @@ def solved_resistance(layout, folder):
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_resistance_at_the_contacts_of_short_coils_is_within_its_error_bound(name):
-    circuit = tune(wind(laid_out(name), tolerance=1e-2), NO_RATIOS).circuits[0]
+    circuit = choose_readout(solve_windings(laid_out(name), tolerance=1e-2), NO_RATIOS).circuits[0]
     leads, reference = circuit.leads, BOARDS[name][1]
     error = abs(circuit.resistance + leads.resistance - reference)
     assert error < leads.resistance_error * leads.resistance

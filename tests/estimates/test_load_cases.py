@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad import Design, NoResponse, SpecError, respond
 from sitscad.estimates.loads.pad import soft_pad
-from sitscad.estimates.response.cases import load_cases, posed, push_of
+from sitscad.estimates.response.cases import applied_load, case_pose, load_cases
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -39,12 +39,12 @@ loads:
 
 def case(text, name="scissor"):
     spec = load_text(PLAIN + text)
-    return spec, posed(spec, load_cases(spec.loads, [name])[0])[0]
+    return spec, case_pose(spec, load_cases(spec.loads, [name])[0])[0]
 
 
 def test_a_press_is_the_required_force_and_stays_level():
     spec = load_text(ALL)
-    pose = posed(spec, load_cases(spec.loads, ["press"])[0])[0]
+    pose = case_pose(spec, load_cases(spec.loads, ["press"])[0])[0]
     assert pose[[0, 1, 3, 4, 5]] == approx(0.0, abs=1e-12)
     assert soft_pad(spec).force(pose)[0, 2] == approx(-2.0, rel=1e-6)
 
@@ -53,7 +53,7 @@ def test_every_case_is_held_by_the_force_that_it_names():
     spec = load_text(ALL)
     pad = soft_pad(spec)
     for one in load_cases(spec.loads, ["all"]):
-        held, push = pad.force(posed(spec, one)[0])[0], push_of(one)
+        held, push = pad.force(case_pose(spec, one)[0])[0], applied_load(one)
         assert held[:3] == approx(push.force, abs=1e-7), one.name
 
 
@@ -79,10 +79,10 @@ def test_a_force_off_centre_brings_its_side_down():
 
 
 def test_a_shaft_s_pull_is_the_tip_s_force():
-    found = push_of(load_text(ALL).loads[-1])
+    found = applied_load(load_text(ALL).loads[-1])
     assert found.force[2] == approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
     jaw = load_text((TEMPLATES / "grasper_3p5mm.yaml").read_text())
-    assert push_of(jaw.loads[-1]).force[2] == approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
+    assert applied_load(jaw.loads[-1]).force[2] == approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
 
 
 def test_ten_degrees_read_like_the_thesis_s_half_millimetre():

@@ -16,7 +16,7 @@ from sitscad.estimates.windings.leads import estimate_leads
 from sitscad.estimates.windings.losses import Strip, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.windings.methods import bent_track, winding_geometry
 from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.corners import mitred, opened
+from sitscad.kernels.electromagnetics.loss.corners import enclosing_tracks, with_mitred_arcs
 from sitscad.kernels.electromagnetics.loss.proximity import LossResolution, winding_loss
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares, conductivity_at
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
@@ -249,9 +249,9 @@ def test_sides_too_short_for_open_arcs_stay_corners():
     path = rounded_polyline(corners, radius)
     winding = Winding(1, 0.0, 18e-6, 0.0, 1, True, path)
     track = bent_track(winding, width)
-    share, cornered, wide = opened([track])
-    assert share == 0.0 and cornered == wide and not np.any(mitred(cornered[0]).turns)
-    assert opened([mitred(track)])[0] == 0.0
+    share, cornered, wide = enclosing_tracks([track])
+    assert share == 0.0 and cornered == wide and not np.any(with_mitred_arcs(cornered[0]).turns)
+    assert enclosing_tracks([with_mitred_arcs(track)])[0] == 0.0
 
 
 @pytest.mark.parametrize("radius", [0.5, 1.0, 1.5])

@@ -12,8 +12,8 @@ import sitscad
 from sitscad.apps.study.evaluating import can_screen
 from sitscad.assembly.places.bodies import backing_of
 from sitscad.estimates.design import Design
-from sitscad.estimates.targets.assembly import metal_behind, warmed
-from sitscad.estimates.tolerances.scatter import HEIGHT, METAL, MOVED, scatter
+from sitscad.estimates.targets.assembly import at_temperature, metal_behind
+from sitscad.estimates.tolerances.scatter import HEIGHT, METAL, MOVED, scatter_by_cause
 
 TEXT = """
 sitscad: 1
@@ -76,11 +76,11 @@ def test_metal_behind_gives_the_response_of_a_jaw_of_this_sheet(in_jaw):
 
 def test_metal_behind_scatters_the_states_by_its_distance_and_its_thickness(in_jaw):
     loose = over(more=", metal_distance: 0.3")
-    found = scatter(loose.spec)
+    found = scatter_by_cause(loose.spec)
     glue = loose.spec.assembly.glue_tolerance
     assert found[HEIGHT].sigma == approx(math.hypot(0.3e-3, glue) / math.sqrt(3.0), rel=1e-9)
     assert found[METAL].sigma == approx(0.05e-3 / math.sqrt(3.0), rel=1e-9)
-    assert METAL in scatter(in_jaw.spec)
+    assert METAL in scatter_by_cause(in_jaw.spec)
     tight = over().estimates.coils[0].states["rest"].spread
     wide = loose.estimates.coils[0].states["rest"].spread
     assert wide.inductance > 1.5 * tight.inductance
@@ -90,9 +90,9 @@ def test_metal_behind_scatters_the_states_by_its_distance_and_its_thickness(in_j
 def test_tolerances_left_out_are_those_of_the_mount_and_of_a_rolled_sheet():
     text = TEXT.replace("jaw: 0.05, metal_behind: 0.05{more}", "jaw: 0.05{more}")
     spec = sitscad.load_text(text.format(mount=f"{{kind: bench-plate, standoff: 1, {SHEET}}}", more=""), "over.yaml")
-    assert scatter(spec)[HEIGHT].sigma == approx(
+    assert scatter_by_cause(spec)[HEIGHT].sigma == approx(
         math.hypot(0.1e-3, spec.assembly.glue_tolerance) / math.sqrt(3.0), rel=1e-9)  # resin
-    assert scatter(spec)[METAL].sigma == approx(22e-6 / math.sqrt(3.0), rel=1e-9)
+    assert scatter_by_cause(spec)[METAL].sigma == approx(22e-6 / math.sqrt(3.0), rel=1e-9)
 
 
 @pytest.mark.parametrize("cause, face, thickness", [(HEIGHT, -1e-4, 0.0), (METAL, 0.0, 1e-4)])
@@ -105,7 +105,7 @@ def test_unit_with_metal_elsewhere_has_it_there(cause, face, thickness):
 
 def test_warm_metal_behind_conducts_less():
     spec = over().spec
-    assert warmed(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
+    assert at_temperature(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
 
 
 def test_shield_lies_before_metal_behind_with_air_between():

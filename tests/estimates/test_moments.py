@@ -14,8 +14,8 @@ from sitscad.assembly.places.motions import MotionError, read_motions
 from sitscad.calibration.bench_data import BenchError
 from sitscad.checks.judging import check
 from sitscad.estimates.design import Design, respond
-from sitscad.estimates.loads.pad import pushed, soft_pad, tilt_stiffness
-from sitscad.estimates.loads.working_range import axes_felt, required_range, working_range
+from sitscad.estimates.loads.pad import loaded_poses, soft_pad, tilt_stiffness
+from sitscad.estimates.loads.working_range import measured_axes, required_range, working_range
 from sitscad.spec import templates
 
 CELL = templates.read("fingertip_cell")
@@ -62,7 +62,7 @@ def cell():
 )
 def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(array, axes):
     spec = spec_of(array)
-    assert axes_felt(spec.cell_placements[0], spec.requirements) == axes
+    assert measured_axes(spec.cell_placements[0], spec.requirements) == axes
     untold = {"moment_x", "moment_y"} - set(axes)
     keys = {found.key for found in check(spec_of(array), hints="none").findings if found.rule == "SIT411"}
     assert keys == {f"requirements.{name}" for name in untold}
@@ -70,7 +70,7 @@ def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(arra
 
 def test_moment_that_is_asked_for_alone_leaves_the_other_shear():
     spec = spec_of("grid", ", moment_x: 3 N mm")
-    assert axes_felt(spec.cell_placements[0], spec.requirements) == ("normal", "shear_x", "moment_x")
+    assert measured_axes(spec.cell_placements[0], spec.requirements) == ("normal", "shear_x", "moment_x")
     assert required_range(spec).moments == (3e-3, 0.0)
 
 
@@ -142,7 +142,7 @@ def test_force_beside_the_middle_is_the_moment_that_it_has_there():
     spec = sitscad.load_text(CELL)
     pad, force, (x, y) = soft_pad(spec), 4.0, (2e-4, -1e-4)
     beside = pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
-    turned = pushed(spec, np.array([[force, 0.0, 0.0, -y * force, x * force]]), np.array([False]))[0]
+    turned = loaded_poses(spec, np.array([[force, 0.0, 0.0, -y * force, x * force]]), np.array([False]))[0]
     assert np.abs(turned - beside)[0, 3:5].max() < 2e-3 * np.abs(beside)[0, 3:5].max()
 
 
@@ -156,7 +156,7 @@ def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
     loads = read_motions(loads=("normal=4,moment_x=1", "moment_y=2 N mm")).loads
     assert loads == approx(np.array([[4.0, 0.0, 0.0, 1e-3, 0.0], [0.0, 0.0, 0.0, 0.0, 2e-3]]), rel=1e-12)
     assert read_motions(loads=("normal=4",)).loads.shape == (1, 3)
-    pose = pushed(spec, loads, np.zeros(2, dtype=bool))[0]
+    pose = loaded_poses(spec, loads, np.zeros(2, dtype=bool))[0]
     assert pose[0, 3] > 0.0
     assert pose[1, 4] > 0.0
     assert pose[0, 3] == approx(1e-3 / tilt_stiffness(soft_pad(spec), loads[:1] * [1, 0, 0, 0, 0])[0, 0], rel=0.01)

@@ -12,8 +12,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.loads.working_range import WorkingRange, axes_told_apart
-from sitscad.estimates.performance.inversion import _ambiguous_loads, best_fitted, fitted
+from sitscad.estimates.loads.working_range import WorkingRange, distinguishable_axes
+from sitscad.estimates.performance.inversion import _ambiguous_loads, fit_best_polynomial, fit_polynomial
 from sitscad.estimates.performance_values import FORCES
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -25,7 +25,7 @@ def bench():
 
 
 def test_axes_are_those_that_the_array_tells_apart():
-    found = {name: axes_told_apart(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
+    found = {name: distinguishable_axes(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
              for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
     assert found["single_coil"] == ("normal",)
     assert found["bench_7mm"] == ("normal", "shear_x")
@@ -169,11 +169,11 @@ def test_changed_capacitor_keeps_frequency_ratios_to_tare(bench):
 def test_two_loads_of_one_reading_are_found():
     """A reading that turns back: x - x^2 is alike at 0.2 and 0.8."""
     x, one_axis = np.linspace(0.0, 1.0, 40)[:, None], WorkingRange(("normal",), 1.0, 0.0)
-    folded = fitted(x, x - x**2, 2)
+    folded = fit_polynomial(x, x - x**2, 2)
     for pair in _ambiguous_loads(folded, one_axis):
         one, other = np.sort(np.concatenate(pair))
         assert other - one > 0.05 and one + other == approx(1.0, abs=2e-3)
-    assert not list(_ambiguous_loads(fitted(x, x + 0.2 * x**2, 2), one_axis))
+    assert not list(_ambiguous_loads(fit_polynomial(x, x + 0.2 * x**2, 2), one_axis))
 
 
 @pytest.mark.few(1)
@@ -235,7 +235,7 @@ def test_the_grid_feels_shear_alike_along_both_axes():
 def test_a_polynomial_gives_back_what_it_was_fitted_to():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 2))
     values = np.stack([points[:, 0] * points[:, 1] ** 2 + 2.0 * points[:, 0], points[:, 1] ** 3], axis=1)
-    found = best_fitted(points[:40], values[:40], (points[40:], values[40:]), 5)
+    found = fit_best_polynomial(points[:40], values[:40], (points[40:], values[40:]), 5)
     assert found.degree == 3
     assert found(points) == approx(values, abs=1e-9)
     assert found.slope(points[:1])[0, 0, 0] == approx(points[0, 1] ** 2 + 2.0, rel=1e-4)

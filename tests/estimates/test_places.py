@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.estimates.loads import pressing
-from sitscad.estimates.loads.pressing import loaded_face, pressed
+from sitscad.estimates.loads.pressing import loaded_face, pressed_pad
 from sitscad.estimates.targets.assembly import assemble
 from sitscad.estimates.targets.finite_target import target_ratios
-from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_ratio
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
 from sitscad.kernels.mechanics.elastomer import press_part
@@ -84,7 +84,7 @@ def test_quarter_turns_and_turned_discs_are_what_they_look_like(one, other):
     one, other = sensor(TRIANGLE, one), sensor(TRIANGLE, other)
     for name, share in shares(one).items():
         assert share == approx(shares(other)[name], rel=1e-3)
-    assert pressed(one).strain == approx(pressed(other).strain, rel=1e-9)
+    assert pressed_pad(one).strain == approx(pressed_pad(other).strain, rel=1e-9)
 
 
 def test_a_single_coil_feels_a_target_less_the_farther_it_stands_aside():
@@ -104,7 +104,7 @@ def plate(is_round, width, height):
 
 def loaded(pad, target):
     """The loaded face of two plates about one centre."""
-    face, beside = pressing._loaded(plate(*pad), plate(*target), 0.0)
+    face, beside = pressing._cached_loaded_face(plate(*pad), plate(*target), 0.0)
     assert beside == approx(0.0, abs=1e-9)
     return face
 
@@ -139,16 +139,16 @@ def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():
     spec = sensor("", "size: 4, offset: [3, 0]", "size: 6, shape: square")
     face, beside = loaded_face(spec)
     assert face.area == approx(8e-6, rel=1e-6) and beside == approx(1e-3, rel=1e-6)
-    found = pressed(spec)
+    found = pressed_pad(spec)
     assert not found.valid and "it tilts" in found.note and found.loaded_share == approx(8 / 36, rel=1e-6)
-    assert found.strain > pressed(sensor("", "size: 4", "size: 6, shape: square")).strain
+    assert found.strain > pressed_pad(sensor("", "size: 4", "size: 6, shape: square")).strain
 
 
 def test_a_turned_target_within_its_pad_loads_all_of_itself():
     spec = sensor("", "shape: rectangle, size: [5, 3], rotation: 30 deg, offset: [1, 0.5]")
     face, beside = loaded_face(spec)
     assert (face.width_x, face.width_y) == approx((5e-3, 3e-3), rel=1e-6) and beside == approx(0.0, abs=1e-12)
-    assert "tilts" not in pressed(spec).note
+    assert "tilts" not in pressed_pad(spec).note
 
 
 def test_a_pad_of_no_stated_size_carries_a_target_that_is_turned_or_offset():
@@ -167,9 +167,9 @@ JAW_COIL = CoaxialRings(
 def test_a_coil_beyond_a_corner_feels_a_square_more_than_the_disc_in_it_and_less_than_the_disc_about_it(gap):
     """More metal never does less, in whatever direction the coil stands; the disc is solved in a basis of its own."""
     side, places = 4.5e-3, np.array([[0.0, 0.0], [1.5e-3, 1.5e-3], [2.25e-3, 2.25e-3], [3e-3, 3e-3], [2e-3, 3.5e-3]])
-    square = plate_share(FinitePlate((side, side), 20e-6), JAW_COIL, places, gap)
+    square = plate_ratio(FinitePlate((side, side), 20e-6), JAW_COIL, places, gap)
     inner, outer = (
-        plate_share(FinitePlate((size, size), 20e-6, is_round=True), JAW_COIL, places, gap)
+        plate_ratio(FinitePlate((size, size), 20e-6, is_round=True), JAW_COIL, places, gap)
         for size in (side, math.sqrt(2) * side)
     )
     assert np.all(inner <= square * 1.001) and np.all(square <= outer * 1.001)

@@ -17,13 +17,13 @@ import sitscad
 from sitscad import Design, NoResponse, respond
 from sitscad.estimates import estimated
 from sitscad.estimates.response.model import MAX_WORK, SECONDS_PER_WORK
-from sitscad.estimates.states.near import curves
+from sitscad.estimates.states.near import interpolate_over_band
 from sitscad.estimates.states.placed import PoseRange, TargetPoses
-from sitscad.estimates.states.plate import endless_like, solved_plate, solving_work
-from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
+from sitscad.estimates.states.plate import sheet_spectrum, solved_plate, solving_work
+from sitscad.estimates.states.scan import FEW, Changes, ExactSolver, changes_at_poses
 from sitscad.kernels.electromagnetics.eddy.target import changes_at
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.kernels.electromagnetics.resonator import Network, oscillate_alike
+from sitscad.kernels.electromagnetics.resonator import Network, oscillate_similar
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -224,7 +224,7 @@ def test_what_a_map_cannot_follow_is_worked_out_pose_by_pose():
 
     poses = np.zeros((FEW + 1, 6))
     poses[:, 0] = np.linspace(0.0, 1.0, FEW + 1)
-    found = mapped(Exact((1e6, 2e6), rough), poses, 1.0)
+    found = changes_at_poses(ExactSolver((1e6, 2e6), rough), poses, 1.0)
     assert found.error == 0.0
     assert np.array_equal(found.total, rough(poses)[0])
 
@@ -253,12 +253,12 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
             level, place)[0]
         for some in (band, (9e6, 9.1e6))
     )
-    found = Changes(band, ends, ends, like=endless_like(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
+    found = Changes(band, ends, ends, like=sheet_spectrum(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
     assert np.abs(found - middle[0]).max() < 1.5e-3 * np.abs(middle[0]).max()
 
 
 def test_curves_go_through_smooth_functions():
-    found = curves((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
+    found = interpolate_over_band((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
     at = np.array([1.1e6, 2.7e6, 3.9e6])
     assert found(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
 
@@ -267,9 +267,9 @@ def test_curves_go_through_smooth_functions():
 def test_many_tanks_swing_like_one(at_coil):
     network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
     inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
-    found = oscillate_alike(network, inductance, resistance, 5e-9)
+    found = oscillate_similar(network, inductance, resistance, 5e-9)
     for k in range(2):
-        (one,) = oscillate_alike(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).one_by_one()
+        (one,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).one_by_one()
         assert found.frequency[k] == approx(one.frequency, rel=1e-12)
         assert found.parallel_resistance[k] == approx(one.parallel_resistance, rel=1e-9)
     assert np.isnan(found.frequency[2])

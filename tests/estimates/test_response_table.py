@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.design import Design
-from sitscad.estimates.loads.pad import pushed
+from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.response.table import response_table
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -26,7 +26,7 @@ def test_the_table_is_within_its_error_of_the_response(name):
     low, high = table.through.low, table.through.high
     asked = low + generator.random((30, 5)) * (high - low)
     asked[:20, 3:] = 0.0
-    poses = pushed(model.spec, asked[:, :3])[0]
+    poses = loaded_poses(model.spec, asked[:, :3])[0]
     poses[:, 3:] += np.pad(asked[:, 3:], ((0, 0), (0, 1)))
     frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
     told, travel = table(asked)
@@ -48,7 +48,7 @@ def test_table_of_a_sensor_that_tells_moments_is_that_of_a_free_target():
     low, high = table.through.low, table.through.high
     asked = low + np.random.default_rng(7).random((30, 5)) * (high - low)
     asked[:8, 1:] = 0.0
-    poses = pushed(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
+    poses = loaded_poses(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
     frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
     told, travel = table(asked)
     off = np.abs(told - frequency[1:]) / np.ptp(frequency, axis=0)

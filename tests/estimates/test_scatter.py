@@ -17,7 +17,7 @@ from sitscad.assembly.places.bodies import backing_of
 from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
-from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
+from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.tolerances import scatter
 from sitscad.estimates.tolerances.scatter import CAPACITOR, manufacturing_scatter
 from sitscad.layout.board import as_made
@@ -77,7 +77,7 @@ def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
     """They had the pad alone: 29 um where performance and calibration had 33."""
     found, estimates = _sigmas(grasper), grasper.estimates
     glue = found[GLUE]
-    assert glue == uncertainty.sigmas(grasper.spec)[GLUE] > 0.0
+    assert glue == uncertainty.tolerance_sigmas(grasper.spec)[GLUE] > 0.0
     assert estimates.gap_sigmas["rest"] == approx(math.hypot(found[PAD], glue), rel=1e-6)
     assert estimates.gap_sigmas["pressed"] == approx(math.hypot(estimates.compression_scatter.gap, glue), rel=1e-6)
     for coil in estimates.coils:
@@ -90,9 +90,9 @@ def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
 
 def test_a_target_without_a_pad_has_one_line_of_glue(grasper):
     bare = replace(grasper.spec, elastomer=None)
-    two, one = (uncertainty.sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
+    two, one = (uncertainty.tolerance_sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
     assert one == approx(two / math.sqrt(2.0), rel=1e-6)
-    assert uncertainty.sigmas(replace(bare, target=None))[GLUE] == 0.0
+    assert uncertainty.tolerance_sigmas(replace(bare, target=None))[GLUE] == 0.0
 
 
 @pytest.mark.parametrize("band", ["20 um", "200 um"])
@@ -106,7 +106,7 @@ def test_the_states_and_the_pad_take_the_spec_s_own_tolerance(band):
     assert design.estimates.gap_sigmas["rest"] == approx(
         math.hypot(found[PAD], found[GLUE]), rel=1e-6
     )
-    assert uncertainty.sigmas(design.spec)[PAD_SIZE] == found[PAD_SIZE]
+    assert uncertainty.tolerance_sigmas(design.spec)[PAD_SIZE] == found[PAD_SIZE]
     assert not any("elastomer size" in note for note in design.estimates.notes)
 
 
@@ -119,7 +119,7 @@ def _changed_by(design, cause, loads):
     """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
     sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
     drawn = _readings(design.sensing.solved.bench, loads)
-    (one,) = readings_of(design.sensing.solved.bench, scatter.scatter(design.spec)[cause.name], loads)
+    (one,) = perturbed_readings(design.sensing.solved.bench, scatter.scatter_by_cause(design.spec)[cause.name], loads)
     yield one[0] - drawn
     errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.known])
     read = [np.log(sensors.under(off, np.vstack([np.zeros((1, 3)), loads]))) for off in (errors, 0.0 * errors)]
@@ -162,7 +162,7 @@ def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     loads, square = scope.inside(40), 0.0
     for cause in manufacturing_scatter(design.spec, design.estimates):
         ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]
-                for each in readings_of(bench, cause, loads)]
+                for each in perturbed_readings(bench, cause, loads)]
         square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0
     assert np.sqrt(np.mean(square, axis=0)) == approx(found.map.error, rel=0.25)
 

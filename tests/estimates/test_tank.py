@@ -11,8 +11,8 @@ from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuits.tank import POINTS, preferred_values
-from sitscad.estimates.states.near import curves as through_logarithms
-from sitscad.estimates.states.steps import wind, with_target
+from sitscad.estimates.states.near import interpolate_over_band as through_logarithms
+from sitscad.estimates.states.steps import solve_windings, with_target
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.proximity import winding_loss
@@ -93,7 +93,7 @@ def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter
 
 
 def test_the_screen_interpolates_what_metal_changes_of_crowding():
-    tuned = with_target(wind(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
+    tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
     for circuit in tuned.circuits:
         for state in circuit.reflections:
             at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
@@ -104,6 +104,7 @@ def test_the_screen_interpolates_what_metal_changes_of_crowding():
 
 
 def test_no_capacitor_beyond_the_converters_band_is_worth_a_curve():
-    tuned = with_target(wind(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")), tolerance=SCREENING))
+    tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")),
+                                       tolerance=SCREENING))
     assert {band for circuit in tuned.circuits for _, _, band in circuit.curves} == {0}
     assert max(tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections) < 10e6

@@ -13,10 +13,10 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     FinitePlate,
-    eased,
-    loss_share_error,
-    magnetic_share_error,
-    share_error,
+    eased_error,
+    loss_ratio_error,
+    magnetic_ratio_error,
+    ratio_error,
 )
 from sitscad.spec.load import load_text
 
@@ -56,12 +56,12 @@ def targets(metal, shape, quantity):
 @pytest.mark.parametrize("metal", METALS)
 def test_errors_go_on_without_a_jump(metal, shape, quantity, monkeypatch):
     """The shares' own values, which are smooth, are held here: the errors alone are looked at."""
-    monkeypatch.setattr(finite_target, "plate_share", lambda *_: np.array([0.8]))
-    monkeypatch.setattr(finite_target, "plate_loss_share", lambda *_: np.array([0.7]))
-    monkeypatch.setattr(finite_target, "magnetic_share", lambda *_: np.array([0.5]))
+    monkeypatch.setattr(finite_target, "plate_ratio", lambda *_: np.array([0.8]))
+    monkeypatch.setattr(finite_target, "plate_loss_ratio", lambda *_: np.array([0.7]))
+    monkeypatch.setattr(finite_target, "magnetic_ratio", lambda *_: np.array([0.5]))
     places = np.zeros((1, 2))
     sweep = targets(metal, shape, quantity)
-    found = [finite_target.shares_of_sheet(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
+    found = [finite_target.target_sheet_ratios(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
     for values in ([one.error for one in found], [one.loss_error for one in found]):
         steps = np.abs(np.diff(values))
         beside = np.maximum(np.r_[0.0, steps[:-1]], np.r_[steps[1:], 0.0])
@@ -89,7 +89,7 @@ def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more()
     for wide in np.geomspace(0.1, 3.0, 60):
         for thick in np.geomspace(2e-3, 0.3, 40):
             plate = FinitePlate((wide * diameter,) * 2, thick * diameter, is_round=True)
-            for ours, known in ((share_error, stepped_share_error), (loss_share_error, stepped_loss_error)):
+            for ours, known in ((ratio_error, stepped_share_error), (loss_ratio_error, stepped_loss_error)):
                 stated, least = ours(plate, RINGS), known(thick, wide)
                 if wide >= 0.6 and 0.055 < thick < 0.055 * EASED:
                     # discs and boxes of this thickness are within it: what they need grows with the thickness
@@ -98,10 +98,10 @@ def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more()
                 if wide > 0.6 * EASED and not 0.03 / EASED < thick < 0.055 * EASED:
                     assert stated == approx(least, rel=1e-6)
             ratio = 0.1 if wide >= 1.45 else 0.22 if wide >= 0.95 else 0.6 if wide >= 0.2 else 0.9
-            assert magnetic_share_error(plate, RINGS) >= ratio - 1e-12
+            assert magnetic_ratio_error(plate, RINGS) >= ratio - 1e-12
 
 
 def test_easing_ends_where_it_says():
-    assert eased(0.6, 0.6, 0.12, 0.03) == 0.12
-    assert eased(0.6 * EASED, 0.6, 0.12, 0.03) == approx(0.03, rel=1e-6)
-    assert 0.03 < eased(0.7, 0.6, 0.12, 0.03) < 0.12
+    assert eased_error(0.6, 0.6, 0.12, 0.03) == 0.12
+    assert eased_error(0.6 * EASED, 0.6, 0.12, 0.03) == approx(0.03, rel=1e-6)
+    assert 0.03 < eased_error(0.7, 0.6, 0.12, 0.03) < 0.12

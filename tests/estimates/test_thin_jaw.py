@@ -13,7 +13,7 @@ from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.targets.assembly import assemble, metal_behind
-from sitscad.estimates.windings.methods import reflected_by, winding_geometry
+from sitscad.estimates.windings.methods import metal_spectrum, winding_geometry
 from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
@@ -57,7 +57,7 @@ def test_change_by_a_jaw_of_any_thickness_is_that_of_dodd_and_deeds(depths, perm
     thickness = depths * skin_depth(FREQUENCY, STEEL, permeability)
     spec = jaw(thickness, permeability=permeability)
     coil, (_, around) = lay_out(spec).coils[0], assemble(spec).states
-    spectrum = reflected_by(winding_geometry(spec.coil, coil), around.below.distance, is_rough=True)  # as rings
+    spectrum = metal_spectrum(winding_geometry(spec.coil, coil), around.below.distance, is_rough=True)  # as rings
     found = reflected_impedance(spectrum, FREQUENCY, None, around.below)
     radii = 0.5 * (4e-3 - WIDTH) - 2.0 * WIDTH * (np.arange(8) + 0.5)
     height = around.below.distance + coil.windings[0].z

@@ -21,8 +21,8 @@ from sitscad.estimates.circuits.uncertainty import (
     SHARE,
     crowding_growth,
     resistance_slopes,
-    sigmas,
     thickest_copper,
+    tolerance_sigmas,
     width_power,
 )
 from sitscad.estimates.loads import pressing
@@ -180,7 +180,7 @@ def _circuit_slopes(spec, frequency):
 def test_the_spread_is_that_of_a_sample():
     """Designs drawn from the tolerances, each estimated whole, scatter as the derivatives say."""
     spec = design()
-    sigma = sigmas(spec)
+    sigma = tolerance_sigmas(spec)
     state = estimate(lay_out(spec)).coils[0].states["free"]
     rng = np.random.default_rng(22)
     rows = []
@@ -220,7 +220,7 @@ readout: {device: ldc1614, capacitance: 220 pF, drive_code: 20}
 def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypatch):
     """Images hold the crowding down that grows with the width: slopes of the coil alone were twice as steep."""
     spec = load_text(BETWEEN_METAL.replace("SHAPE", shape), "between.yaml")
-    sigma, found = sigmas(spec), moves(monkeypatch, spec)["rest"]
+    sigma, found = tolerance_sigmas(spec), moves(monkeypatch, spec)["rest"]
     state = estimate(lay_out(spec)).coils[0].states["rest"]
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
         less, more = (
@@ -274,13 +274,13 @@ def padded(**parts):
 def moves(monkeypatch, spec):
     """What one sigma of each cause does to inductance, resistance and capacitance, by state."""
     found = {}
-    real = uncertainty._moves
+    real = uncertainty._tank_changes
 
     def watched(circuit, tank, state, slopes):
         found[state.state] = real(circuit, tank, state, slopes)
         return found[state.state]
 
-    monkeypatch.setattr(uncertainty, "_moves", watched)
+    monkeypatch.setattr(uncertainty, "_tank_changes", watched)
     estimate(lay_out(spec))
     monkeypatch.undo()
     return found
@@ -345,10 +345,10 @@ def test_copper_scatters_by_its_foil_and_by_its_plating():
     panel = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-30um, plating: 17 um")
     spec = load_text(panel, "panel.yaml")
     foil, plating = 0.1 * 18.0 / 35.0, 3.5 / 35.0
-    assert sigmas(spec)[THICKNESS] == approx(math.hypot(foil, plating) / math.sqrt(3.0), rel=1e-9)
+    assert tolerance_sigmas(spec)[THICKNESS] == approx(math.hypot(foil, plating) / math.sqrt(3.0), rel=1e-9)
     assert _thickest(spec) == approx(foil + plating, rel=1e-9)
     buttons = load_text(panel.replace("plating: 17 um", "plated: buttons"), "buttons.yaml")
-    assert sigmas(buttons)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-9)
+    assert tolerance_sigmas(buttons)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-9)
     assert _thickest(buttons) == approx(0.1, rel=1e-9)
 
 
@@ -375,8 +375,9 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
         0.5 * (soft.compression.strain - stiff.compression.strain), rel=1e-6
     )
     assert scatter.strain == approx(math.hypot(*scatter.shares.values()), rel=1e-6)
-    glue = sigmas(spec)[GLUE]
-    assert found.gap_sigmas == {"rest": math.hypot(sigmas(spec)[PAD], glue), "pressed": math.hypot(scatter.gap, glue)}
+    glue = tolerance_sigmas(spec)[GLUE]
+    assert found.gap_sigmas == {"rest": math.hypot(tolerance_sigmas(spec)[PAD], glue),
+                                "pressed": math.hypot(scatter.gap, glue)}
     per_newton = [e.coils[0].sensitivity(4.0) for e in (soft, stiff)]
     stated = found.coils[0].sensitivity_sigma(4.0)
     # the pad's thickness moves both states alike, and adds little to what the modulus does to one of them
@@ -471,6 +472,6 @@ def test_a_pad_s_scatter_has_its_law_s_error_in_it():
         shares[name] = found.compression_scatter.shares[pressing.BLOCK] / found.compression.strain
         assert pressing.BLOCK in found.coils[0].states["pressed"].spread.shifts
         assert pressing.BLOCK not in found.coils[0].states["rest"].spread.shifts
-    stiffer = pressing.pressed(near, modulus=1.025).strain / pressing.pressed(near).strain
+    stiffer = pressing.pressed_pad(near, modulus=1.025).strain / pressing.pressed_pad(near).strain
     assert shares["near"] == approx(1.0 - stiffer, rel=0.1)
     assert shares["flat"] > 1.5 * shares["near"]

@@ -23,7 +23,7 @@ from sitscad.checks.judging import check
 from sitscad.files.documents import laser_notes
 from sitscad.files.drawing.svg import path_data
 from sitscad.files.formats import laser
-from sitscad.kernels.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
+from sitscad.kernels.geometry.path import Line, Point, bounding_box, closed_polygon, rounded_polygon
 from sitscad.layout import lay_out
 from sitscad.layout.laser_sheet import (
     COUPON_HOLE,
@@ -261,7 +261,7 @@ def test_dxf_handles_are_unique():
 def test_dxf_arcs_are_bulges():
     """A contour with rounded corners keeps its arcs: no format word for it, but the area is exact."""
     corners = [Point(0, 0), Point(8 * MM, 0), Point(8 * MM, 5 * MM), Point(0, 5 * MM)]
-    contour = Contour(CutLayer.CUT_OUTER, rounded(corners, 1 * MM))
+    contour = Contour(CutLayer.CUT_OUTER, rounded_polygon(corners, 1 * MM))
     vertices = list(laser.bulged_vertices(contour.path))
     bulges = [bulge for _, bulge in vertices if bulge]
     assert bulges == approx([math.tan(math.pi / 8)] * 4, rel=1e-6)
@@ -350,7 +350,7 @@ def test_svg_keeps_arcs_and_turns_them_the_right_way():
     """Rounded corners stay outside the chord when y is turned over: the area is that of the path."""
     tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
     corners = [Point(1 * MM, 1 * MM), Point(9 * MM, 1 * MM), Point(9 * MM, 6 * MM), Point(1 * MM, 6 * MM)]
-    for path in (rounded(corners, 1 * MM), rounded(corners, 1 * MM).reversed()):
+    for path in (rounded_polygon(corners, 1 * MM), rounded_polygon(corners, 1 * MM).reversed()):
         data = path_data(path.mapped(lambda p: Point(p.x * 1e3, p.y * 1e3)), 10.0, 6)
         assert data.count("A") == 4
         assert abs(tools.parse_path(data).area(chord_length=1e-2)) == approx(40 - (4 - math.pi), rel=1e-5)

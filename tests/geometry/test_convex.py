@@ -11,7 +11,7 @@ from shapely.geometry import Point as Dot
 from shapely.geometry import Polygon
 from tolerance import approx
 
-from sitscad.kernels.geometry.convex import Footprint, beyond, centroid, clipped, within_box
+from sitscad.kernels.geometry.convex import Footprint, centroid, clip_path, signed_distance, within_box
 from sitscad.kernels.geometry.path import Point, circle, enclosed_area, rectangle
 
 lengths = st.floats(0.2, 12.0)
@@ -46,7 +46,7 @@ def test_overlap_of_plates_matches_shapely(one, other):
 @given(lengths, lengths, radii, places, places)
 def test_distance_beyond_rounded_body_matches_shapely(x, y, radius, px, py):
     ground = rectangle(-x / 2, -y / 2, x / 2, y / 2, radius)
-    found, reference, dot = beyond(ground, Point(px, py)), polygon(ground), Dot(px, py)
+    found, reference, dot = signed_distance(ground, Point(px, py)), polygon(ground), Dot(px, py)
     inside = reference.contains(dot)
     expected = -reference.exterior.distance(dot) if inside else reference.distance(dot)
     assert found == approx(expected, abs=1e-4)
@@ -74,8 +74,8 @@ def test_box_cuts_body_off_board_with_tail():
 
 def test_cut_beside_disc_leaves_all_or_nothing():
     disc = circle(Point(1.0, 2.0), 0.5)
-    assert enclosed_area(clipped(disc, Point(3.0, 0.0), Point(1, 0))) == approx(math.pi / 4, rel=1e-6)
-    assert clipped(disc, Point(0.0, 0.0), Point(1, 0)) is None
+    assert enclosed_area(clip_path(disc, Point(3.0, 0.0), Point(1, 0))) == approx(math.pi / 4, rel=1e-6)
+    assert clip_path(disc, Point(0.0, 0.0), Point(1, 0)) is None
 
 
 @pytest.mark.parametrize("turn", [0.0, math.pi / 2, math.pi, -math.pi / 2])

@@ -19,7 +19,7 @@ from sitscad.kernels.geometry.path import (
     polar,
     polyline,
     rectangle,
-    rounded,
+    rounded_polygon,
     rounded_polyline,
 )
 
@@ -82,7 +82,7 @@ def test_enclosed_area_includes_arcs_exactly():
 
 
 def test_rounded_path_is_closed_and_tangent():
-    path = rounded([Point(0, 0), Point(3e-3, 0), Point(3e-3, 1e-3), Point(1e-3, 1e-3), Point(0, 3e-3)], 0.2e-3)
+    path = rounded_polygon([Point(0, 0), Point(3e-3, 0), Point(3e-3, 1e-3), Point(1e-3, 1e-3), Point(0, 3e-3)], 0.2e-3)
     assert path.is_closed
     for one, other in pairwise(path.segments):
         assert one.end.distance(other.start) < 1e-12

@@ -16,9 +16,16 @@ from tolerance import approx
 
 from sitscad.estimates.loads.pad import TILT_SIGMAS, tilt_stiffness_error
 from sitscad.kernels.mechanics.elastomer import Face, Surround, even_rim
-from sitscad.kernels.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
+from sitscad.kernels.mechanics.motion import (
+    _coefficients,
+    angles,
+    cross_matrices,
+    rotation_vectors,
+    rotations,
+    rotations_of_vectors,
+)
 from sitscad.kernels.mechanics.pad import BondedPad
-from sitscad.kernels.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
+from sitscad.kernels.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, force_sigma, pressure_stiffness
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = BondedPad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
@@ -29,7 +36,7 @@ WIDTH = st.floats(1.0, 8.0)
 def left_jacobians(vectors):
     """(n, 3, 3): what turn, in board axes, follows from a small change of a rotation vector (n, 3; rad)."""
     _, second, third = _coefficients(vectors)
-    turning = crosses(vectors)
+    turning = cross_matrices(vectors)
     return np.eye(3) + second[:, None, None] * turning + third[:, None, None] * (turning @ turning)
 
 
@@ -118,7 +125,7 @@ def test_the_stated_error_has_no_step(least, most, block):
     """A parameter that is swept finely changes it by little: twenty times finer by a twentieth, and never at once."""
     changes = []
     for count in (1000, 20000):
-        stated = np.array([sigma(block(value)) for value in np.linspace(least, most, count)])
+        stated = np.array([force_sigma(block(value)) for value in np.linspace(least, most, count)])
         changes.append(np.abs(np.diff(stated)).max())
     assert changes[1] < 0.1 * changes[0]
 
@@ -206,9 +213,9 @@ def test_rotations_and_their_vectors(rx, ry, rz):
     turned = rotations(np.array([[rx, ry, rz]]))
     vector = rotation_vectors(turned)
     assert angles(turned)[0] == approx([rx, ry, rz], abs=1e-12)
-    assert exponentials(vector)[0] == approx(turned[0], abs=1e-9)
+    assert rotations_of_vectors(vector)[0] == approx(turned[0], abs=1e-9)
     small = np.array([[1e-6, -2e-6, 1.5e-6]])
-    spin = rotation_vectors(exponentials(vector + small) @ np.swapaxes(turned, 1, 2))[0]
+    spin = rotation_vectors(rotations_of_vectors(vector + small) @ np.swapaxes(turned, 1, 2))[0]
     assert spin == approx(left_jacobians(vector)[0] @ small[0], abs=1e-10)
 
 
@@ -298,7 +305,7 @@ def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_cha
     there = np.concatenate([[0.2, -0.1, 0.8], turned * rng.uniform(-1.0, 1.0, 3)])
     wanted, point = rng.uniform(-0.3, 0.3, (1, 6)), rng.uniform(-0.2, 0.4, (1, 3))
     lack, slope = pad._lack_and_slope(there[None], wanted, point)
-    frame, turn = (exponentials(part * there[None, 3:])[0] for part in (pad._share, 1.0))
+    frame, turn = (rotations_of_vectors(part * there[None, 3:])[0] for part in (pad._share, 1.0))
     h, whole = pad.thickness, pad.shear_modulus * pad.face.area
     pose = np.concatenate([h * (frame @ there[:3] - [0.0, 0.0, 1.0]), angles(turn[None])[0]])
     given_force, given_moment = np.split(pad.force(pose)[0] / (3 * [whole] + 3 * [whole * h]) - wanted[0], 2)

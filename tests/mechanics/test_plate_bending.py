@@ -8,7 +8,7 @@ from scipy.special import bei, beip, ber, berp, kei, keip, ker, kerp
 from tolerance import approx
 
 from sitscad.kernels.mechanics import plate_bending
-from sitscad.kernels.mechanics.plate_bending import POISSON, bending, rigidity
+from sitscad.kernels.mechanics.plate_bending import POISSON, plate_deflection, rigidity
 
 
 def test_the_rigidity_is_that_of_timoshenko():
@@ -22,7 +22,7 @@ def test_a_narrow_plate_is_a_beam_on_springs(monkeypatch, slenderness):
     x = slenderness  # length times the fourth root of k / (4 E I)
     whole = np.sinh(x) + np.sin(x)
     beam = x * ((2.0 + np.cosh(x) + np.cos(x)) / 2.0 - 2.0 * np.cosh(x / 2.0) * np.cos(x / 2.0)) / whole
-    (found,) = bending((59e-3, 3e-3), False, (0.02e-3, 3e-3), np.array([(59e-3 / x) ** 4 / 4.0]))
+    (found,) = plate_deflection((59e-3, 3e-3), False, (0.02e-3, 3e-3), np.array([(59e-3 / x) ** 4 / 4.0]))
     assert found == approx(beam, rel=2e-3)
 
 
@@ -44,11 +44,11 @@ def _round(radius, pressed, length):
 
 @pytest.mark.parametrize(("pressed", "length"), [(2e-3, 6e-3), (5e-3, 6e-3), (5e-3, 3e-3), (8e-3, 4e-3)])
 def test_a_round_plate_is_that_of_kelvins_functions(pressed, length):
-    (found,) = bending((20e-3, 20e-3), True, (2.0 * pressed, 2.0 * pressed), np.array([length**4]))
+    (found,) = plate_deflection((20e-3, 20e-3), True, (2.0 * pressed, 2.0 * pressed), np.array([length**4]))
     assert found == approx(_round(10e-3, pressed, length), rel=3e-3)
 
 
 def test_pressed_all_over_it_stays_flat_and_thicker_it_bends_less():
-    assert bending((59e-3, 10e-3), False, (80e-3, 20e-3), np.array([1e-9]))[0] == approx(0.0, abs=1e-9)
-    bent = bending((59e-3, 10e-3), False, (10e-3, 10e-3), np.geomspace(1e-10, 1e-5, 12))
+    assert plate_deflection((59e-3, 10e-3), False, (80e-3, 20e-3), np.array([1e-9]))[0] == approx(0.0, abs=1e-9)
+    bent = plate_deflection((59e-3, 10e-3), False, (10e-3, 10e-3), np.geomspace(1e-10, 1e-5, 12))
     assert (np.diff(bent) < 0.0).all() and bent[-1] < 0.01 < 0.1 < bent[0]

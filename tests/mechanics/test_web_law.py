@@ -11,8 +11,8 @@ from tolerance import approx
 
 from sitscad.kernels.mechanics.elastomer import Face, Surround
 from sitscad.kernels.mechanics.pad import BondedPad
-from sitscad.kernels.mechanics.pad_law import sigma
-from sitscad.kernels.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Webs, grip
+from sitscad.kernels.mechanics.pad_law import force_sigma
+from sitscad.kernels.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Webs, web_effect
 
 FIGURES = Path(__file__).parents[1] / "validation" / "web_figures.csv"
 ROWS = [{name: float(value) for name, value in row.items()}
@@ -24,7 +24,7 @@ MOST = {"press": 0.15, "shear": 0.3, "tilt": 0.16, "aside": 0.25}
 def joined(row: dict[str, float], **webs: float) -> BondedPad:
     """The pad of a row in metres, with webs or the row's one."""
     size = [1e-3 * (row[name] - 2.0 * row["rim"]) for name in ("along", "across")]
-    found = Webs(1e-3 * row["web"], **webs or {"right": grip(row["gap"])})
+    found = Webs(1e-3 * row["web"], **webs or {"right": web_effect(row["gap"])})
     return BondedPad(Face(*size), 1e-3, 60e3, around=Surround(1e-3 * row["rim"], webs=found))
 
 
@@ -49,7 +49,7 @@ def test_what_a_web_adds_is_that_of_finite_elements():
 def test_a_web_at_one_side_holds_that_side_up():
     """By the elements 0.33 % of a side's length beside the middle, for a tenth of the side: 17 rad/m of way."""
     row = ROWS[1]
-    right, left, back = (joined(row, **{side: grip(row["gap"])}) for side in ("right", "left", "back"))
+    right, left, back = (joined(row, **{side: web_effect(row["gap"])}) for side in ("right", "left", "back"))
     loads = np.array([[0.5, 0.0, 0.0], [1.0, 0.05, -0.03]])
     tilted = right.pose(loads)
     assert tilted[0, 4] < 0.0 and tilted[0, [1, 3, 5]] == approx(0.0, abs=1e-12)
@@ -69,7 +69,7 @@ def test_a_web_at_one_side_holds_that_side_up():
 def test_webs_on_all_sides_are_about_a_rim():
     """As long and as wide as the side, they leave out the corners of the pad that reaches as far on all sides."""
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
-    webs = Webs(8e-3, *(4 * [grip(3.0)]))
+    webs = Webs(8e-3, *(4 * [web_effect(3.0)]))
     wide, held = (replace(pad, around=around) for around in (Surround(3e-3), Surround(webs=webs)))
     more, most = (one.block.stiffer.press * one.pressure(np.array([0.0, 1e-4]))[1] / one.block.stiffer.press
                   / pad.pressure(np.array([1e-4]))[0] - 1.0 for one in (held, wide))
@@ -79,5 +79,5 @@ def test_webs_on_all_sides_are_about_a_rim():
 def test_the_law_is_less_sure_of_a_pad_with_webs():
     held = joined(ROWS[2])
     added = held.block.stiffer.press
-    bare = sigma(without_webs(held).block)
+    bare = force_sigma(without_webs(held).block)
     assert held.sigma == approx(np.hypot(bare, WEB_SIGMA * (1.0 - 1.0 / added)), rel=1e-12)

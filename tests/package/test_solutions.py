@@ -17,7 +17,7 @@ from sitscad.estimates.windings import losses
 from sitscad.kernels import solve_cache as solutions
 from sitscad.kernels.electromagnetics.metal import finite_plate, near_metal
 from sitscad.kernels.mechanics import pad
-from sitscad.kernels.solve_cache import Solutions, keeping, read, solved
+from sitscad.kernels.solve_cache import Solutions, cached_solution, read_cache, store_results
 from sitscad.package import building
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import rewritten
@@ -45,10 +45,10 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
 
     def heard(question, solve):
         said.update(part if isinstance(part, bytes) else repr(part).encode() for part in question()[:1])
-        return solved(question, solve)
+        return cached_solution(question, solve)
 
     for module in (pad, plate, finite_plate, losses):
-        monkeypatch.setattr(module, "solved", heard)
+        monkeypatch.setattr(module, "cached_solution", heard)
     built(TEXT, tmp_path / "one")
     assert any(b"Coil(" in each for each in said)
     assert {b"BondedPad", b"LossesNearMetal"} <= {each.partition(b"(")[0] for each in said}
@@ -74,45 +74,45 @@ QUESTION = ("what", 0.1)
 def stored(*answers: float) -> Solutions:
     """A store that was asked once."""
     store = Solutions()
-    with keeping(store):
-        solved(lambda: QUESTION, lambda: (np.array(answers), np.array([1j])))
+    with store_results(store):
+        cached_solution(lambda: QUESTION, lambda: (np.array(answers), np.array([1j])))
     return store
 
 
 def asked(store: Solutions) -> tuple[list[float], list[complex]] | None:
     """What a store knows; None where it would solve."""
-    with keeping(store):
-        found = solved(lambda: QUESTION, lambda: ())
+    with store_results(store):
+        found = cached_solution(lambda: QUESTION, lambda: ())
     return (found[0].tolist(), found[1].tolist()) if found else None
 
 
 def test_a_file_holds_every_bit_and_nobody_changes_an_answer():
     answers = (0.1, -0.0, np.inf, 5e-324)
-    again = read(stored(*answers).as_bytes("code"), "code")
+    again = read_cache(stored(*answers).as_bytes("code"), "code")
     assert asked(again) == ([*answers], [1j]) and str(asked(again)[0][1]) == "-0.0"
-    with keeping(again), pytest.raises(ValueError, match="read-only"):
-        solved(lambda: QUESTION, lambda: ())[0][0] = 1.0
+    with store_results(again), pytest.raises(ValueError, match="read-only"):
+        cached_solution(lambda: QUESTION, lambda: ())[0][0] = 1.0
 
 
 def test_answers_of_other_code_or_in_a_damaged_file_are_none(monkeypatch):
     file = stored(0.1).as_bytes("code")
-    assert asked(read(file, "other code")) is None
+    assert asked(read_cache(file, "other code")) is None
     for at in range(0, len(file), 7):
-        assert asked(read(file[:at] + bytes([file[at] ^ 1]) + file[at + 1 :], "code")) is None, at
-    assert asked(read(file[:-1], "code")) is None and asked(read(b"", "code")) is None
+        assert asked(read_cache(file[:at] + bytes([file[at] ^ 1]) + file[at + 1 :], "code")) is None, at
+    assert asked(read_cache(file[:-1], "code")) is None and asked(read_cache(b"", "code")) is None
     monkeypatch.setattr(np, "__version__", "1.0")
-    assert asked(read(file, "code")) is None
+    assert asked(read_cache(file, "code")) is None
 
 
 def test_a_store_is_never_larger_than_stated_and_drops_what_was_not_asked_for(monkeypatch):
     monkeypatch.setattr(solutions, "MOST", 3 * (solutions.HEAD + 80))
     store = Solutions()
-    with keeping(store):
+    with store_results(store):
         for number in range(5):
-            solved(lambda number=number: (number,), lambda: (np.zeros(10),))
+            cached_solution(lambda number=number: (number,), lambda: (np.zeros(10),))
         store.forget()
         assert len(store.known) == 3
-        solved(lambda: ("new",), lambda: (np.ones(10),))
+        cached_solution(lambda: ("new",), lambda: (np.ones(10),))
         store.forget()
     assert len(store.known) == 3 and sum(answer[0][0] for answer in store.known.values()) == 1.0
 
@@ -136,21 +136,22 @@ def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_pa
     assert (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
     if harm == "damaged":
         with building.cached_solutions("bench-7mm"):
-            assert solved(lambda: ("one",), lambda: ())[0] == 1.0
+            assert cached_solution(lambda: ("one",), lambda: ())[0] == 1.0
 
 
 def asked_for_one() -> float:
     """An answer that a store keeps, whose question is always the same."""
-    return float(solved(lambda: ("one",), lambda: (np.ones(1),))[0][0])
+    return float(cached_solution(lambda: ("one",), lambda: (np.ones(1),))[0][0])
 
 
 def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch):
     with building.cached_solutions("bench-7mm"):
         asked_for_one()
         with building.cached_solutions("bench-7mm"):
-            solved(lambda: ("two",), lambda: (np.ones(1),))
+            cached_solution(lambda: ("two",), lambda: (np.ones(1),))
     with building.cached_solutions("bench-7mm", writes=False):
-        assert asked_for_one() == 1.0 and solved(lambda: ("two",), lambda: ()) == (), "the last one's file is whole"
+        assert asked_for_one() == 1.0 and cached_solution(lambda: ("two",),
+                                                          lambda: ()) == (), "the last one's file is whole"
     monkeypatch.setattr(building, "MOST_CACHED", cache.stat().st_size + 10)
     (cache.parent / "mine.solved.txt").write_bytes(bytes(100))
     (cache.parent / "nowhere.solved").symlink_to(cache.parent / "gone")

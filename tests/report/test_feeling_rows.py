@@ -6,14 +6,14 @@ import math
 
 import pytest
 
-from sitscad.estimates.performance.tables import amount, sensor_rows
-from sitscad.estimates.performance_values import largest_lasting, of_full_scale
+from sitscad.estimates.performance.tables import load_text, sensor_rows
+from sitscad.estimates.performance_values import full_scale_text, largest_lasting
 from sitscad.files.report.page import _performance_section
 
 
 def test_an_axis_that_no_reading_tells_has_no_figures():
     """Its document has none (None): the page ended in a TypeError, and its largest error was nothing."""
-    assert amount(math.inf, "normal") == "no reading tells it" and amount(3e-3, "normal") == "3 mN"
+    assert load_text(math.inf, "normal") == "no reading tells it" and load_text(3e-3, "normal") == "3 mN"
     untold = dict.fromkeys(("noise", "creep", "capacitors, without a tare"))
     assert largest_lasting(untold)[0] == math.inf
     assert largest_lasting({"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0}) == (0.05, "creep")
@@ -26,7 +26,7 @@ def test_an_axis_that_no_reading_tells_has_no_figures():
 )
 def test_errors_are_reported_beside_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
-    assert of_full_scale(error, 2.0) == words
+    assert full_scale_text(error, 2.0) == words
 
 
 def test_the_page_has_the_words_of_the_data_sheet():

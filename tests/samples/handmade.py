@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from sitscad.assembly import solids as parts
 from sitscad.assembly.solids import Solid
-from sitscad.kernels.geometry.path import Point, Region, rectangle, rounded
+from sitscad.kernels.geometry.path import Point, Region, rectangle, rounded_polygon
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup
@@ -62,7 +62,7 @@ def board(spec: SensorSpec, body=(9.0e-3, 4.4e-3), tail=12e-3, tail_width=1.6e-3
         traces=(),
         vias=(),
         pads=(),
-        outline=rounded(corners, [*radii, *reversed(radii)]),
+        outline=rounded_polygon(corners, [*radii, *reversed(radii)]),
         body=(-x, -y, x, y),
         top_openings=(Region(rectangle(end - 1.5e-3, -e, end, e)),),
         bottom_openings=(),

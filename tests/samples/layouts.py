@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.kernels.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
+from sitscad.kernels.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded_polygon
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup, Tail
@@ -164,7 +164,7 @@ def two_coils(copper: int = 2, tail: bool = True, name: str = "two-coils") -> La
         Point(x1, half),
         Point(x0, half),
     ]
-    outline = rounded(corners, [0.5 * MM, 0.5 * MM, 1.0 * MM, 0.0, 0.0, 1.0 * MM, 0.5 * MM, 0.5 * MM])
+    outline = rounded_polygon(corners, [0.5 * MM, 0.5 * MM, 1.0 * MM, 0.0, 0.0, 1.0 * MM, 0.5 * MM, 0.5 * MM])
     opening = Region(rectangle(TAIL_END - 3.1 * MM, -1.25 * MM, TAIL_END + 0.2 * MM, 1.25 * MM))
     plate = Region(
         rectangle(TAIL_END - 5.0 * MM, -1.25 * MM, TAIL_END, 1.25 * MM, 0.2 * MM),

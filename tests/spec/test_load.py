@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec import presets, templates
 from sitscad.spec.circuit import Plating
@@ -198,7 +198,7 @@ def test_plating_that_cannot_be_is_named(lines):
 def test_the_scatter_of_a_written_stackup_is_that_of_the_preset_it_repeats():
     preset = loaded("fpc: {stackup: flex-2l-30um}")
     own = loaded("fpc:", f"  stackup: {ROWS % ('30 um', '30 um')}")
-    assert sigmas(own) == approx(sigmas(preset), rel=1e-9)
+    assert tolerance_sigmas(own) == approx(tolerance_sigmas(preset), rel=1e-9)
 
 
 def test_rules_can_be_written_out_over_a_preset():

@@ -1161,10 +1161,10 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
         row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
         made = unit_spec(spec, row, {})
         found.append(Design(made).estimates.coils[0].resistance_dc)
-    from sitscad.estimates.circuits.uncertainty import sigmas
+    from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
     from sitscad.estimates.tolerances.scatter import WIDTH
 
-    assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(sigmas(spec)[WIDTH], rel=0.05)
+    assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(tolerance_sigmas(spec)[WIDTH], rel=0.05)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from sitscad.basics import quantities
 from sitscad.basics.check_results import Measure, Share, Signal
 from sitscad.basics.quantities import DASH, Quantity, by_quantity, by_result, document
-from sitscad.estimates.coil_estimates import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, MeterReadings, ReadoutEstimate, StateEstimate
 from sitscad.estimates.response.response_arrays import Response
 from sitscad.estimates.states.at_frequency import CoilAtFrequency
 from sitscad.kernels.converters import reference_counter
@@ -20,7 +20,7 @@ RESULTS = [
     (quantities.COIL, CoilEstimate), (quantities.STATE, StateEstimate), (quantities.BARE_TANK, StateEstimate),
     (quantities.TANK_AND_DRIVE, ReadoutEstimate), (quantities.RATES, ReadoutEstimate),
     (reference_counter.SETTINGS, ReferenceCounter), (quantities.SCAN_TIMES, ReadoutEstimate),
-    (quantities.LONE_TIMES, ReadoutEstimate), (quantities.METERED, Metered),
+    (quantities.LONE_TIMES, ReadoutEstimate), (quantities.METERED, MeterReadings),
     (quantities.AT_FREQUENCY, CoilAtFrequency), (quantities.RESPONSE, Response),
     (quantities.SIGNAL, Signal), (quantities.FIT, Measure),
     (quantities.FIT_PART, Share),

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from sitscad.estimates.windings.losses import losses_near_metal
-from sitscad.estimates.windings.methods import WindingGeometry, equivalent_spirals, reflected_by
+from sitscad.estimates.windings.methods import WindingGeometry, equivalent_spirals, metal_spectrum
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.kernels.geometry.path import Arc, Point, rounded_polyline
@@ -57,6 +57,6 @@ def changes_by_mirror(shape, track, turns, size, pitch, mirror, frequencies):
     placed = SimpleNamespace(outer_angle=0.0, sense=1, inward=True, z=track.z, thickness=track.thickness)
     spirals = equivalent_spirals(geometry, SimpleNamespace(windings=[placed]))
     wall = Reflector(mirror, (MetalLayer(1e30),))
-    reflected = reflected_inductances(reflected_by(geometry, mirror), frequencies, wall, None, (0.0,))[:, 0]
+    reflected = reflected_inductances(metal_spectrum(geometry, mirror), frequencies, wall, None, (0.0,))[:, 0]
     crowding = losses_near_metal(spirals, COPPER, mirror, is_round=False).changes(frequencies, wall, None)
     return float(reflected[0].real), reflected + crowding

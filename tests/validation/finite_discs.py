@@ -10,7 +10,7 @@ from tolerance import approx
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.disc import disc
 from sitscad.kernels.electromagnetics.eddy.surface import Metal
-from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, rotation_matrices
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 FREQUENCY = 5e6
@@ -39,7 +39,7 @@ def of_disc(gap, diameter, thickness, conductivity, permeability=1.0):
     depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity * permeability)
     surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0, 0.02 * diameter), 0.4e-3, (40, 4), 0)
     target = SolvedTarget(surface, -0.5 * thickness, Metal(FREQUENCY, conductivity, permeability))
-    flat, below = turned(np.zeros((1, 3))), np.array([[0.0, 0.0, gap]])
+    flat, below = rotation_matrices(np.zeros((1, 3))), np.array([[0.0, 0.0, gap]])
     return target.changes(flat, below, [Rings(*EIGHT)], np.zeros((1, 2)))[0, 0, 0]
 
 

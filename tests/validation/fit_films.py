@@ -17,7 +17,7 @@ import numpy as np
 from sitscad.data import FOLDER
 from sitscad.kernels.mechanics import pad_law, surround_law
 from sitscad.kernels.mechanics.pad_law import Block
-from sitscad.kernels.mechanics.surround_law import COURSES, MOST, QUICK, terms, units
+from sitscad.kernels.mechanics.surround_law import COURSES, MOST, QUICK, correction_terms, wall_stiffness
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
@@ -85,7 +85,7 @@ def _bare(course: str, block: Block, strain: float) -> float:
         small = max(strain, 1e-6)
         law = pad_law.compression(block)
         return law.at(small) / float(pad_law._lindley(small)) if strain else law.at_rest
-    law = pad_law.tilt(block) if course == "tilt" else pad_law.shear(block)[0]
+    law = pad_law.tilt_stiffness(block) if course == "tilt" else pad_law.shear_stiffness(block)[0]
     return float(law(np.array([strain]))[0])
 
 
@@ -115,13 +115,13 @@ def fitted(course: str) -> dict[str, list[float]]:
 
 def _parts(one: Sample, names: tuple[str, ...]) -> np.ndarray:
     block = one.block
-    known = terms(block.skin, block.skin_modulus, block.shape_factor, block.oblongness, block.round)
+    known = correction_terms(block.skin, block.skin_modulus, block.shape_factor, block.oblongness, block.round)
     return np.array([known[name] for name in names])
 
 
 def _unit(course: str, one: Sample) -> float:
     block = one.block
-    return units(block.along, block.across, block.shape_factor, block.skin * block.skin_modulus)[course]
+    return wall_stiffness(block.along, block.across, block.shape_factor, block.skin * block.skin_modulus)[course]
 
 
 def _basis(strain: float) -> np.ndarray:
@@ -147,5 +147,5 @@ def written() -> str:
 
 if __name__ == "__main__":
     (FOLDER / "pad_films.csv").write_text(written(), encoding="utf-8")
-    surround_law.table.cache_clear()
+    surround_law.coefficient_table.cache_clear()
     surround_law._rows.cache_clear()

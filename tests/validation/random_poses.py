@@ -26,7 +26,7 @@ import numpy as np
 import sitscad
 from sitscad import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
-from sitscad.kernels.electromagnetics.eddy.target import turned
+from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices
 
 ROOT = Path(__file__).parents[2]
 FIGURES = Path(__file__).with_name("random_poses.csv")
@@ -73,7 +73,7 @@ def poses(spec, rest, count, generator, gaps=(0.15 * MM, 3.0 * MM)) -> np.ndarra
     found[:, 3:5] = np.radians(generator.uniform(-15.0, 15.0, (count, 2))) * generator.integers(0, 2, (count, 1))
     found[:, 5] = generator.uniform(-0.3, 0.3, count)
     gap = np.exp(generator.uniform(math.log(gaps[0]), math.log(gaps[1]), count))
-    down = np.abs(turned(found[:, 3:])[:, 2, :2]) * 0.5 * np.array(spec.target.size)
+    down = np.abs(rotation_matrices(found[:, 3:])[:, 2, :2]) * 0.5 * np.array(spec.target.size)
     found[:, 2] = gap - rest + (np.hypot(*down.T) if spec.target.shape == "circle" else down.sum(axis=1))
     return found
 

@@ -22,7 +22,7 @@ import numpy as np
 from sitscad.estimates.windings.losses import bent_loss
 from sitscad.estimates.windings.methods import bent_track, winding_geometry
 from sitscad.kernels.electromagnetics.loss import proximity
-from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, join_losses
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 from sitscad.kernels.geometry.shapes import CHORD_TOLERANCE
@@ -88,7 +88,7 @@ def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:
         azimuth_loss(spirals, *sector, COPPER, proximity.LossResolution(modes, 37, fine.steps + 10))
         for sector in proximity.sectors(spirals, 37)
     ]
-    return joined(parts)
+    return join_losses(parts)
 
 
 def references() -> dict[tuple[str, int], tuple[float, ...]]:

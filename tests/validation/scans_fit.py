@@ -25,8 +25,8 @@ from scipy.optimize import least_squares
 
 from sitscad.estimates.states.placed import PoseRange
 from sitscad.estimates.states.plate import solved_plate
-from sitscad.kernels.electromagnetics.eddy.target import turned
-from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, evaluated
+from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices
+from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, evaluate_polynomials
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 
@@ -71,7 +71,7 @@ def tabulated(coil: str, size: float, fill: float, target: str, across: float, t
     plate = solved_plate(spec.target, spec.coil, lay_out(spec).coils, band, None, PoseRange(GAPS[0], 8.0 * MM, half))
     x, y, gap = (part.ravel() for part in np.meshgrid(*axes(), indexing="ij"))
     places = np.stack([x, y, np.exp(gap)], axis=1)
-    turns = np.tile(turned(np.radians([[0.0, turn, 0.0]])), (len(places), 1, 1))
+    turns = np.tile(rotation_matrices(np.radians([[0.0, turn, 0.0]])), (len(places), 1, 1))
     change = np.concatenate(
         [plate.changes(turns[k : k + 200], places[k : k + 200])[0] for k in range(0, len(x), 200)], axis=1
     )
@@ -124,7 +124,7 @@ class Unit:
         found = []
         for corner in self.corners:
             away = np.abs(moved - 0.5 * pitch * corner) * MM
-            found.append(np.exp(evaluated(table[..., None], axes(), np.column_stack([away, height]))[:, 0]))
+            found.append(np.exp(evaluate_polynomials(table[..., None], axes(), np.column_stack([away, height]))[:, 0]))
         return -np.stack(found, axis=1)
 
     def seen(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -191,12 +191,12 @@ class Tilted:
         for corner in unit.corners:
             aside = moved - 0.5 * pitch * corner
             away, sense = np.abs(aside) * MM, np.where(aside < 0.0, -1.0, 1.0)
-            here = evaluated(self.level[..., None], axes(), np.column_stack([away, height]))[:, 0]
+            here = evaluate_polynomials(self.level[..., None], axes(), np.column_stack([away, height]))[:, 0]
             for k in (0, 1):  # coil and target look the same along y as along x
                 at = np.column_stack([away[:, ::-1] if k else away, height])
                 turn = sense[:, k] * own[UNIT + k]
-                here += turn * evaluated(self.slope[..., None], axes(), at)[:, 0]
-                here += 0.5 * turn**2 * evaluated(self.bend[..., None], axes(), at)[:, 0]
+                here += turn * evaluate_polynomials(self.slope[..., None], axes(), at)[:, 0]
+                here += 0.5 * turn**2 * evaluate_polynomials(self.bend[..., None], axes(), at)[:, 0]
             found.append(np.exp(here))
         return -np.stack(found, axis=1)
 

@@ -25,7 +25,7 @@ from sitscad.layout.board import as_made
 TEMPLATES = Path(__file__).parents[2] / "templates"
 NUMBERS = ("inductance", "resistance", "parallel_resistance", "frequency")
 AT = {"inductance": 0, "frequency": 1, "resistance": 2, "parallel_resistance": 3}
-"""Where a number stands in `Spread.shifts`."""
+"""Where a number stands in `StateSigmas.shifts`."""
 
 EVEN = math.sqrt(1.8), (5 / 18, 8 / 18, 5 / 18)
 NORMAL = math.sqrt(3.0), (1 / 6, 2 / 3, 1 / 6)

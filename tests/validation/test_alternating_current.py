@@ -33,7 +33,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_d
 from sitscad.kernels.electromagnetics.inductance.rings import radii_at
 from sitscad.kernels.electromagnetics.loss import proximity
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.current_modes import joined, mode_system
+from sitscad.kernels.electromagnetics.loss.current_modes import join_losses, mode_system
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
 from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, suited_modes
 from tests.oracles.losses import inductance_change
@@ -150,7 +150,7 @@ def test_too_few_points_are_noticed():
     modes = ModeSet(13, 4, (13, 2))
     loss = rings_by_modes(np.array(radii) * MM, np.array(heights) * UM, width * UM, copper * UM, modes)
     assert not loss.is_resolved(5e6)
-    assert not joined([loss, loss]).is_resolved(5e6)
+    assert not join_losses([loss, loss]).is_resolved(5e6)
 
 
 def test_direct_current_leans_to_the_inside_of_a_bend():

@@ -20,7 +20,7 @@ from sitscad.estimates.windings.own_capacitance import (
     USUAL_PERMITTIVITY,
     _turns,
     _voltages,
-    added_by_metal,
+    capacitance_to_metal,
 )
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
@@ -67,7 +67,7 @@ def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, 
     layout = lay_out(spec)
     found = estimate(layout)
     gap, behind = found.gaps["pressed"], found.gaps.get("behind_the_board")
-    by_rings, most = added(spec, gap, behind), added_by_metal(
+    by_rings, most = added(spec, gap, behind), capacitance_to_metal(
         layout.coils[0], spec.coil, spec.fpc.stackup.thickness, gap, behind)
     assert 0.0 < by_rings < most < 0.1 * found.coils[0].self_capacitance
     assert by_rings < 2e-4 * found.coils[0].capacitance
@@ -82,7 +82,7 @@ def test_a_large_coil_close_to_its_target_is_reported(layers, is_told):
     spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
     layout = lay_out(spec)
     found = estimate(layout)
-    by_rings, most = added(spec, 0.2e-3, None), added_by_metal(
+    by_rings, most = added(spec, 0.2e-3, None), capacitance_to_metal(
         layout.coils[0], spec.coil, spec.fpc.stackup.thickness, 0.2e-3, None)
     assert 0.1 * most < by_rings < most
     assert (by_rings > 0.1 * found.coils[0].self_capacitance) == is_told

@@ -15,7 +15,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates.windings.methods import WindingGeometry
-from sitscad.estimates.windings.neighbours import mutual_error, side_by_side
+from sitscad.estimates.windings.neighbours import mutual_error, winding_pair_inductance
 from sitscad.kernels.geometry.path import Point
 
 REFERENCES = coil_pairs.read()
@@ -32,7 +32,7 @@ def compared(rows):
             (SimpleNamespace(centre=Point(*centre)), WindingGeometry(coil.spec, coil.spirals, coil.drawn))
             for coil, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
         ]
-        mutual, exact = side_by_side(*placed), float(row["mutual_inductance_H"])
+        mutual, exact = winding_pair_inductance(*placed), float(row["mutual_inductance_H"])
         found.append((abs(mutual.inductance - exact), mutual_error(mutual, two.first.spec), abs(exact)))
     return found
 

@@ -30,7 +30,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import track
 from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss import corner_excess
 from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.corner_excess import relaxation
+from sitscad.kernels.electromagnetics.loss.corner_excess import lost_inductance
 from sitscad.kernels.electromagnetics.loss.corners import corner_inductance, with_corners
 from sitscad.kernels.electromagnetics.loss.proximity import least_gap
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
@@ -234,8 +234,8 @@ TURNS = {45.0: 1, 60.0: 2, 90.0: 3}
 def test_the_tables_are_those_of_the_map(degrees, aspect):
     turn, cells = math.radians(degrees), (5, 8)
     moment, middle = limit(lambda n: moments(flow(turn, aspect, n)), cells)
-    assert corner_excess.moment(turn) == approx(moment, rel=0.01)
-    points = corner_excess.points(turn)
+    assert corner_excess.corner_moment(turn) == approx(moment, rel=0.01)
+    points = corner_excess.corner_points(turn)
     assert np.sum(points[:, 2]) == approx(1.0, abs=2e-3)
     assert points[:, 2] @ points[:, 0] == approx(middle, abs=0.01)
     arms, own = limit(lambda n: made(flow(turn, aspect, n), aspect), cells)
@@ -254,8 +254,8 @@ def test_the_tables_of_rounded_corners(degrees, radius):
     less = curved(turn, radius)
     if radius < corner_excess.TIGHT[-1]:
         assert corner_excess.tight_squares(turn, radius) == approx(squares, abs=0.01)
-        assert corner_excess.moment(turn, radius) == approx(moment, rel=0.01)
-        table = corner_excess.points(turn, radius)
+        assert corner_excess.corner_moment(turn, radius) == approx(moment, rel=0.01)
+        table = corner_excess.corner_points(turn, radius)
         assert table[:, 2] @ table[:, 0] == approx(inside, abs=0.015)
         ours = corner_excess.own_inductance(turn, 1.0, 0.1, radius)
     else:
@@ -309,7 +309,7 @@ def test_the_relaxation_of_a_bend_is_the_triangles(degrees, radius):
     sides is taken at as many places across as the tables were fitted with.
     """
     inductance, resistance = difference(degrees, radius, 0.04, PLACES)
-    lost = relaxation(math.radians(degrees), WIDTH, 0.04 * WIDTH, radius, COPPER)[0] / (4e-7 * math.pi * WIDTH)
+    lost = lost_inductance(math.radians(degrees), WIDTH, 0.04 * WIDTH, radius, COPPER)[0] / (4e-7 * math.pi * WIDTH)
     assert lost > 2e-3
     assert np.max(np.abs(inductance)) < max(0.15 * lost, 6e-4) and np.max(np.abs(resistance[2:])) < 0.15 * lost
 

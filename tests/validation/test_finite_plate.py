@@ -13,12 +13,12 @@ from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.metal.finite_plate import (
     CoaxialRings,
     FinitePlate,
-    loss_share_error,
-    magnetic_share,
-    magnetic_share_error,
-    plate_loss_share,
-    plate_share,
-    share_error,
+    loss_ratio_error,
+    magnetic_ratio,
+    magnetic_ratio_error,
+    plate_loss_ratio,
+    plate_ratio,
+    ratio_error,
 )
 
 
@@ -64,8 +64,8 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
     endless = endless_change(radii, heights, gap, floor)
     box = converged_change(size, thickness, offset, radii, heights, gap, floor=floor, across=across, through=through)
     plate, winding = FinitePlate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
-    share = plate_share(plate, winding, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
-    return float(share), box / endless, share_error(plate, winding)
+    share = plate_ratio(plate, winding, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
+    return float(share), box / endless, ratio_error(plate, winding)
 
 
 @pytest.mark.few(2)
@@ -105,9 +105,9 @@ def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
 
     (more, more_endless), (less, less_endless) = receded(-10e-6), receded(10e-6)
     plate, rings = FinitePlate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
-    ours = plate_loss_share(plate, rings, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
+    ours = plate_loss_ratio(plate, rings, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
     reference = (more - less) / (more_endless - less_endless)
-    assert ours == approx(reference, rel=loss_share_error(plate, rings))
+    assert ours == approx(reference, rel=loss_ratio_error(plate, rings))
 
 
 EIGHT = (8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5)
@@ -124,9 +124,9 @@ def shares_and_discs(gap, diameter, thickness):
     depth = min(0.25 * thickness, 0.5 * SKIN)
     plate = FinitePlate((diameter - 2 * depth,) * 2, thickness - 2 * depth, is_round=True)
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
-    ours = (float(share(plate, rings, np.zeros((1, 2)), gap + depth)[0]) for share in (plate_share, plate_loss_share))
+    ours = (float(share(plate, rings, np.zeros((1, 2)), gap + depth)[0]) for share in (plate_ratio, plate_loss_ratio))
     return tuple(ours), (disc[0] / endless[0], disc[1] / endless[1]), (
-        share_error(plate, rings), loss_share_error(plate, rings))
+        ratio_error(plate, rings), loss_ratio_error(plate, rings))
 
 
 def check_disc(gap, diameter, thickness):
@@ -170,7 +170,7 @@ def test_discs_of_rings_converge():
 def test_a_thin_box_is_the_sheet():
     radii, heights = JAW
     box = converged_change((4.5e-3, 4.2e-3), 20e-6, BETWEEN, radii, heights, 1e-3, across=24, through=2)
-    sheet = plate_share(FinitePlate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
+    sheet = plate_ratio(FinitePlate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
                         np.array([[BETWEEN, 0.0]]), 1e-3)[0]
     assert sheet == approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
 
@@ -199,9 +199,9 @@ def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
     reference = 3.0 * better - 2.0 * coarse
     assert better == approx(reference, rel=0.05 if thickness <= 0.2 * sides.min() else 0.15)
     plate, rings = FinitePlate(tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
-    ours = magnetic_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
-    error = magnetic_share_error(plate, rings)
+    ours = magnetic_ratio(plate, rings, np.array([[offset, 0.0]]), gap)[0]
+    error = magnetic_ratio_error(plate, rings)
     assert ours == approx(reference, rel=error)
     if offset == 0.0 and 0.5 * size < max(sides) <= size:
-        conductor = plate_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
+        conductor = plate_ratio(plate, rings, np.array([[offset, 0.0]]), gap)[0]
         assert conductor > 1.3 * reference

@@ -5,10 +5,10 @@ from __future__ import annotations
 from fit_films import fitted
 from tolerance import approx
 
-from sitscad.kernels.mechanics.surround_law import table
+from sitscad.kernels.mechanics.surround_law import coefficient_table
 
 
 def test_the_films_terms_are_those_of_their_script():
-    for course, parts in table().items():
+    for course, parts in coefficient_table().items():
         for term, values in fitted(course).items():
             assert parts[term] == approx(values, rel=1e-3, abs=2e-3), (course, term)

@@ -12,7 +12,7 @@ from bricks import Bricks
 from tolerance import approx
 
 from sitscad.checks.rules import constant_limits
-from sitscad.kernels.mechanics.plate_bending import POISSON, bending, rigidity
+from sitscad.kernels.mechanics.plate_bending import POISSON, plate_deflection, rigidity
 
 pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
 
@@ -62,7 +62,8 @@ def _compared(folder, size, pad, foil, rim, counts) -> tuple[float, float]:
     down = -moved[model.places[:, 2] > pad + 0.9 * foil, 2]
     middle = -moved[np.argmin(np.hypot(*model.places[:, :2].T) - model.places[:, 2]), 2]
     ratio = np.array([rigidity(COPPER, foil) / springs])
-    return (middle - down.min()) / (total / springs / area), float(bending(size, False, (PRESSED, PRESSED), ratio)[0])
+    return (middle - down.min()) / (total / springs / area), float(plate_deflection(size, False, (PRESSED, PRESSED),
+                                                                                    ratio)[0])
 
 
 @pytest.mark.parametrize(

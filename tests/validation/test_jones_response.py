@@ -27,8 +27,8 @@ from sitscad import estimate, lay_out, load_text  # noqa: E402
 from sitscad.estimates.states.placed import PoseRange  # noqa: E402
 from sitscad.estimates.states.plate import solved_plate  # noqa: E402
 from sitscad.kernels.electromagnetics.constants import skin_depth  # noqa: E402
-from sitscad.kernels.electromagnetics.eddy.target import turned  # noqa: E402
-from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share  # noqa: E402
+from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices  # noqa: E402
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_ratio  # noqa: E402
 
 MM, FREQUENCY = 1e-3, 5e6
 SCAN_GAP, NEAR, FAR = 0.95 * MM, 0.2 * MM, 1.06 * MM
@@ -87,7 +87,7 @@ def changes(spec, gaps, moves, turns=None):
     half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
     cover = PoseRange(lowest, 9.0 * MM, half)
     plate = solved_plate(spec.target, spec.coil, coils, (FREQUENCY, 1.05 * FREQUENCY), None, cover)
-    return 1e6 * np.einsum("pcc->pc", plate.changes(turned(angles), places)[0][0].real)
+    return 1e6 * np.einsum("pcc->pc", plate.changes(rotation_matrices(angles), places)[0][0].real)
 
 
 def ranges(spec):
@@ -135,7 +135,7 @@ def by_finite_plate(size, gap, moves):
     depth = 0.5 * skin_depth(FREQUENCY, 5.8e7)
     plate = FinitePlate(tuple(MM * s - 2 * depth for s in size), 0.2 * MM - 2 * depth)
     offsets = np.array([[side * 4e-3 - x, -y] for x, y in moves for side in (-1, 1)])
-    shares = plate_share(plate, CoaxialRings(radii, heights, np.ones_like(radii)), offsets, gap + depth)
+    shares = plate_ratio(plate, CoaxialRings(radii, heights, np.ones_like(radii)), offsets, gap + depth)
     return 1e6 * endless_change(radii, heights, gap + depth) * shares.reshape(-1, 2)
 
 

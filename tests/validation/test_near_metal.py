@@ -257,5 +257,5 @@ def test_one_subspace_serves_metal_about_there(gap, metal):
     around = Reflector(gap, (metal,))
     shared = crowding.changes(frequencies, around, None)
     middle = near_metal._Waves(*(part[0] for part in crowding._waves(np.array([3e6]), around, None)))
-    own, = near_metal._reduced(crowding.cuts, [middle], True, crowding.steps)
+    own, = near_metal._reduce_modes(crowding.cuts, [middle], True, crowding.steps)
     assert shared == approx(own.changes(frequencies, crowding._waves(frequencies, around, None)), rel=5e-4)

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from finite_discs import EIGHT, Rings
 
-from sitscad.estimates.states.plate import LOSS, MAGNET, USUAL, Detail, surface
+from sitscad.estimates.states.plate import LOSS, MAGNET, USUAL, Detail, target_surface
 from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
 from sitscad.kernels.electromagnetics.eddy.surface import Metal
-from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, rotation_matrices
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, reflection
 from sitscad.kernels.electromagnetics.special_functions import j1
 from sitscad.spec.materials import Conductor, Target
@@ -41,12 +41,12 @@ def solved(coil, shape, sizes, thickness, metal):
     radii, gap = coil
     target = Target(shape, sizes, thickness, Conductor("metal", *metal[1:]))
     edge = min(0.5 * skin_depth(*metal), 0.25 * thickness, 0.02 * min(sizes))
-    found = surface(target, Detail(gap, 2.0 * float(radii.max())), edge)
+    found = target_surface(target, Detail(gap, 2.0 * float(radii.max())), edge)
     if shape == "circle":
         found = replace(found, orders=0)
     whole = SolvedTarget(found, -0.5 * thickness, Metal(*metal))
     potential, place = [Rings(radii, np.zeros(radii.size))], np.array([[0.0, 0.0, gap]])
-    return whole.changes(turned(np.zeros((1, 3))), place, potential, np.zeros((1, 2)))[0, 0, 0]
+    return whole.changes(rotation_matrices(np.zeros((1, 3))), place, potential, np.zeros((1, 2)))[0, 0, 0]
 
 
 def endless(coil, thickness, metal):

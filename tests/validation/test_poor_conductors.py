@@ -50,7 +50,7 @@ def check(metal, gap, diameter, thickness):
     conductivity, permeability = METALS[metal]
     target = Target("circle", (diameter, diameter), thickness, Conductor(metal, conductivity, permeability))
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
-    found = finite_target.shares_of_sheet(target, rings, np.zeros((1, 2)), gap, -math.inf)
+    found = finite_target.target_sheet_ratios(target, rings, np.zeros((1, 2)), gap, -math.inf)
     whole, true = endless(gap, thickness, metal), by_elements(gap, diameter, thickness, metal)
     ours = float(found.shares[0]) * whole[0], float(found.losses[0]) * whole[1]
     ratios = ours[0] / true[0], ours[1] / true[1]
@@ -105,4 +105,4 @@ def test_a_large_disc_of_elements_is_an_endless_plate(metal):
 def test_non_magnetic_metal_is_no_magnet_however_thin():
     for name, (conductivity, permeability) in METALS.items():
         foil = Target("square", (5e-3, 5e-3), 10e-6, Conductor(name, conductivity, permeability))
-        assert (finite_target.like_a_conductor(foil, 3e-3) == 1.0) == (permeability < 1.5), name
+        assert (finite_target.conductor_weight(foil, 3e-3) == 1.0) == (permeability < 1.5), name

@@ -11,7 +11,7 @@ from disc_of_elements import disc_change
 from pierced_slab import slab_change
 from tolerance import approx
 
-from sitscad.estimates.targets.window import ERROR, LOSS_ERROR, receded
+from sitscad.estimates.targets.window import ERROR, LOSS_ERROR, opening_with_skin_depth
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.metal.opening import Opening, gained_inductance
@@ -69,7 +69,7 @@ def in_plate(side, conductivity):
     gap, thickness, depth = 0.8e-3, 1.3e-3, skin_depth(5e6, conductivity, 1.0)
 
     def at(recess):
-        opening = receded(Opening((side, side), thickness), recess)
+        opening = opening_with_skin_depth(Opening((side, side), thickness), recess)
         gained = gained_inductance(opening, rings(RADII, 0.0 * RADII), gap + recess)
         return gained, -endless_change(RADII, 0.0 * RADII, gap + recess)
 

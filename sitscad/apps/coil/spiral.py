@@ -17,7 +17,7 @@ from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.coil_estimates import CrossCheck
 from sitscad.estimates.states.at_frequency import CoilAtFrequency, coil_at
-from sitscad.estimates.states.steps import wind
+from sitscad.estimates.states.steps import solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.windings.leads import NO_LEADS
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
@@ -222,7 +222,7 @@ def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
 
     Raises FrequencyError if the coil cannot be estimated at a frequency.
     """
-    windings = wind(layout)
+    windings = solve_windings(layout)
     winding, layout_coil = windings.winding, layout.coils[0]
     circuit = coil_circuits(windings.layout, winding, windings.matrix, windings.assembly, NO_RATIOS)[0]
     lone = replace(circuit, leads=NO_LEADS, self_capacitance=circuit.winding_capacitance)

@@ -14,8 +14,8 @@ from sitscad.basics.record import record, replace
 from sitscad.estimates.circuits.coils import coil_circuits
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit
-from sitscad.estimates.circuits.uncertainty import sigmas
-from sitscad.estimates.states.steps import wind
+from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
+from sitscad.estimates.states.steps import solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.tolerances.scatter import DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
 from sitscad.estimates.windings.leads import NO_LEADS
@@ -65,7 +65,7 @@ class CoilVariants:
         winding = _impedance(circuit, FREE, frequencies)
         nominal = winding
         if has_leads:
-            windings = wind(layout)
+            windings = solve_windings(layout)
             circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
             nominal = _impedance(circuits[number], FREE, frequencies, circuits[number].self_capacitance)
         errors = [solved.bound.relative(circuit.loss.resistance_ratio(f), f) for f in frequencies.tolist()]
@@ -123,7 +123,7 @@ class CoilVariants:
 
     def tolerances(self) -> Mapping[str, ComplexArray]:
         """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error."""
-        coil, sigma = self.spec.coil, sigmas(self.spec)
+        coil, sigma = self.spec.coil, tolerance_sigmas(self.spec)
         omega = 2.0 * math.pi * self.frequencies
         series, capacitance = self.nominal.series, self.nominal.capacitance
         moved = {
@@ -193,7 +193,7 @@ def _lone_coil_spec(coil: CoilSpec, stackup: Stackup, temperature: float) -> Sen
 
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
     """Return the solved winding of a spec with one coil, and its circuit."""
-    windings = wind(lay_out(spec))
+    windings = solve_windings(lay_out(spec))
     circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
     return windings.winding, circuits[0]
 

@@ -19,8 +19,8 @@ from sitscad.estimates.circuits.uncertainty import SHARE
 from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import GLUE, PAD
-from sitscad.estimates.loads.working_range import axes_felt
-from sitscad.estimates.performance.inversion import crosstalk
+from sitscad.estimates.loads.working_range import measured_axes
+from sitscad.estimates.performance.inversion import crosstalk_at
 from sitscad.estimates.performance.points import COURSE
 from sitscad.estimates.performance.screen import NEARLY
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
@@ -236,7 +236,7 @@ def _crosstalk(sensing: SensingAnalysis) -> float:
         raise AbsentError("one coil measures one axis")
     if not sensing.is_range_held:
         raise AbsentError("the pad fails sideways within the required loads")
-    tables = [crosstalk(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
+    tables = [crosstalk_at(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
     return max(error for table in tables for row in table.values() for error in row.values())
 
 
@@ -293,7 +293,7 @@ TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("a
 
 def _measurable(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
-        return axis in axes_felt(spec.cell_placements[0], spec.requirements)
+        return axis in measured_axes(spec.cell_placements[0], spec.requirements)
 
     if axis in MOMENTS:
         return Need(f"requirements.{axis}, and coils that tell it apart", is_had,

@@ -49,7 +49,7 @@ from sitscad.assembly.solids.solid import (
     top_edges,
 )
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, rounded
+from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, rounded_polygon
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount, Retention
 
@@ -218,7 +218,7 @@ def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: flo
     for side in (-1.0, 1.0):
         radius = min(CORNER_ROUNDING, (outer - inner) / 2)
         corners = [Point(x, y + side * half) for x, half in ((x0, inner), (x1, inner), (x1, outer), (x0, outer))]
-        plan = rounded(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
+        plan = rounded_polygon(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
         wall = prism(plan, bottom, 0.0)
         reach = sorted((y + side * (inner - 1e-3), y + side * (outer - radius)))
         ledges += [box(x0, reach[0], bottom, x1, reach[1], foot), wall.fillet(LEDGE_ROUNDING * MM, top_edges(wall))]

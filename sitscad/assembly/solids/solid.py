@@ -25,7 +25,7 @@ from sitscad.assembly.places.bodies import PartsError as PartsError
 from sitscad.basics.arrays import Array
 from sitscad.basics.errors import ExpectedError
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.path import Arc, Path, Point, Region, rounded
+from sitscad.kernels.geometry.path import Arc, Path, Point, Region, rounded_polygon
 
 _MEND = "pip install 'sitscad[all]'"
 _SYSTEM_LIBRARIES = "libgl1 libxrender1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
@@ -164,7 +164,7 @@ def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
 def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) -> Path:
     """Return the rectangle between two corners with rounded corners (m) at the tip of the jaw, at x0."""
     corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
-    return rounded(corners, [radius, 0.0, 0.0, radius])
+    return rounded_polygon(corners, [radius, 0.0, 0.0, radius])
 
 
 def one_solid(shape: Any, what: str) -> Any:

@@ -44,7 +44,7 @@ from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.solids.plates import grown_outline, over_body
 from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra, one_solid, prism, subtract, tapered
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.convex import Box, Footprint, beyond, within_box
+from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance, within_box
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Mount
@@ -347,7 +347,7 @@ def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float
     size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
     places = [Point(x0 + (i + 0.5) * (x1 - x0) / columns, y0 + (k + 0.5) * (y1 - y0) / rows)
               for i in range(columns) for k in range(rows)]
-    inside = tuple(at for at in places if beyond(body_outline, at) <= -size / 2)
+    inside = tuple(at for at in places if signed_distance(body_outline, at) <= -size / 2)
     return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
 
 

@@ -45,10 +45,10 @@ from sitscad.estimates.loads.gluing import (
     board_plan,
     glued_plan,
     hard_adhesive,
-    lying_time,
     may_set_first,
     open_adhesives,
     piece_press,
+    spreading_time,
 )
 from sitscad.kernels.geometry.convex import Box
 from sitscad.spec import presets
@@ -242,7 +242,7 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         plan, area = board_plan(design.layout)
         used, most = hard_adhesive(design.layout), MOST_PRESSURE * area
         if used is not None and used.open_time is not None and board_force(design.layout, used) > most:
-            takes = lying_time(used, plan, most, spec.assembly.glue_line, HARD_HANDLING)
+            takes = spreading_time(used, plan, most, spec.assembly.glue_line, HARD_HANDLING)
             yield violation_of("glue-board", "assembly.glue_line", takes, used.open_time, "s", source=used.source,
                                glue=used.name, force=most)
             return
@@ -252,7 +252,7 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
         if getattr(spec, part) is None or not may_set_first(spec, part):
             continue
         plan, force = glued_plan(spec, part), piece_press(spec, part).force
-        takes = lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
+        takes = spreading_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
         if takes <= glue.open_time:
             continue
         adhesives = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]

@@ -28,7 +28,7 @@ from sitscad.checks.fixes.moves import larger_body, reread_changes
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.convex import beyond
+from sitscad.kernels.geometry.convex import signed_distance
 from sitscad.kernels.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
 from sitscad.spec.materials import Cutting
@@ -56,7 +56,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
     def complaint(case: str, low: Body, carrier: Path, key: str, over: float, box: tuple[float, ...],
                   on: tuple[float, ...], details: tuple[str, ...] = ()) -> Violation:
         # an error if a piece's middle lies beside its support: it falls off, and the numbers do not apply
-        beside = beyond(carrier, low.footprint.centre) > 0.0
+        beside = signed_distance(carrier, low.footprint.centre) > 0.0
         sides = _overhang_texts(box, on)
         (x0, y0, x1, y1), (x, y), jaw = design.layout.body, spec.array.middle, spec.jaw
         offset = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]

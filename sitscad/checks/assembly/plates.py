@@ -30,7 +30,7 @@ from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.data import rows
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.convex import Box, Footprint, beyond
+from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance
 from sitscad.kernels.geometry.path import Path, Point, rectangle
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.board import Layout
@@ -169,7 +169,7 @@ def _fitting_plates(
 def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
     # The sides (m) of the largest plate of a kind that has room in place, no larger than now. Smaller sides are whole
     # grains. None without room.
-    room = -beyond(on, here.centre) - around
+    room = -signed_distance(on, here.centre) - around
     if room < GRAIN:
         return None
     if here.is_round:
@@ -281,7 +281,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     elif pitch is None:
         # a target in the middle of several coils may reach none of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
-        nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
+        nearest = min(signed_distance(outline, Point(*p.centre)) for p in array.placements)
         if nearest >= half:
             yield violation_of("target-between", "target.size", nearest, half, "m")
     if pitch is None and len(array.placements) > 1:
@@ -363,7 +363,7 @@ def _coils_left_uncovered(
         case, over_coil = "target-aside", min(over, coil[0], coil[1])
     else:
         outlines, slack = (here.outline(), middle.outline()), 0.5 * TARGET_LENGTH_TOLERANCE * min(coil)
-        beside = {p.name: [beyond(o, Point(*p.centre)) for o in outlines] for p in array.placements}
+        beside = {p.name: [signed_distance(o, Point(*p.centre)) for o in outlines] for p in array.placements}
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
         names, over = list(lost), max(lost.values(), default=0.0)
         case, over_coil = "target-aside-middles", over
@@ -399,7 +399,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     spec = design.spec
     if spec.cells is None:
         return
-    from sitscad.estimates.loads.pressing import pressed  # already loaded by the estimates
+    from sitscad.estimates.loads.pressing import pressed_pad  # already loaded by the estimates
 
     process = spec.mount.process if spec.mount is not None else "resin"
     wall = print_limit(process, "wall").value + 2.0 * print_limit(process, "clearance").value
@@ -408,7 +408,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         x, y = spec.elastomer.size
         # Rubber keeps its volume, so the volume bulges at the sides: x y strain over their length 2 (x + y) in
         # the mean, and 1.5 times the mean in the middle of a side's parabola.
-        bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
+        bulge = 1.5 * pressed_pad(spec).strain * x * y / (2.0 * (x + y))
     # one piece with webs has one well in the jig
     beside = 2.0 * bulge if plates_of(spec).webs else max(wall, 2.0 * bulge)
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
@@ -503,10 +503,10 @@ def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float]
     """
     import numpy as np
 
-    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.pad import loaded_poses
     from sitscad.estimates.performance.screen import target_effects
 
-    poses, notes = pushed(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
+    poses, notes = loaded_poses(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
     if any(notes) or not np.isfinite(poses).all():
         return None
     moves, heights = [(0.0, 0.0), (float(poses[0, 0]), 0.0)], [0.0, float(poses[1, 2])]

@@ -17,7 +17,7 @@ from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
-from sitscad.estimates.loads.pressing import loaded_face, pressed, rests_on_pad, surround
+from sitscad.estimates.loads.pressing import loaded_face, pressed_pad, rests_on_pad, surround
 from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.mechanics import elastomer
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR
@@ -55,7 +55,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         yield not_checked("beside-pad")
         return
     rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
-    nominal, least, most = (pressed(design.spec, modulus=factor)
+    nominal, least, most = (pressed_pad(design.spec, modulus=factor)
                             for factor in (1.0, 1.0 + sigma, _modulus_lower_bound(sigma)))
     yield from _strain_in_use(design.spec, force, nominal)
     if most.strain <= valid:
@@ -64,7 +64,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     if nominal.doubt:
         # material around the loaded part of a pad makes it stiffer by at most this much, and no pad is compressed
         # less than if all of it is loaded
-        helped = pressed(design.spec, modulus=1.0 + constant_limits()["surround_stiffness_most"].value)
+        helped = pressed_pad(design.spec, modulus=1.0 + constant_limits()["surround_stiffness_most"].value)
         certain = max(helped.strain, nominal.least_strain)
     is_error = certain > STRAIN_ERROR
     strain, limit = (certain, STRAIN_ERROR) if is_error else (most.strain, valid)
@@ -104,7 +104,7 @@ def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compressio
         return
     film = spec.encapsulation.material.modulus_temperature_coefficient if spec.encapsulation is not None else 0.0
     factors = {"modulus": 1.0 + more, "film": 1.0 + film * (at - ROOM_TEMPERATURE)}
-    there, valid = pressed(spec, **factors).strain, elastomer.VALID_STRAIN
+    there, valid = pressed_pad(spec, **factors).strain, elastomer.VALID_STRAIN
     yield violation_of(
         "compression-in-use", "requirements.temperature", there, valid,
         severity=Severity.WARNING if there > valid >= nominal.strain else Severity.NOTE, keeps_limit=there <= valid,
@@ -122,11 +122,11 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
         return
     import numpy as np
 
-    from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, pushed
+    from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, loaded_poses
 
     pad, face, force = pad_of(design.spec.elastomer), loaded_face(design.spec)[0], design.spec.requirements.normal_force
     # whether the pad gives way sideways under the required normal force, with the target held level or free
-    lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
+    lost = loaded_poses(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
     ratio, part = pad.thickness / width, "pad" if width == min(pad.size) else "target"
     if lost not in (GIVES_WAY, TOO_SOFT):
@@ -160,11 +160,11 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
     """
     import numpy as np
 
-    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.pad import loaded_poses
 
     def holds(grains: int) -> bool:
         thinner = replace(spec, elastomer=replace(pad_of(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
-        return not pushed(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
+        return not loaded_poses(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
 
     low, high = 0, math.floor(min(pad_of(spec.elastomer).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
     while high - low > 1:
@@ -204,17 +204,17 @@ def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0)
     """Return the target's sideways travel under a shear force (N), divided by the pad's thickness.
 
     The target stays level. The force acts along the softer axis. The travel is the larger of two: without and with the
-    required normal force (like the range in a data sheet, `shear_at`). `modulus` is a factor on the pad's modulus.
-    Infinite if no equilibrium is found.
+    required normal force (like the range in a data sheet, `shear_for_travel`). `modulus` is a factor on the pad's
+    modulus. Infinite if no equilibrium is found.
     """
     import numpy as np
 
     from sitscad.estimates.loads.pad import TOO_SOFT as LOST
-    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.pad import loaded_poses
 
     normal = spec.requirements.normal_force or 0.0
     loads = np.array([(pressed, *way) for pressed in (0.0, normal) for way in ((force, 0.0), (0.0, force))])
-    poses, notes = pushed(spec, loads, modulus=modulus)
+    poses, notes = loaded_poses(spec, loads, modulus=modulus)
     if LOST in notes:
         return math.inf
     assert spec.elastomer is not None
@@ -228,16 +228,16 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     usual = _relative_shear_travel(spec, force, softest)
     if usual <= limit:
         # beyond the validated range of the pad's law, as in data sheet and calibration
-        from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear
+        from sitscad.estimates.loads.working_range import extrapolated_shear_note, tested_shear
 
-        validated = held_shear(spec)
+        validated = tested_shear(spec)
         if force > validated:
             modulus = pad_of(spec.elastomer).material.shear_modulus
             stiffer = _softest_sufficient(
-                lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
+                lambda m, _: m.shear_modulus > modulus and tested_shear(_of(spec, m).spec) >= force)
             yield violation_of(
                 "shear-validated", "requirements.shear_force", force, validated, "N", severity=Severity.NOTE,
-                hint="shear-validated-preset" if stiffer else "", beyond=beyond_held_shear(validated),
+                hint="shear-validated-preset" if stiffer else "", beyond=extrapolated_shear_note(validated),
                 preset="" if stiffer is None else stiffer.name,
             )
         return
@@ -357,9 +357,9 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         return
     import numpy as np
 
-    from sitscad.kernels.mechanics.plate_bending import bending, rigidity
+    from sitscad.kernels.mechanics.plate_bending import plate_deflection, rigidity
 
-    pad, (face, _) = pressed(spec), loaded_face(spec)
+    pad, (face, _) = pressed_pad(spec), loaded_face(spec)
     way = pad_of(spec.elastomer).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
     rigidities = np.array([rigidity(target.material.young_modulus, sheet) for sheet in thicker])
@@ -368,7 +368,8 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         if stiffness[0] ** 0.25 < limits["evenly_pressed"].value * max(target.size):
             yield not_checked("even-press", thickness=target.thickness, metal=target.material.name)
         return
-    bent, limit = bending(target.size, target.outline.is_disc, contact, stiffness), limits["target_bending"].value
+    bent, limit = plate_deflection(target.size, target.outline.is_disc, contact,
+                                   stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
         is_flat = bent[-1] <= limit

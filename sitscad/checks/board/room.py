@@ -15,7 +15,7 @@ from sitscad.checks.fixes import moves
 from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.convex import Box, beyond
+from sitscad.kernels.geometry.convex import Box, signed_distance
 from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
@@ -189,7 +189,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
         return
     edge, body = design.layout.largest_outline, design.layout.body_outline
     assert edge is not None
-    over, (x0, y0, x1, y1) = max(beyond(edge, point) for point in body.flattened(1e-6)), bounding_box([body])
+    over, (x0, y0, x1, y1) = max(signed_distance(edge, point) for point in body.flattened(1e-6)), bounding_box([body])
     if over > ROUNDING:
         # the outline may be written as the body's own if everything has room in it
         yield violation_of(
@@ -238,7 +238,7 @@ def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) ->
     plates = [rectangle(x0 - x, y0 - y, x1 - x, y1 - y, PLATE_CORNER)]
     if largest.shape != "dxf":
         plates = [rectangle(-a / 2, -b / 2, a / 2, b / 2, PLATE_CORNER) for a, b in (lying, upright)]
-    over = min(max(beyond(largest.edge, corner) for corner in outline.flattened(1e-6)) for outline in plates)
+    over = min(max(signed_distance(largest.edge, corner) for corner in outline.flattened(1e-6)) for outline in plates)
     if over > ROUNDING:
         yield violation_of("largest-plate", "fpc.largest", over, 0.0, "m", severity=Severity.NOTE,
                            size=(x1 - x0, y1 - y0), largest=largest.written)

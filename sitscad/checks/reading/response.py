@@ -340,7 +340,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     """
     import numpy as np
 
-    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.pad import loaded_poses
     from sitscad.estimates.loads.pressing import rests_on_pad
 
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.shear_force
@@ -352,9 +352,9 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield not_checked("shear-one-coil")
         return
     if any(spec.requirements.moments):
-        from sitscad.estimates.loads.working_range import axes_felt
+        from sitscad.estimates.loads.working_range import measured_axes
 
-        axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec.cell_placements[0], spec.requirements)]
+        axes = [k for k in axes if f"shear_{AXES[k]}" in measured_axes(spec.cell_placements[0], spec.requirements)]
         if not axes:
             yield not_checked("shear-moments")
             return
@@ -363,7 +363,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         return
     # held level and not pressed: the smallest move by the force
     normal = spec.requirements.normal_force or 0.0
-    poses, _ = pushed(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force), (normal, 0.0, 0.0)]))
+    poses, _ = loaded_poses(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force), (normal, 0.0, 0.0)]))
     travels = float(poses[0, 0]), float(poses[1, 1])
     rest = [coil.states[REST] for coil in design.estimates.coils if REST in coil.states]
     steps = [state.quantum for state in rest if state.quantum]

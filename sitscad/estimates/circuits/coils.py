@@ -22,8 +22,8 @@ from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank, terminals
 from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
 from sitscad.estimates.targets.finite_target import FREQUENCY, TargetRatios
-from sitscad.estimates.targets.window import WindowedReflection, WindowEffect, missing_parts
-from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
+from sitscad.estimates.targets.window import WindowedReflection, WindowEffect, window_effects
+from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, lead_round_winding, sketched_leads
 from sitscad.estimates.windings.losses import winding_resistance
 from sitscad.estimates.windings.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.windings.own_capacitance import self_capacitance
@@ -76,7 +76,7 @@ UNRESOLVED = (
 """Reason for a state without values if `ProximityLoss.is_resolved` is False."""
 
 
-def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
+def without_failed_states(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
     """Return the circuits without the states in which the model fails, and the reason for each such state."""
     failed: dict[str, str] = {}
     states = list(circuits[0].reflections)
@@ -99,10 +99,10 @@ def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, s
                     f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
                     f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
                 )
-    return [without(circuit, failed) for circuit in circuits], failed
+    return [drop_states(circuit, failed) for circuit in circuits], failed
 
 
-def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
+def drop_states(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
     """Return a circuit without the failed states."""
     return replace(
         circuit, reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
@@ -153,7 +153,7 @@ def coil_circuits(
             leads = _led_roughly(coil.undrawn, spec.fpc.stackup, conductivity)
         if coil.undrawn:
             width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
-            leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
+            leads = lead_round_winding(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     self_capacity + leads.capacitance, reflections[coil.name], self_capacity))
     if len(circuits) == 1 or winding.is_rough:  # the effect of idle neighbours is below the errors of screening
@@ -194,7 +194,7 @@ def _reflections(
 
     Coils for which target and window have equal effects share one `Reflection`.
     """
-    missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
+    missing, without = window_effects(layout), metal_behind(layout.spec, without_jaw=True)
     solved_reflections: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
     by_coil: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
     for around in assembly.states:

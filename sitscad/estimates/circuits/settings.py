@@ -29,14 +29,14 @@ This advice is for one known sensor. The margin is for sensors still to be made.
 
 
 @record
-class Swing:
+class ParallelResistanceRange:
     """Range of R_P (ohm) of a coil in its working states: the least, and the largest with its margin."""
 
     least: float
     careful: float
 
 
-def driven(
+def with_drive_codes(
     coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
     """Return coils and readout settings with the drive codes: the spec's code, or the strongest suitable code.
@@ -53,7 +53,8 @@ def driven(
         codes = (spec.drive_code,) * len(coils)
     else:
         by_coil = [[c.states[name] for name in working_states(c.states)] for c in coils]
-        swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
+        swings = [ParallelResistanceRange(min(state.parallel_resistance for state in states),
+                                          max(map(_resistance_with_margin, states)))
                   for states in by_coil]
         codes = drive_codes(swings, converter)
     current, conversion = converter.drive_current(max(codes)), readout.conversion
@@ -78,7 +79,7 @@ def driven(
     return tuple(louder), settings
 
 
-def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
+def drive_codes(swings: Sequence[ParallelResistanceRange], converter: Converter) -> tuple[int, ...]:
     """Return the drive code of every channel.
 
     Codes are equal, unless only separate codes bring the amplitudes of all coils above the lower end of the low-noise
@@ -94,7 +95,7 @@ def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...
     return channel_codes if reached(channel_codes) and not reached(shared_codes) else shared_codes
 
 
-def _careful(state: StateEstimate) -> float:
+def _resistance_with_margin(state: StateEstimate) -> float:
     sigma = state.spread
     more = max(SIGMAS_BELOW * sigma.parallel_resistance, sigma.thickest_copper) if sigma is not None else 0.0
     return state.parallel_resistance + more
@@ -105,7 +106,7 @@ def bare_board_code(coils: Sequence[CoilEstimate], converter: Converter) -> int 
 
     It keeps each coil one sigma below the largest amplitude. None if no coil's free state has a parallel resistance.
     """
-    resistances = [_careful(coil.states[FREE]) for coil in coils if FREE in coil.states]
+    resistances = [_resistance_with_margin(coil.states[FREE]) for coil in coils if FREE in coil.states]
     finite = [value for value in resistances if math.isfinite(value)]
     return converter.drive_code(max(finite)) if finite else None
 

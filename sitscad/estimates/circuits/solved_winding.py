@@ -36,7 +36,7 @@ from sitscad.estimates.windings.methods import (
     WindingGeometry,
     choose_method,
     equivalent_spirals,
-    reflected_by,
+    metal_spectrum,
     winding_geometry,
 )
 from sitscad.estimates.windings.neighbours import inductance_matrix, rings_beside_each_other
@@ -175,13 +175,13 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
     """Return the relative error bound of a resistance by metal at least `nearest` (m) from the copper's middle."""
-    error = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
+    error = METAL + (NEAR - METAL) * _error_weight(nearest / NEAR_DISTANCE)
     if not spec.outline.is_round:
-        error += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
+        error += max(row[2] * _error_weight(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
     return error
 
 
-def _faded(reach: float) -> float:
+def _error_weight(reach: float) -> float:
     """Return the weight of an error at `reach`, a distance over the distance up to which the error holds.
 
     It is 1 up to a reach of 1, 0 from `FADED` on, and linear between.
@@ -235,7 +235,7 @@ class SolvedWinding:
         return error * (UNFITTED if copper.deviation > OWN_ROUNDING else 1.0)
 
 
-_spectrum = lru_cache(maxsize=4)(reflected_by)
+_spectrum = lru_cache(maxsize=4)(metal_spectrum)
 
 
 def shared_spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
@@ -329,7 +329,7 @@ HEIGHT_STEP = 1.5
 """Ratio of successive rounded heights of a target for which its effect is solved."""
 
 
-def beside_each_other(
+def winding_inductance_matrix(
     spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
 ) -> tuple[Array, Array]:
     """Return the inductance matrix (H) of the bare windings of all coils, and error bounds of its elements (H)."""

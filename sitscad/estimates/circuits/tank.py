@@ -20,7 +20,7 @@ from sitscad.estimates.windings.neighbours import Circuit
 from sitscad.kernels.converters.conversion import Demand
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
-from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, shares
+from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points
 from sitscad.kernels.electromagnetics.resonator import (
     EXACTLY,
     Network,
@@ -78,8 +78,10 @@ class CoilCircuit:
         values.
         """
         if self.reflections[state].is_rough:
-            band = int(bands_of(frequencies.mean()))
-            change, lost = (shares(points_of(band), np.log(frequencies)) @ self.curve("by_metal", state, band)).T
+            band = int(band_numbers(frequencies.mean()))
+            change, lost = (barycentric_weights(frequency_points(band), np.log(frequencies)) @ self.curve("by_metal",
+                                                                                                          state,
+                                                                                                          band)).T
         else:
             change, lost = self.by_metal(state, frequencies)
         added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
@@ -124,17 +126,17 @@ class CoilCircuit:
         """
         key = of, state, band
         if key not in self.curves:
-            self.curves[key] = np.stack(getattr(self, of)(state, np.exp(points_of(band))), axis=1)
+            self.curves[key] = np.stack(getattr(self, of)(state, np.exp(frequency_points(band))), axis=1)
         return self.curves[key]
 
 
-def points_of(band: int) -> Array:
+def frequency_points(band: int) -> Array:
     """Return logarithms of the frequencies (Hz) at which curves are computed over a band."""
     low = math.log(LOWEST) + band * math.log(BAND)
     return chebyshev_points(low, low + math.log(BAND), POINTS)
 
 
-def bands_of(frequencies: Array) -> Index:
+def band_numbers(frequencies: Array) -> Index:
     """Return the band numbers of frequencies (Hz)."""
     return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
 
@@ -144,13 +146,13 @@ def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencie
 
     Each coil and state has its own frequencies (coils, states, n; Hz).
     """
-    bands, impedance = bands_of(frequencies), np.empty((2, *frequencies.shape))
+    bands, impedance = band_numbers(frequencies), np.empty((2, *frequencies.shape))
     for band in set(bands.ravel().tolist()):
         inside = bands == band
         values = np.zeros((*frequencies.shape[:2], POINTS, 2))
         for coil, state in np.argwhere(inside.any(axis=2)).tolist():
             values[coil, state] = circuits[coil].curve("exactly", states[state], band)
-        weights = shares(points_of(band), np.log(frequencies[inside]))
+        weights = barycentric_weights(frequency_points(band), np.log(frequencies[inside]))
         impedance[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
     return impedance[0], impedance[1]
 
@@ -290,11 +292,11 @@ def choose_capacitor(
         return math.nan, "none chosen: no state of the coils could be estimated"
     converter = readout.device
     values = preferred_values(converter)
-    tanks, some = [Tank(value, readout) for value in values], _distinct(circuits)
+    tanks, some = [Tank(value, readout) for value in values], _extreme_circuits(circuits)
     each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
     every = [(list(islice(each, len(values))), state in working_states(circuit.reflections))
              for circuit in some for state in circuit.reflections]
-    scored = [(_trespass([(by_value[k], works) for by_value, works in every], tanks[k], self_resonance), value)
+    scored = [(_window_violation([(by_value[k], works) for by_value, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
     return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
@@ -322,7 +324,7 @@ VALUE_TOLERANCE = 0.005
 """Relative difference between a capacitance in the spec and an E24 value that counts as rounding."""
 
 
-def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
+def _extreme_circuits(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
     # Coils under equal parts of the target differ by their leads alone: the two extremes stand for all.
     groups: dict[tuple[int, ...], list[CoilCircuit]] = {}
     for circuit in sorted(circuits, key=lambda c: c.leads.inductance):
@@ -333,7 +335,7 @@ def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
 OVERDAMPED = 1e3  # Violation by a state in which the tank does not oscillate: larger than any other
 
 
-def _trespass(
+def _window_violation(
     oscillations: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
     """Return a capacitor's violation of the converter's windows, whether it violates any, and its results.
@@ -357,19 +359,19 @@ def _trespass(
     floor = converter.limit("sensor_frequency_min") / FREQUENCY_MARGIN
     over = (
         OVERDAMPED * damped
-        + 100.0 * _beyond(max(frequencies), ceiling)
-        + 100.0 * _beyond(floor, min(frequencies))
-        + 3.0 * _beyond(converter.limit("parallel_resistance_min"), min(resistances))
-        + 1.0 * _beyond(max(resistances), converter.limit("parallel_resistance_max"))
-        + 2.0 * _beyond(converter.limit("amplitude_optimum_min"), swing[0])
-        + 2.0 * _beyond(swing[1], converter.limit("amplitude_max"))
-        + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
+        + 100.0 * _excess(max(frequencies), ceiling)
+        + 100.0 * _excess(floor, min(frequencies))
+        + 3.0 * _excess(converter.limit("parallel_resistance_min"), min(resistances))
+        + 1.0 * _excess(max(resistances), converter.limit("parallel_resistance_max"))
+        + 2.0 * _excess(converter.limit("amplitude_optimum_min"), swing[0])
+        + 2.0 * _excess(swing[1], converter.limit("amplitude_max"))
+        + 1.0 * _excess(ROBUST_CAPACITANCE, tank.capacitor)
     )
     preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
     return (over + preference, over > 0.0), (max(frequencies), min(resistances))
 
 
-def _beyond(value: float, limit: float) -> float:
+def _excess(value: float, limit: float) -> float:
     return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
 
 
@@ -384,12 +386,15 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
     return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({windows_text})"
 
 
-def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
+def converter_settings(
+    circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str
+) -> ReadoutEstimate:
     """Return the converter's settings for all coils and states with this capacitor.
 
     None and NaN if no state is left.
 
-    The drive code is the strongest below the largest amplitude. `drive.driven` adds margins when the scatter is known.
+    The drive code is the strongest below the largest amplitude. `drive.with_drive_codes` adds margins when the scatter
+    is known.
     """
     tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
     unset = ReadoutEstimate(

@@ -64,7 +64,7 @@ def facing_slope(coil: Coil, width: float) -> float:
     total = 0.0
     for number, other in combinations(range(len(pieces)), 2):
         first, second = coil.windings[number], coil.windings[other]
-        across, shared = _face_to_face(pieces[number], pieces[other])
+        across, shared = _facing_pieces(pieces[number], pieces[other])
         height, thicknesses = first.z - second.z, (first.thickness, second.thickness)
         more, less = (log_mean_distance(across, height, (way * width, way * width), thicknesses)
                       for way in (1.0 + SLOPE_STEP, 1.0 - SLOPE_STEP))
@@ -94,7 +94,7 @@ def _pieces(path: Path) -> tuple[Array, Array]:
     return 0.5 * (start + end), end - start
 
 
-def _face_to_face(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
+def _facing_pieces(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return offsets (n; m) and overlaps (n; m) of pieces of two paths with parallel currents."""
     (middle, way), (middle_other, way_other) = first, second
     length, length_other = np.hypot(*way.T), np.hypot(*way_other.T)

@@ -14,8 +14,8 @@ from sitscad.basics.record import memo, record, replace
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
 from sitscad.estimates.circuits.track_slopes import inductance_slopes, lead_slopes
-from sitscad.estimates.coil_estimates import Spread, StateEstimate
-from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, Surroundings, mirror
+from sitscad.estimates.coil_estimates import StateEstimate, StateSigmas
+from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, Surroundings, lossless_mirror
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
     CAPACITOR,
@@ -81,7 +81,7 @@ Full solutions gave exponents of 0.75 to 1.1 (width) and -0.65 to -0.8 (thicknes
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
 
-def sigmas(spec: SensorSpec) -> dict[str, float]:
+def tolerance_sigmas(spec: SensorSpec) -> dict[str, float]:
     """Return standard deviations of all causes by name. They are 0 for parts that the sensor lacks.
 
     The unit is metres for the pad's thickness and size, for the glue below the target and for the target's place. It is
@@ -122,14 +122,14 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
 
     The resistance is proportional to the tracks' length over width and thickness.
     """
-    by_cause = sigmas(spec)
+    by_cause = tolerance_sigmas(spec)
     return math.hypot(by_cause[WIDTH], by_cause[THICKNESS], by_cause[DIAMETER])
 
 
 Between = Callable[
     [CurrentSpectrum, float, tuple[Surroundings, Surroundings], tuple[complex, complex]], tuple[float, float]
 ]
-"""Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_between`."""
+"""Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_surroundings_change`."""
 
 
 ExtraShares = Mapping[str, tuple[float, float]]
@@ -143,7 +143,7 @@ def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
     extra = EXTRA if is_round else EXTRA_BENT
     thickest = thickest_copper(spec.coil_copper, spec.fpc.stackup)
-    return Slopes(sigmas(spec), inductance, {}, thickest, extra, power)
+    return Slopes(tolerance_sigmas(spec), inductance, {}, thickest, extra, power)
 
 
 @lru_cache(maxsize=4)
@@ -176,11 +176,11 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
 
 @record
 class Slopes:
-    """Inputs of the `spread` of a coil's states.
+    """Inputs of the `state_sigmas` of a coil's states.
 
     `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance by
     the logarithm of each dimension. `surroundings` holds the changes (H, ohm) by one sigma of each cause around the
-    coil, by state and cause (`moved_by_surroundings`). ``thickest_copper`` is the relative excess of the thickest
+    coil, by state and cause (`surroundings_changes`). ``thickest_copper`` is the relative excess of the thickest
     copper delivered over the nominal one. `extra` holds the factors of EXTRA for the coil's shape. `power` is the
     winding's `width_power`; None if `extra` is used for the width, too.
     """
@@ -246,8 +246,8 @@ EVEN_SQUARE = math.sqrt(0.8)
 """Standard deviation of the square of a uniformly distributed value, over its variance."""
 
 
-def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
-          moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
+def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
+                        moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
     """Return standard deviations of resistance and R_P (ohm) by terms of second order in track width and thickness.
 
     Direct resistance is proportional to 1/x and the extra loss E to x^p. The second-order factors are 2 and p (p - 1),
@@ -271,7 +271,7 @@ def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, paralle
     return math.hypot(*of_series), math.hypot(*of_parallel)
 
 
-def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
+def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> StateSigmas:
     """Return standard deviations of a state's values, for independent tolerances.
 
     With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and d ln R_P = 2 dL/L + (2 -
@@ -283,30 +283,31 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
     sooner, later = circuit.terminal(state.state, state.frequency * np.array([1.0 / STEP, STEP]))[1].tolist()
     growth = (later - sooner) / (2.0 * math.log(STEP)) / resistance
     moved: dict[str, tuple[float, float, float, float]] = {}
-    for name, (by_l, by_r, by_c) in _moves(circuit, tank, state, slopes).items():
+    for name, (by_l, by_r, by_c) in _tank_changes(circuit, tank, state, slopes).items():
         shift = -0.5 * (by_l / inductance + by_c / capacitance)
         loss = 2.0 * by_l / inductance + (2.0 - growth) * shift - by_r / resistance
         moved[name] = (by_l, by_r + growth * resistance * shift, state.frequency * shift,
                        state.parallel_resistance * loss)
     totals = [math.sqrt(math.fsum(row[k] ** 2 for row in moved.values())) for k in range(4)]
-    bent = bends(circuit, state, resistance, state.parallel_resistance, moved, slopes)
+    bent = second_order_sigmas(circuit, state, resistance, state.parallel_resistance, moved, slopes)
     totals[1], totals[3] = math.hypot(totals[1], bent[0]), math.hypot(totals[3], bent[1])
     names = ("inductance", "resistance", "frequency", "parallel_resistance")
-    causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
+    causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k,
+              name in enumerate(names)}  # type: ignore[misc]
     amplitude = state.amplitude * totals[3] / state.parallel_resistance
     shifts = {name: (row[0], row[2], row[1], row[3]) for name, row in moved.items()}
     by_copper = moved[THICKNESS][3] * slopes.thickest_copper / slopes.sigmas[THICKNESS]
-    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts, by_copper)
+    return StateSigmas(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts, by_copper)
 
 
-def _moves(
+def _tank_changes(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
     """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause."""
     self_capacity = circuit.self_capacitance
     by_c = {name: power * self_capacity for name, power in OWN_CAPACITANCE.items()}
     by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: self_capacity}
-    tracks = track_moves(circuit, state.state, state.frequency, slopes)
+    tracks = track_tolerance_changes(circuit, state.state, state.frequency, slopes)
     around, nothing, moves = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
     for name in dict.fromkeys((WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY, *around)):
         by_l, by_r = (a + b for a, b in zip(tracks.get(name, nothing), around.get(name, nothing), strict=True))
@@ -314,7 +315,9 @@ def _moves(
     return moves
 
 
-def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
+def track_tolerance_changes(
+    circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes
+) -> dict[str, tuple[float, float]]:
     """Return the change of L (H) and R (ohm) of a coil by one sigma of each track tolerance, at a frequency (Hz)."""
     (lost, growth), crowded = crowding_growth(circuit, state, frequency)
     by_l, by_leads = slopes.inductance, lead_slopes(circuit)
@@ -332,7 +335,7 @@ def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slop
     return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in moves.items()}
 
 
-def moved_by_surroundings(
+def surroundings_changes(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
@@ -340,21 +343,21 @@ def moved_by_surroundings(
 
     For a gap, the change is half the difference between one sigma more and one sigma less. For the target's effect, it
     is the error bound over the root of 3. `deeper` holds the shifts (m) of the metal by track tolerances
-    (`depths_moved`). The ratio of the target's effect to an infinite plate's effect changes with the gap
-    (`share_slopes`).
+    (`reflector_shifts`). The ratio of the target's effect to an infinite plate's effect changes with the gap
+    (`ratio_slopes`).
     """
     moves: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
         return moves
-    between = _straight(spectrum, assembly, states) if is_rough else _between
+    between = _linearised_change(spectrum, assembly, states) if is_rough else _surroundings_change
     crowds = {around.name: _CrowdingSlopes(circuit.reflections[around.name], around, states[around.name].frequency)
               for around in assembly.states if around.name in states}
-    grown = {} if is_rough else share_slopes(assembly, states, circuit)
+    grown = {} if is_rough else ratio_slopes(assembly, states, circuit)
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
             frequency = states[state].frequency
             by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
-            more, lost = np.add(crowds[state].between(*pair), _grown(grown.get(state), *pair)).tolist()
+            more, lost = np.add(crowds[state].between(*pair), _ratio_change(grown.get(state), *pair)).tolist()
             of_l, of_r = circuit.reflections[state].jaw_left if cause in BEHIND else (1.0, 1.0)
             moves[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
     for around in assembly.states:
@@ -362,10 +365,12 @@ def moved_by_surroundings(
             continue
         frequency, reflection = states[around.name].frequency, circuit.reflections[around.name]
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
-            moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
+            moved = Surroundings(around.state, _at_larger_distance(around.above, above),
+                                 _at_larger_distance(around.below, below))
             by_l, by_r = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
             more, lost = np.add(
-                crowds[around.name].between(moved, around), _grown(grown.get(around.name), moved, around)).tolist()
+                crowds[around.name].between(moved, around), _ratio_change(grown.get(around.name), moved,
+                                                                          around)).tolist()
             moves[around.name][cause] = by_l + more, by_r + lost
         for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
             if more or lost:
@@ -373,7 +378,7 @@ def moved_by_surroundings(
     return moves
 
 
-def share_slopes(
+def ratio_slopes(
     assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
 ) -> dict[str, tuple[float, float]]:
     """Return derivatives of inductance (H/m) and resistance (ohm/m) by the gap, by state, through the target's ratio.
@@ -396,15 +401,15 @@ def share_slopes(
     return slopes
 
 
-def _grown(slopes: tuple[float, float] | None, first: Surroundings, second: Surroundings) -> tuple[float, float]:
-    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `share_slopes`."""
+def _ratio_change(slopes: tuple[float, float] | None, first: Surroundings, second: Surroundings) -> tuple[float, float]:
+    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `ratio_slopes`."""
     if slopes is None or first.above is None or second.above is None:
         return 0.0, 0.0
     up = first.above.distance - second.above.distance
     return up * slopes[0], up * slopes[1]
 
 
-def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def reflector_shifts(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Return increases (m) of the distances to metal above and below a coil, by copper thickness and layer distance.
 
     Each is for one sigma of the cause. Distances count from the mean of the layers' mid-planes: the material over and
@@ -425,12 +430,12 @@ def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> di
     return moves
 
 
-def _further(reflector: Reflector | None, by: float) -> Reflector | None:
+def _at_larger_distance(reflector: Reflector | None, by: float) -> Reflector | None:
     return None if reflector is None else replace(reflector, distance=reflector.distance + by)
 
 
-def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
-             factors: tuple[complex, complex]) -> tuple[float, float]:
+def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
+                         factors: tuple[complex, complex]) -> tuple[float, float]:
     """Return the change of inductance (H) and resistance (ohm) from one surrounding to another.
 
     `factors` are as in `Reflection`. They weight the target's effect, without the effect of metal behind the board.
@@ -450,7 +455,7 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
         change = without_target + ratio * (returned(around.above, around.below) - without_target)
         if loss_ratio == ratio:
             return change
-        return change + (loss_ratio - ratio) * 1j * returned(around.above, mirror(around.below)).imag
+        return change + (loss_ratio - ratio) * 1j * returned(around.above, lossless_mirror(around.below)).imag
 
     difference = changed(pair[0]) - changed(pair[1])
     return difference.real, -omega * difference.imag
@@ -486,7 +491,7 @@ class _CrowdingSlopes:
         slopes = []
         for is_above, side in ((True, around.above), (False, around.below)):
             by = 0.0 if side is None else APART * side.distance
-            moved = _further(side, by)
+            moved = _at_larger_distance(side, by)
             there = crowding(moved, around.below) if is_above else crowding(around.above, moved)
             slopes.append((there - here) / by if by else 0j)
         return slopes[0], slopes[1]
@@ -495,8 +500,10 @@ class _CrowdingSlopes:
 APART = 1e-2  # Relative change of a distance of metal for numerical slopes
 
 
-def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
-    """Return a linearised `_between`, with derivatives by the distances to metal above and below at each state."""
+def _linearised_change(
+    spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]
+) -> Between:
+    """Return a linearised `_surroundings_change`, with derivatives by the distances to metal above and below."""
     solved_slopes: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
@@ -514,9 +521,9 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
             here = returned(reflector_above, reflector_below)
             up, down = (0.0 if reflector is None else APART * reflector.distance
                         for reflector in (reflector_above, reflector_below))
-            lower = _further(reflector_below, down)
+            lower = _at_larger_distance(reflector_below, down)
             by_below = (returned(reflector_above, lower) - here) / down if down else 0j
-            by_above = (returned(_further(reflector_above, up), reflector_below) - here) / up if up else 0j
+            by_above = (returned(_at_larger_distance(reflector_above, up), reflector_below) - here) / up if up else 0j
             without_target = by_below
             if reflector_above is not None and down:
                 without_target = (returned(None, lower) - returned(None, reflector_below)) / down
@@ -526,7 +533,7 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
     def between(
         _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
     ) -> tuple[float, float]:
-        """Return differences (H, ohm) as `_between` does, by the slopes of the pair's state."""
+        """Return differences (H, ohm) as `_surroundings_change` does, by the slopes of the pair's state."""
         nominal = next(around for around in assembly.states if around.name == pair[0].name)
         up, down = (
             0.0 if first is None or second is None else first.distance - second.distance

@@ -97,12 +97,12 @@ def _press(pad: BondedPad | None, area: float, strain: float) -> Press:
     return Press(mass, pad.thickness * float(pad.strain(np.array([mass * STANDARD_GRAVITY]))[0]))
 
 
-def pressed_by(pad: BondedPad | None, force: float) -> float | None:
+def pad_compression(pad: BondedPad | None, force: float) -> float | None:
     """Return the compression (m) of a pad (`unsealed_pad`) by a force (N). None if there is no pad."""
     return None if pad is None else pad.thickness * float(pad.strain(np.array([force]))[0])
 
 
-def force_for(pad: BondedPad | None, travel: float) -> float | None:
+def pad_force(pad: BondedPad | None, travel: float) -> float | None:
     """Return the force (N) on a pad (`unsealed_pad`) for a compression (m). None if there is no pad."""
     return None if pad is None else float(pad.pressure(np.array([travel / pad.thickness]))[0])
 
@@ -126,7 +126,7 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
         return False
     modulus = 3.0 * pad.material.shear_modulus if pad is not None else HARD_PRESSURE / PIECE_STRAIN
     force = max(LEAST_MASS * STANDARD_GRAVITY, 0.5 * PIECE_STRAIN * modulus * plan.area)
-    return lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING) > glue.open_time
+    return spreading_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING) > glue.open_time
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
@@ -147,7 +147,7 @@ def board_plan(layout: Layout) -> tuple[Footprint, float]:
     return plan, enclosed_area(layout.body_outline)
 
 
-def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, handling: float) -> float:
+def spreading_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, handling: float) -> float:
     """Time (s) in which glue is spread, a plate handled and pressed by a force (N) to a line (m); 0 for a tape.
 
     Notes
@@ -183,7 +183,7 @@ def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Ad
     adhesives = (presets.adhesive(name) for name in presets.names("adhesive"))
     return tuple(
         each for each in adhesives if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
-        and lying_time(each, plan, force, each.line, PIECE_HANDLING) <= (each.open_time or math.inf)
+        and spreading_time(each, plan, force, each.line, PIECE_HANDLING) <= (each.open_time or math.inf)
     )
 
 

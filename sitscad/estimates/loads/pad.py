@@ -50,7 +50,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
                      pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)
 
 
-def pushed(
+def loaded_poses(
     spec: SensorSpec, loads: Array, is_level: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
     """Return poses (n, 6; m, rad) of the target under loads, and a note for each (usually empty).
@@ -74,7 +74,7 @@ def pushed(
         poses[lost] = pad.pose(loads[lost], is_held=True)
     lost = np.isnan(poses[:, 0])
     notes[lost] = TOO_SOFT
-    poses[lost] = straight(pad, loads[lost])
+    poses[lost] = linear_poses(pad, loads[lost])
     return poses, tuple(str(note) for note in notes)
 
 
@@ -118,7 +118,7 @@ It tilts a pad by some thousandths of a radian.
 """
 
 
-def straight(pad: BondedPad, loads: Array) -> Array:
+def linear_poses(pad: BondedPad, loads: Array) -> Array:
     """Return linear poses (n, 6) under loads (n, 3 or 5; N, N m), without tilt: compression, and travel F / (G A)."""
     poses = np.zeros((len(loads), 6))
     poses[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
@@ -126,7 +126,7 @@ def straight(pad: BondedPad, loads: Array) -> Array:
     return poses
 
 
-def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
+def holding_loads(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
     """Return force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses.
 
     None if no pad.
@@ -139,7 +139,7 @@ def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
     return wrench[:, :3], wrench[:, 3:]
 
 
-def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
+def reading_slopes(read: Callable[[Array], Array], poses: Array) -> Array:
     """Return derivatives of readings (n, coils) at (n, 6) poses by each number of the pose (per m and rad).
 
     Their shape is (poses, coils, 6).
@@ -149,7 +149,7 @@ def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
     return np.asarray(np.swapaxes((readings[:, 0] - readings[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
 
 
-def compliance(pad: BondedPad, poses: Array) -> Array:
+def pose_slopes(pad: BondedPad, poses: Array) -> Array:
     """Return derivatives of the pose (m, rad) by the load (N; normal, shear along x, along y): (poses, 6, 3).
 
     The target keeps its rotation. It is the inverse of the pad's stiffness at the pose. NaN for a fully compressed pad.

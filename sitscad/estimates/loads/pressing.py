@@ -12,8 +12,8 @@ from sitscad.basics.record import memo, record, replace
 from sitscad.kernels.geometry.convex import Footprint, centroid
 from sitscad.kernels.geometry.path import bounding_box, enclosed_area
 from sitscad.kernels.mechanics.elastomer import BARE, Compression, Face, Surround, even_rim, press_part
-from sitscad.kernels.mechanics.pad_law import sigma
-from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs, grip
+from sitscad.kernels.mechanics.pad_law import force_sigma
+from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs, web_effect
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
@@ -58,16 +58,16 @@ def rests_on_pad(spec: SensorSpec) -> bool:
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     return pad is not None and (
-        over is None or memo(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
+        over is None or memo(spec, "_rests_on_pad", lambda: _overlap(over.footprint, pad.footprint)))
 
 
 @lru_cache(maxsize=256)
-def _shares(first: Footprint, second: Footprint) -> bool:
+def _overlap(first: Footprint, second: Footprint) -> bool:
     """Return whether both footprints overlap."""
     return first.common(second) is not None
 
 
-def pressed(
+def pressed_pad(
     spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
     thicker_film: float = 0.0, load: float = 1.0,
 ) -> Compression:
@@ -99,7 +99,7 @@ def surround(
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
-    around = Surround(webs=joined(spec))
+    around = Surround(webs=pad_webs(spec))
     if spec.encapsulation is not None:
         skin = spec.encapsulation
         modulus = max(LEAST, film) * skin.material.shear_modulus
@@ -116,13 +116,13 @@ def surround(
     return None if rim is None else replace(around, rim=rim)
 
 
-def joined(spec: SensorSpec) -> Webs:
+def pad_webs(spec: SensorSpec) -> Webs:
     """Return the webs of a pad. For several cells they belong to a mean pad."""
     if spec.elastomer is None:
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
     width = max((webs[0] for webs in pads if webs), default=0.0)
-    grips = [[grip(length / h) if length else 0.0 for length in webs[1:]] or [0.0] * 4 for webs in pads]
+    grips = [[web_effect(length / h) if length else 0.0 for length in webs[1:]] or [0.0] * 4 for webs in pads]
     return Webs(width, *(math.fsum(side) / len(pads) for side in zip(*grips, strict=True)))
 
 
@@ -135,14 +135,14 @@ def formula_sigma(spec: SensorSpec) -> float:
     assert pad is not None
     material, mean = pad.material, math.fsum(each) / len(each)
     block = around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent)
-    return math.hypot(sigma(block), math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
+    return math.hypot(force_sigma(block), math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
     """Return the ratio of the pad's stiffness with webs to the stiffness without, under compression, for each cell."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
-    return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
+    return [replace(around, webs=pad_webs(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
@@ -153,12 +153,12 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
-    return memo(spec, f"_loaded {wider}", lambda: _loaded(
+    return memo(spec, f"_loaded {wider}", lambda: _cached_loaded_face(
         pad.footprint, None if over is None else over.footprint, wider))
 
 
 @lru_cache(maxsize=256)
-def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
+def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
     """Return `loaded_face` for footprints of pad and target. States and causes share the cached results."""
     whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
@@ -186,7 +186,7 @@ def pressed_cases(
     """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
-    press = partial(pressed, spec, load=load)
+    press = partial(pressed_pad, spec, load=load)
 
     def modulus(sigma: float) -> tuple[Compression, Compression]:
         return press(modulus=1.0 - sigma), press(modulus=1.0 + sigma)
@@ -206,11 +206,11 @@ def pressed_cases(
     if (size := sigmas.get(TARGET_SIZE)) and plate is not None:
         less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
                       for by in (-size, size))
-        cases[TARGET_SIZE] = pressed(less, load=load), pressed(more, load=load)
-    return cases | _of_part(press(), spec.elastomer.thickness)
+        cases[TARGET_SIZE] = pressed_pad(less, load=load), pressed_pad(more, load=load)
+    return cases | _stated_pads(press(), spec.elastomer.thickness)
 
 
-def straight_cases(
+def linearised_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], nominal: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
     """Return `pressed_cases` by modulus, thickness and formula, linearised about the pressed pad.
@@ -228,12 +228,12 @@ def straight_cases(
         less, more = ({name: getattr(nominal, name) + side * way for name, way in changes.items()} for side in (1, -1))
         return replace(nominal, **less), replace(nominal, **more)
 
-    softer = pressed(spec, modulus=1.0 - modulus, load=load)
+    softer = pressed_pad(spec, modulus=1.0 - modulus, load=load)
     cases = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
              BLOCK: straight(softer, formula / modulus)}
     if sigmas.get(PAD):
-        cases[PAD] = straight(pressed(spec, thicker=-sigmas[PAD], load=load), 1.0)
-    return cases | _of_part(nominal, spec.elastomer.thickness)
+        cases[PAD] = straight(pressed_pad(spec, thicker=-sigmas[PAD], load=load), 1.0)
+    return cases | _stated_pads(nominal, spec.elastomer.thickness)
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
@@ -246,7 +246,7 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
     return PressingScatter(of_strain, of_gap, of_modulus, max(strain, key=lambda cause: strain[cause]), strain)
 
 
-def _of_part(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
+def _stated_pads(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
     """Return the stated pad and, if its strain has a doubt, a pad with two standard deviations less strain.
 
     The modulus remains the modulus of the loaded part alone.

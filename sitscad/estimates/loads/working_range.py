@@ -13,7 +13,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
 from sitscad.estimates.performance_values import AXES, FORCES, MOMENTS
-from sitscad.kernels.electromagnetics.polynomials import spread
+from sitscad.kernels.electromagnetics.polynomials import halton_points
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.coil import CoilPlacement
@@ -118,7 +118,7 @@ class WorkingRange:
 
     def inside(self, count: int, skip: int = 0) -> Array:
         """Return loads (count, 3 or 5) that fill the range evenly. They are deterministic."""
-        part = spread(count, 3, skip)
+        part = halton_points(count, 3, skip)
         loads = np.zeros((count, self.width))
         loads[:, 0] = self.normal * part[:, 0]
         shears = [k for k in self.columns if k]
@@ -139,8 +139,9 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     moments that cannot be computed.
     """
     normal = full_normal(spec)
-    shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
-    axes = axes_felt(spec.cell_placements[0], spec.requirements)
+    shear = spec.requirements.shear_force or min(SLIP * normal,
+                                                 (interpolated_held_shear if is_rough else tested_shear)(spec))
+    axes = measured_axes(spec.cell_placements[0], spec.requirements)
     about_x, about_y = spec.requirements.moments
     moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
     if any(moments):
@@ -160,10 +161,10 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     Two shears together share one limit. Raises NoResponse without a pad.
     """
     required, notes = required_range(spec), []
-    most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
-    shear, limit = required.shear, held_shear(spec)
+    most = shear_for_travel(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
+    shear, limit = required.shear, tested_shear(spec)
     if any(name in required.axes for name in FORCES[1:]) and shear > limit:
-        notes.append(beyond_held_shear(limit))
+        notes.append(extrapolated_shear_note(limit))
         if shear > most:
             notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
         shear = min(shear, most)
@@ -189,7 +190,7 @@ def shared_shear_limit(shear: float) -> str:
 
 
 @lru_cache(maxsize=64)
-def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
+def shear_for_travel(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
     """Return the shear force (N) under which a level target travels by `travel` pad thicknesses.
 
     It is the least value along x or y, under each of the `presses` (fractions of the full normal force). If the pad
@@ -197,10 +198,10 @@ def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0,
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
-    return min(_sheared(pad, axis, pressed, travel * pad.thickness) for axis, pressed in starts)
+    return min(_shear_for_travel(pad, axis, pressed, travel * pad.thickness) for axis, pressed in starts)
 
 
-def _sheared(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
+def _shear_for_travel(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
     # By the law itself: film, rim, exponent and compression change the stiffness from G A over the thickness.
     loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
     loads[:, 0] = normal
@@ -215,22 +216,22 @@ def _sheared(pad: BondedPad, axis: int, normal: float, travel: float) -> float:
 
 
 LOADS = 25
-"""Number of shear forces in each range of the search by `shear_at`.
+"""Number of shear forces in each range of the search by `shear_for_travel`.
 
 The first range ends at the force for the travel by a linear law.
 """
 
 DOUBLED = 8
-"""Largest number of times that `shear_at` doubles its range of forces."""
+"""Largest number of times that `shear_for_travel` doubles its range of forces."""
 
 
-def held_shear(spec: SensorSpec) -> float:
+def tested_shear(spec: SensorSpec) -> float:
     """Return the shear force (N) up to which the pad's law was tested with finite elements."""
-    return shear_at(spec, HELD_SHEAR)
+    return shear_for_travel(spec, HELD_SHEAR)
 
 
-def read_shear(spec: SensorSpec) -> float:
-    """Return `held_shear` (N) at a tenth of its cost.
+def interpolated_held_shear(spec: SensorSpec) -> float:
+    """Return `tested_shear` (N) at a tenth of its cost.
 
     It is read from the forces on a level target at this travel, at some heights.
     """
@@ -246,8 +247,8 @@ def read_shear(spec: SensorSpec) -> float:
 DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad for these forces
 
 
-def beyond_held_shear(limit: float) -> str:
-    """Return the note for shear beyond the force (N) of `held_shear`, for all documents.
+def extrapolated_shear_note(limit: float) -> str:
+    """Return the note for shear beyond the force (N) of `tested_shear`, for all documents.
 
     The force is 0 if the pressed pad buckles by itself.
     """
@@ -263,10 +264,10 @@ def beyond_held_shear(limit: float) -> str:
 
 def full_normal(spec: SensorSpec) -> float:
     """Return the required normal force (N), or the force that compresses the pad by `USUAL_STRAIN`."""
-    return spec.requirements.normal_force or normal_at(soft_pad(spec), USUAL_STRAIN)
+    return spec.requirements.normal_force or normal_for_strain(soft_pad(spec), USUAL_STRAIN)
 
 
-def normal_at(pad: BondedPad, strain: float) -> float:
+def normal_for_strain(pad: BondedPad, strain: float) -> float:
     """Return the normal force (N) that compresses the pad by a strain."""
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
@@ -299,17 +300,17 @@ INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
 """Moment that changes the readings in the same pattern as a shear: more on one side, less on the other side."""
 
 
-def axes_felt(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:
+def measured_axes(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:
     """Return the measured axes of load, which the coils of one target can distinguish.
 
     A required moment replaces the shear with the same pattern of readings.
     """
     moments = {name for name in MOMENTS if getattr(requirements, name) is not None}
-    measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in axes_told_apart(placements)}
+    measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in distinguishable_axes(placements)}
     return tuple(name for name in AXES if name in measured)
 
 
-def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
+def distinguishable_axes(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
     """Return the axes that the coils of an array can distinguish.
 
     One coil has the normal force alone. Coils in a line also have shear along the line. Others have all three.

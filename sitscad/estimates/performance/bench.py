@@ -10,8 +10,14 @@ import numpy as np
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
-from sitscad.estimates.loads.working_range import WorkingRange, full_normal, largest_moments, normal_at, shear_at
+from sitscad.estimates.loads.pad import linear_poses, pose_slopes, reading_slopes, soft_pad
+from sitscad.estimates.loads.working_range import (
+    WorkingRange,
+    full_normal,
+    largest_moments,
+    normal_for_strain,
+    shear_for_travel,
+)
 from sitscad.estimates.performance_values import FORCES
 from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.kernels.mechanics.pad import BondedPad
@@ -19,7 +25,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 @record(eq=False)
-class Bench:
+class LoadModel:
     """A design with its required loads (`required_range`), and with its metals at the required temperature.
 
     The target is kept level if no moments are measured. `frequencies` returns the coils' frequencies (Hz; n, coils) at
@@ -45,7 +51,7 @@ class Bench:
     @cached_property
     def overload(self) -> float:
         """Normal force (N) at which the pad reaches the largest strain at which its law is trusted."""
-        return normal_at(self.pad, VALID_STRAIN)
+        return normal_for_strain(self.pad, VALID_STRAIN)
 
     @cached_property
     def gives_way(self) -> float | None:
@@ -67,7 +73,7 @@ class Bench:
     @cached_property
     def farthest(self) -> Mapping[str, float]:
         """Largest load (N, N m) on every axis for which the pad's law is trusted: by its strain, shear and tilt."""
-        shear = shear_at(self.spec, VALID_SHEAR)
+        shear = shear_for_travel(self.spec, VALID_SHEAR)
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         if not self.range.has_moments:
             return forces
@@ -81,7 +87,7 @@ class Bench:
         pad = pad or self.pad
         poses = pad.pose(loads, is_held=not self.range.has_moments)
         lost = np.isnan(poses[:, 0])
-        poses[lost] = straight(pad, loads[lost])
+        poses[lost] = linear_poses(pad, loads[lost])
         return poses
 
     def is_held(self, loads: Array) -> Flags:
@@ -94,7 +100,7 @@ class Bench:
         They are at loads (n, 3 or 5) and their `poses`. A level target keeps its rotation; a free target tilts.
         """
         if not self.range.has_moments:
-            return compliance(self.pad, poses)[:, :, self.range.columns]
+            return pose_slopes(self.pad, poses)[:, :, self.range.columns]
         derivatives = []
         for column, size in zip(self.range.columns, self.range.full_scales, strict=True):
             step = np.zeros(self.range.width)
@@ -116,7 +122,7 @@ class Bench:
 
     def slopes(self, poses: Array) -> Array:
         """Return derivatives of the readings by the six numbers of every pose (per m and rad): (poses, coils, 6)."""
-        return slopes(self.readings, poses)
+        return reading_slopes(self.readings, poses)
 
     @cached_property
     def noise(self) -> Array:

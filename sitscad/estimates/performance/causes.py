@@ -21,10 +21,10 @@ from sitscad.assembly.places.state import WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
-from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.bench import LoadModel
 from sitscad.estimates.performance.compensation import (
     CAPACITORS,
     EXPANSION,
@@ -35,7 +35,7 @@ from sitscad.estimates.performance.compensation import (
 )
 from sitscad.estimates.performance.inversion import SolvedRange
 from sitscad.estimates.performance.warming import FLAT, capacitor_drift, compensation_of, expansion_drift, warming
-from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNCOMPENSATED, UNMEASURED, along
+from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNCOMPENSATED, UNMEASURED, loads_on_axis
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
     CAPACITOR,
@@ -61,7 +61,7 @@ Checked in tests/estimates/test_performance.py.
 
 
 @record(eq=False)
-class Units:
+class UnitErrors:
     """Errors (N; loads, axes) by cause, each for a unit with an error of one sigma of this cause alone.
 
     `before` holds the errors of the design's map after the unit's own tare. `after` holds the errors after an
@@ -91,7 +91,7 @@ class Units:
         return np.asarray(np.sqrt(np.mean(error[same] ** 2, axis=0)))
 
 
-def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
+def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
     """Return the errors of units for each manufacturing cause that changes readings after a tare.
 
     Errors of clock and capacitors cancel in a tare.
@@ -110,11 +110,11 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
     before: dict[str, Array] = {}
     after: dict[str, Array] = {}
     for cause in causes:
-        errors = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
+        errors = [[working.map(reading) - true for reading in each] for each in perturbed_readings(bench, cause, loads)]
         if errors:
             before[cause.name] = root_sum_of_mean_squares(errors)
             after[cause.name] = root_sum_of_mean_squares([[calibrated(error) for error in each] for each in errors])
-    return Units(loads, before, after)
+    return UnitErrors(loads, before, after)
 
 
 def root_sum_of_mean_squares(errors: Sequence[Sequence[Array]]) -> Array:
@@ -125,7 +125,7 @@ def root_sum_of_mean_squares(errors: Sequence[Sequence[Array]]) -> Array:
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in errors)))
 
 
-def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:
+def perturbed_readings(bench: LoadModel, cause: Scatter, loads: Array) -> list[list[Array]]:
     """Return readings (outer list: units; inner list: signs of the error) under loads, for one sigma of a cause.
 
     If each coil has the cause by itself, there is one unit for every coil, otherwise a single unit. Both signs are
@@ -184,14 +184,14 @@ WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0,
 
 
 @record(eq=False)
-class Tilts:
+class TiltEffects:
     """Effects of a tilted contact at the working points of a load model.
 
     `loads` (points, 3 or 5; N, N m) are the loads, and `poses` (points, 6; m, rad) the target's poses, without a tilt
     by moments. `kept` caches results by angle (rad).
     """
 
-    bench: Bench
+    bench: LoadModel
     loads: Array
     poses: Array
     kept: dict[float, tuple[Array, Array]] = field(default_factory=dict)
@@ -230,7 +230,7 @@ class Tilts:
 
 
 @record(eq=False)
-class Disturbed:
+class PointErrors:
     """Working point of a load model, with the errors by each cause.
 
     `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
@@ -241,7 +241,7 @@ class Disturbed:
     (coils; per K) is the effect of temperature under full normal load.
     """
 
-    bench: Bench
+    bench: LoadModel
     load: Array
     share: float
     pose: Array
@@ -249,7 +249,7 @@ class Disturbed:
     by_load: Array
     inverse: Array
     by_metal: Array
-    tilted: Tilts
+    tilted: TiltEffects
     number: int
     by_pose_at_rest: Array
     by_metal_loaded: Array
@@ -381,7 +381,7 @@ class Disturbed:
         drifts = {cause: self.inverse @ readings for cause, readings in self.reading_drift.items()}
         names = self.bench.range.axes[1:]
         if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
-            loads = np.vstack([along(self.load, name, self.carried[[k]]) for k, name in enumerate(names, 1)])
+            loads = np.vstack([loads_on_axis(self.load, name, self.carried[[k]]) for k, name in enumerate(names, 1)])
             softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
             drifts[EXPANSION] = drifts[EXPANSION] + np.append(0.0, np.diag(softer[1:]))
         return {**drifts, PAD_MODULUS: self.by_kelvin[PAD_MODULUS]}
@@ -477,7 +477,8 @@ class Disturbed:
         errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
-            readings = self.bench.readings(self.bench.poses(np.vstack([self.load, along(self.load, name, ends)])))
+            readings = self.bench.readings(self.bench.poses(np.vstack([self.load,
+                                                                       loads_on_axis(self.load, name, ends)])))
             errors[name] = np.abs(
                 (readings[1:] - readings[0]) @ self.inverse.T).max(axis=0)
         return errors
@@ -511,9 +512,9 @@ class Disturbed:
         return {f"{self.warmed_by}, {UNCOMPENSATED}": self.plain_drift, f"{self.warmed_by}, compensated": self.drift,
                 f"{tared}, {UNCOMPENSATED}": self.plain_tared_drift, f"{tared}, compensated": self.tared_drift}
 
-    def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
+    def errors(self, units: UnitErrors, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause, including causes that differ between units."""
-        normal, scattered = self.bench.full["normal"], sigmas(self.bench.spec)
+        normal, scattered = self.bench.full["normal"], tolerance_sigmas(self.bench.spec)
         return self.errors_of_any_unit(map_errors) | self._if_told({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
@@ -558,7 +559,7 @@ class Disturbed:
 MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its lower face is at rest (Rayleigh)
 
 
-def resonances(bench: Bench, pose: Array) -> dict[str, float]:
+def resonances(bench: LoadModel, pose: Array) -> dict[str, float]:
     """Return the natural frequency (Hz) without damping of target and pad along every measured force axis.
 
     It is sqrt(k / m) / (2 pi) at a `pose` (6,) of a level target without an object on it. The mass m is the target's,

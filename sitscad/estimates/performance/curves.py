@@ -8,10 +8,10 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import CoilEstimate
-from sitscad.estimates.loads.working_range import held_shear
-from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
+from sitscad.estimates.loads.working_range import tested_shear
+from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import SensingAnalysis
-from sitscad.estimates.performance_values import along
+from sitscad.estimates.performance_values import loads_on_axis
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter
 from sitscad.kernels.electromagnetics.threads import one_thread
 
@@ -59,18 +59,18 @@ def curves(sensing: SensingAnalysis) -> Curves:
     shear_curves = tuple(_curve(sensing, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
     return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(sensing, "normal", 0.0), shear_curves,
-                  tuple(_range(sensing, name) for name in shears), held_shear(spec))
+                  tuple(_range(sensing, name) for name in shears), tested_shear(spec))
 
 
 def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
     forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * sensing.bench.full[axis]
-    loads = along(sensing.bench.range.pressed(normal), axis, forces)
+    loads = loads_on_axis(sensing.bench.range.pressed(normal), axis, forces)
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
     nominal = sensing.bench.readings(sensing.bench.poses(loads))
     sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
         [reading - nominal for reading in readings]
         for cause in manufacturing_scatter(sensing.layout.spec, sensing.estimates)
-        for readings in readings_of(sensing.bench, cause, loads)
+        for readings in perturbed_readings(sensing.bench, cause, loads)
     ])
     return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)
 
@@ -88,6 +88,6 @@ def _range(sensing: SensingAnalysis, axis: str) -> tuple[str, Array, Array, Arra
     # Normal and shear forces (N) of the grid, and the inductances over it.
     normal = np.linspace(0.0, sensing.bench.full["normal"], LINES)
     shear = np.linspace(-1.0, 1.0, LINES) * sensing.bench.full[axis]
-    loads = np.concatenate([along(sensing.bench.range.pressed(float(force)), axis, shear) for force in normal])
+    loads = np.concatenate([loads_on_axis(sensing.bench.range.pressed(float(force)), axis, shear) for force in normal])
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
     return axis, normal, shear, inductance.reshape(LINES, LINES, -1)

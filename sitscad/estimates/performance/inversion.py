@@ -18,8 +18,8 @@ import numpy as np
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.loads.working_range import WorkingRange
-from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance_values import Loads, along
+from sitscad.estimates.performance.bench import LoadModel
+from sitscad.estimates.performance_values import Loads, loads_on_axis
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares
 
 GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the map's fit, by the number of axes
@@ -83,7 +83,7 @@ forces).
 """
 
 
-def fitted(points: Array, values: Array, degree: int) -> Polynomial:
+def fit_polynomial(points: Array, values: Array, degree: int) -> Polynomial:
     """Return the polynomial fitted to (n, variables) points and (n, outputs) values, without a constant term.
 
     It is 0 for zero readings. Raises ValueError if there are fewer points than terms.
@@ -96,7 +96,7 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
     return least_squares(points, values, powers, -scale, scale, least=least)
 
 
-def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
+def fit_best_polynomial(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
     """Return the polynomial, of degree `most` at most, with the least rms error at held-out points.
 
     `held_out` holds points and values that are not fitted. Errors are relative to the span of the values.
@@ -106,7 +106,7 @@ def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], mos
     for degree in range(1, most + 1):
         if POINTS_A_TERM * len(exponents([1.0] * points.shape[1], degree, 1)) > len(points):
             break
-        polynomial = fitted(points, values, degree)
+        polynomial = fit_polynomial(points, values, degree)
         error = float(np.sqrt(np.mean(((polynomial(held_out[0]) - held_out[1]) / span) ** 2)))
         if error < 0.9 * apart:
             best, apart = polynomial, error
@@ -122,7 +122,7 @@ class SolvedRange:
     fitted to `loads` and `readings`, and tested on the loads and readings of `held_out`.
     """
 
-    bench: Bench
+    bench: LoadModel
     loads: Array
     readings: Array
     held_out: tuple[Array, Array]
@@ -131,15 +131,15 @@ class SolvedRange:
     def map(self) -> Polynomial:
         """Polynomial from readings to loads (N) on measured axes, with the least error at held-out loads."""
         columns = self.bench.range.columns
-        return best_fitted(self.readings, self.loads[:, columns],
-                           (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
+        return fit_best_polynomial(self.readings, self.loads[:, columns],
+                                   (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
 
     @cached_property
     def forward(self) -> Polynomial:
         """Polynomial from loads (of measured axes) to readings."""
         columns = self.bench.range.columns
-        return best_fitted(self.loads[:, columns], self.readings,
-                           (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)
+        return fit_best_polynomial(self.loads[:, columns], self.readings,
+                                   (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)
 
     @cached_property
     def map_errors(self) -> Array:
@@ -163,7 +163,7 @@ class SolvedRange:
             return self.forward(loads[:, self.bench.range.columns])
         return self.bench.readings(self.bench.poses(loads))
 
-    def ambiguous_loads(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
+    def ambiguous_loads(self, exact: Callable[[], LoadModel]) -> tuple[Loads, Loads] | None:
         """Return two loads in the range with equal readings by another bench. None if no such pair is found.
 
         The other bench computes only loads whose readings are nearly equal by this bench.
@@ -174,7 +174,7 @@ class SolvedRange:
         judge = replace(self, bench=exact()) if nearly else self
         polished = (judge._polished(*pair, ALIKE) for pair in nearly)
         loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
-        return next(((_load(first), _load(second)) for first, second in loads), None)
+        return next(((_as_loads(first), _as_loads(second)) for first, second in loads), None)
 
     def _insensitive_loads(self) -> Iterator[tuple[Array, Array]]:
         """Yield pairs of places (in full scales) about the grid points with the least sensitivity.
@@ -214,11 +214,11 @@ class SolvedRange:
         return None
 
 
-def _load(load: Array) -> Loads:
+def _as_loads(load: Array) -> Loads:
     return tuple(map(float, load))
 
 
-def solved_range(bench: Bench) -> SolvedRange:
+def solved_range(bench: LoadModel) -> SolvedRange:
     """Return the required loads of a bench, with their readings."""
     axes = len(bench.range.axes)
 
@@ -258,7 +258,7 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
             yield places[first], here
 
 
-def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
+def crosstalk_at(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
     """Return the crosstalk about a working point's `load`: by the nonlinear map, then by a linear map.
 
     The load is (3 or 5; N, N m). `straight` (axes, coils; N per reading) is the linear map.
@@ -266,7 +266,7 @@ def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Cross
     bench = working.bench
     loads = axis_sweeps(bench.range, load)
     readings = bench.readings(bench.poses(loads.reshape(-1, loads.shape[-1])))
-    return tuple(crosstalk_of(bench.range, loads, read) for read in (working.map(readings), readings @ straight.T))
+    return tuple(map_crosstalk(bench.range, loads, read) for read in (working.map(readings), readings @ straight.T))
 
 
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
@@ -275,11 +275,11 @@ def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
     The first row of a sweep is `load`. In the other rows one axis goes from its lower to its upper end.
     """
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
-    return np.array([np.vstack([load, along(load, name, np.linspace(low, 1.0, SWEEP) * full)])
+    return np.array([np.vstack([load, loads_on_axis(load, name, np.linspace(low, 1.0, SWEEP) * full)])
                      for name, low, full in sweeps])
 
 
-def crosstalk_of(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
+def map_crosstalk(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
     """Return the largest error of each axis, over its full scale, while another axis moves over its range.
 
     `loads` (axes, n, 3 or 5; N, N m) are from `axis_sweeps`. `read` (axes * n, measured axes; N, N m) are the loads

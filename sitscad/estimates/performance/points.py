@@ -19,12 +19,12 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
+from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, loaded_poses, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
-from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, required_range
-from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.causes import Disturbed, Tilts, Units, resonances, units_of
-from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
+from sitscad.estimates.loads.working_range import extrapolated_shear_note, required_range, tested_shear
+from sitscad.estimates.performance.bench import LoadModel
+from sitscad.estimates.performance.causes import PointErrors, TiltEffects, UnitErrors, resonances, units_of
+from sitscad.estimates.performance.inversion import SolvedRange, crosstalk_at, solved_range
 from sitscad.estimates.performance.screen import screen_bench
 from sitscad.estimates.performance.warming import WARMER, DriftCoefficients, by_metal
 from sitscad.estimates.performance_values import (
@@ -37,10 +37,10 @@ from sitscad.estimates.performance_values import (
     AxisPerformance,
     Loads,
     Performance,
-    along,
     amount_text,
-    lasts_tared,
+    lasts_after_tare,
     load_words,
+    loads_on_axis,
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
@@ -53,14 +53,15 @@ HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # L
 COURSE = 9  # Number of loads along an axis
 
 
-def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:
+def axis_range(bench: LoadModel, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:
     """Return the largest load (N, N m) on an axis that the sensor can measure, and the name of its limit.
 
     The normal axis starts at zero. Another axis adds to the working point's `load` in the positive direction.
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
-    poses, reasons = pushed(bench.spec, along(load, name, forces), np.full(COURSE, not bench.range.has_moments))
+    poses, reasons = loaded_poses(bench.spec, loads_on_axis(load, name, forces),
+                                  np.full(COURSE, not bench.range.has_moments))
     response = model.on_pad(poses)
     least, loudest = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")
     wrong = {
@@ -78,11 +79,11 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
 
 @record(eq=False)
 class SensingAnalysis:
-    """Sensing performance by a load model (`Bench`). Each value is computed at its first use."""
+    """Sensing performance by a load model (`LoadModel`). Each value is computed at its first use."""
 
     layout: Layout
     estimates: Estimates
-    bench: Bench
+    bench: LoadModel
 
     @cached_property
     def working(self) -> SolvedRange:
@@ -90,22 +91,22 @@ class SensingAnalysis:
         return solved_range(self.bench)
 
     @cached_property
-    def points(self) -> tuple[Disturbed, ...]:
+    def points(self) -> tuple[PointErrors, ...]:
         """Working points, without the temperature effect of metal."""
         bench, loads, points = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
-        slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
+        slopes, tilts, cold = bench.slopes(poses), TiltEffects(bench, loads, poses), np.zeros(len(bench.rest))
         gives = bench.compliance(loads, poses)
         for k, point in enumerate(WORKING_POINTS):
             # newtons per reading, (axes, coils), by least squares weighted with the noise
             by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-            points.append(Disturbed(
+            points.append(PointErrors(
                 bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
         return tuple(points)
 
     @cached_property
-    def warmed(self) -> tuple[Disturbed, ...]:
+    def warmed(self) -> tuple[PointErrors, ...]:
         """Working points with the temperature effect of copper and other metal."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
@@ -141,7 +142,7 @@ class SensingAnalysis:
         return bool(np.all(self.bench.is_held(self.working.loads)))
 
     @cached_property
-    def units(self) -> Units:
+    def units(self) -> UnitErrors:
         """Units with manufacturing errors."""
         return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
 
@@ -161,10 +162,10 @@ class SensingAnalysis:
         """
         is_shear_required = self.bench.spec.requirements.shear_force is not None
         return {cause: error for cause, error in self.warmed[-1].errors_of_any_unit(self.working.map_errors).items()
-                if lasts_tared(cause) or (is_shear_required and UNMEASURED in cause)}
+                if lasts_after_tare(cause) or (is_shear_required and UNMEASURED in cause)}
 
     def friction(self, shear: str) -> dict[str, float]:
-        """Return errors of the ratio of shear to normal force at full load by cause (`Disturbed.friction`)."""
+        """Return errors of the ratio of shear to normal force at full load by cause (`PointErrors.friction`)."""
         full = self.warmed[-1]
         return full.friction(full.errors(self.units, self.working.map_errors), shear)
 
@@ -187,7 +188,7 @@ def analyse_sensing(layout: Layout, estimates: Estimates, model: ResponseModel |
     def frequencies(poses: Array) -> Array:
         return model.on_pad(poses).frequency
 
-    bench = Bench(model.spec, estimates, required_range(model.spec), frequencies, frequencies)
+    bench = LoadModel(model.spec, estimates, required_range(model.spec), frequencies, frequencies)
     return SensingAnalysis(layout, estimates, bench)
 
 
@@ -224,13 +225,13 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
                  for point, at in zip(sensing.points, each, strict=True))
 
 
-def working_loads(bench: Bench) -> Array:
+def working_loads(bench: LoadModel) -> Array:
     """Return the loads (points, 3 or 5; N, N m) of the working points."""
     return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
 def _at(
-    at: str, point: Disturbed, sensing: SensingAnalysis, model: ResponseModel, ambiguous: tuple[Loads, Loads] | None,
+    at: str, point: PointErrors, sensing: SensingAnalysis, model: ResponseModel, ambiguous: tuple[Loads, Loads] | None,
     more: Mapping[str, Array],
 ) -> Performance:
     """Return the performance at one working point.
@@ -238,9 +239,9 @@ def _at(
     `more` are errors (N) by causes that are computed for all points together.
     """
     bench, names, working = point.bench, point.bench.range.axes, sensing.working
-    courses = {name: course(bench, model, point.load, name) for name in names}
+    courses = {name: axis_range(bench, model, point.load, name) for name in names}
     errors = {**point.errors(sensing.units, working.map_errors), **more}
-    curved, straight = crosstalk(working, point.load, point.inverse)
+    curved, straight = crosstalk_at(working, point.load, point.inverse)
     singular = np.linalg.svd(point.by_load * bench.range.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
     shear = next((name for name in names if name in FORCES[1:]), None)
@@ -271,7 +272,7 @@ def _at(
 
 
 def _axes(
-    point: Disturbed, working: SolvedRange, courses: Mapping[str, tuple[float, str]], errors: Mapping[str, Array]
+    point: PointErrors, working: SolvedRange, courses: Mapping[str, tuple[float, str]], errors: Mapping[str, Array]
 ) -> dict[str, AxisPerformance]:
     """Return the performance of every axis of load at a working point.
 
@@ -281,7 +282,7 @@ def _axes(
     frequencies = bench.frequencies(point.pose[None])[0]
     for k, name in enumerate(bench.range.axes):
         forces = np.linspace(0.0, bench.full[name], 9)
-        read = working.forward(along(point.load, name, forces)[:, bench.range.columns]) @ point.inverse[k]
+        read = working.forward(loads_on_axis(point.load, name, forces)[:, bench.range.columns]) @ point.inverse[k]
         apart = np.abs(read - np.polynomial.polynomial.Polynomial.fit(forces, read, 1)(forces)).max()
         by_axis[name] = AxisPerformance(
             *courses[name], bench.full[name],
@@ -336,11 +337,11 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
     notes += [f"{name}: {reason}" for name, reason in bench.estimates.failed_states.items()]
-    pressed, limit = bench.estimates.compression, held_shear(bench.spec)
+    pressed, limit = bench.estimates.compression, tested_shear(bench.spec)
     if pressed is not None and not pressed.valid:
         notes.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
     if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > limit:
-        notes.append(beyond_held_shear(limit))
+        notes.append(extrapolated_shear_note(limit))
     if not sensing.is_range_held:
         notes.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):

@@ -22,11 +22,11 @@ from sitscad.estimates.circuits.solved_winding import LEAST_DISTANCE, shared_spe
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import required_range
-from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.targets.assembly import at_rest, warmed
-from sitscad.estimates.targets.finite_target import Move, shares_of_change
-from sitscad.estimates.targets.window import missing_parts
-from sitscad.estimates.windings.methods import reflected_by, winding_geometry
+from sitscad.estimates.performance.bench import LoadModel
+from sitscad.estimates.targets.assembly import at_rest, at_temperature
+from sitscad.estimates.targets.finite_target import Move, change_ratios
+from sitscad.estimates.targets.window import window_effects
+from sitscad.estimates.windings.methods import metal_spectrum, winding_geometry
 from sitscad.kernels.electromagnetics.metal.half_spaces import raised_inductances, reflected_inductances
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -42,24 +42,24 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     plate's times the finite target's ratio at the coil's place (`finite_target`). Loss and the addition of current
     crowding are left out. Each height is solved for all moves at once.
     """
-    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    spec = at_temperature(layout.spec, layout.spec.requirements.temperature)
     rest = at_rest(spec)
     assert rest is not None
     over = rest.above
     assert over is not None
     layers = [winding.z for winding in layout.coils[0].windings]
     gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
-    ratios = shares_of_change(spec, layers, gaps, floor, moves)
+    ratios = change_ratios(spec, layers, gaps, floor, moves)
     distances = [over.distance + min(heights) - max(layers)]
     if rest.below is not None:
         distances.append(rest.below.distance + min(layers))
     nearest = max(min(distances), LEAST_DISTANCE)
     geometry = winding_geometry(spec.coil, replace(layout.coils[0], series=()))
-    spectrum = reflected_by(geometry, nearest, True) if geometry.spirals else shared_spectrum(geometry, nearest)
+    spectrum = metal_spectrum(geometry, nearest, True) if geometry.spirals else shared_spectrum(geometry, nearest)
     at = np.array([frequency])
     metal_change = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
     whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - metal_change
-    effects, parts = np.asarray(whole[:, None, None] * ratios), missing_parts(layout)
+    effects, parts = np.asarray(whole[:, None, None] * ratios), window_effects(layout)
     for place, p in enumerate(spec.array.placements):
         if p.name in parts:
             effects[:, :, place] *= parts[p.name].factor(effects[:, :, place])
@@ -116,7 +116,7 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     since_rest[:, on_axes] = effect[1:, 1:] - effect[0, 0]
     change = since_rest.reshape(count, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
     change = change[:, middle, None] + change[None, middle] - change[middle, middle]
-    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _pull(estimates.coils)
+    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _resonance_factors(estimates.coils)
     ends = np.array([-side, -side, low]), np.array([side, side, high])
     through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])  # (coils, 2; m), at rest
@@ -133,7 +133,7 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     return frequencies
 
 
-def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
+def _resonance_factors(coils: tuple[CoilEstimate, ...]) -> Array:
     """Return the factors (coils) on the frequency change of a lossless tank for an inductance change.
 
     They come from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
@@ -148,9 +148,9 @@ def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
 
 
 @one_thread
-def screen_bench(layout: Layout, estimates: Estimates) -> Bench:
+def screen_bench(layout: Layout, estimates: Estimates) -> LoadModel:
     """Return the load model of a design by the surrogate. Raises NoResponse if a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
-    spec, level = warmed(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)
-    return Bench(spec, estimates, required_range(spec, True), level, level)
+    spec, level = at_temperature(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)
+    return LoadModel(spec, estimates, required_range(spec, True), level, level)

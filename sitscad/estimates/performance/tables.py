@@ -10,7 +10,7 @@ from typing import Any
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, show
-from sitscad.estimates.loads.working_range import held_shear, working_range
+from sitscad.estimates.loads.working_range import tested_shear, working_range
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
@@ -69,14 +69,14 @@ def axis_table(report: PerformanceReport) -> Table:
 def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     """Yield the rows on the full scale and the range of each axis."""
     axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
-    names, valid_shear = list(axes), held_shear(report.spec)
-    yield "full scale", *(amount(axis.full_scale, name) for name, axis in axes.items())
+    names, valid_shear = list(axes), tested_shear(report.spec)
+    yield "full scale", *(load_text(axis.full_scale, name) for name, axis in axes.items())
     if together.is_round:
         limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
         yield "calibrated for a resultant shear up to", *(DASH if name == "normal" else limit for name in names)
     turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
     yield (f"range of the pad, {turns}, and its first limit",
-           *(f"{amount(axis.range, name)}, {axis.limited_by}" for name, axis in axes.items()))
+           *(f"{load_text(axis.range, name)}, {axis.limited_by}" for name, axis in axes.items()))
     if newtons is not None:
         yield (f"calibrated range: the map to newtons ends at{', least signal' if report.spec.cells else ''}",
                *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else DASH for name in names))
@@ -93,23 +93,23 @@ def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     axes, names = full.axes, list(full.axes)
     for point in points:
         yield (f"resolution {point.at}: the noise alone",
-               *(amount(axis.resolution, name) for name, axis in point.axes.items()))
+               *(load_text(axis.resolution, name) for name, axis in point.axes.items()))
     lasting = {name: largest_lasting(axis.errors) for name, axis in axes.items()}
     yield ("largest error by one cause, full load, one tare at the start",
-           *(f"{amount(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
+           *(f"{load_text(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
              for name, (error, cause) in lasting.items()))
     yield ("errors together, full load, a tare before each grasp",
-           *(amount(combined_error(axis.errors), name) for name, axis in axes.items()))
+           *(load_text(combined_error(axis.errors), name) for name, axis in axes.items()))
     causes = axes[names[0]].errors
     if any(UNMEASURED in cause for cause in causes):
         yield ("these, and full scale of each axis that is not measured",
-               *(amount(math.hypot(combined_error(axis.errors),
-                                   *(error for cause, error in axis.errors.items() if UNMEASURED in cause)), name)
+               *(load_text(math.hypot(combined_error(axis.errors),
+                                      *(error for cause, error in axis.errors.items() if UNMEASURED in cause)), name)
                  for name, axis in axes.items()))
     for point, cause in product((rest, full), [cause for cause in causes if cause in OTHER_JAW_CAUSES]):
-        yield f"{cause}, {point.at}", *(amount(point.axes[name].errors[cause], name) for name in names)
-    for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
-        yield _since(cause), *(amount(point.axes[name].errors[cause], name) for name in names)
+        yield f"{cause}, {point.at}", *(load_text(point.axes[name].errors[cause], name) for name in names)
+    for cause, point in ((temperature_errors(rest)[0], rest), *((cause, full) for cause in temperature_errors(full))):
+        yield _cause_text(cause), *(load_text(point.axes[name].errors[cause], name) for name in names)
     yield (f"largest sensitivity of a coil{' in the least sensitive cell' if report.spec.cells else ''}, half load",
            *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
              for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)))
@@ -124,18 +124,18 @@ def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
         yield (f"error by {tilt} of {angle} alone, either way, full load",
-               *(amount(full.tilt_error[name][angle], name) for name in names))
-    yield "error by a force 0.1 mm beside", *(amount(axis.errors[BESIDE], name) for name, axis in axes.items())
+               *(load_text(full.tilt_error[name][angle], name) for name in names))
+    yield "error by a force 0.1 mm beside", *(load_text(axis.errors[BESIDE], name) for name, axis in axes.items())
     yield ("drift at full load, a kelvin after the one tare",
-           *(amount(full.temperature_error[name], name) for name in names))
+           *(load_text(full.temperature_error[name], name) for name in names))
 
 
-def drifts(point: Performance) -> list[str]:
+def temperature_errors(point: Performance) -> list[str]:
     """Return the temperature errors at a working point: the drift, and its remainder with a tare before each grasp."""
     return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
 
 
-def _since(cause: str) -> str:
+def _cause_text(cause: str) -> str:
     """Return the text of a cause of errors. For a drift it includes the start of its temperature change."""
     if "drift" not in cause:
         return cause
@@ -158,8 +158,8 @@ def error_table(points: Sequence[Performance]) -> Table:
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    rows = [(f"{cause}, rx and ry (root of squares)" if cause.startswith(TILTED) else _since(cause),
-             *(amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes]
+    rows = [(f"{cause}, rx and ry (root of squares)" if cause.startswith(TILTED) else _cause_text(cause),
+             *(load_text(full.axes[name].errors[cause], name) for name in names)) for cause in causes]
     return Table(head, rows)
 
 
@@ -170,7 +170,7 @@ def drift_table(points: Sequence[Performance]) -> Table:
     rows = []
     for cause, row in full.temperature_causes.items():
         sign = "+-" if cause == "capacitors" else ""
-        rows.append((cause, *(sign + amount(row[name], name) for name in names)))
+        rows.append((cause, *(sign + load_text(row[name], name) for name in names)))
     return Table(("by a kelvin after the one tare", *(AXIS_WORDS[name] for name in names)), rows)
 
 
@@ -185,7 +185,7 @@ def compensation_tables(points: Sequence[Performance]) -> list[Table]:
     for source, parts in full.drift_left.items():
         whole = {name: math.hypot(*(part[name] for part in parts.values())) for name in full.axes}
         for what, row in {"root sum of squares": whole, **parts}.items():
-            rows.append((f"{COEFFICIENTS[source]}: {what}", *(amount(row[name], name) for name in full.axes)))
+            rows.append((f"{COEFFICIENTS[source]}: {what}", *(load_text(row[name], name) for name in full.axes)))
     if not rows:
         return []
     head = f"left by a compensation after {full.compensation['warming_K']:.3g} K, by {full.compensation['by']}"
@@ -232,10 +232,10 @@ def _stiffness_text(point: Mapping[str, Any]) -> str:
 
 
 def _newtons(force: float) -> str:
-    return amount(force, "normal")
+    return load_text(force, "normal")
 
 
-def amount(value: float, name: str) -> str:
+def load_text(value: float, name: str) -> str:
     """Return a force (N) or a moment (N m) on an axis as text."""
     if math.isinf(value):
         return "no reading tells it"

@@ -13,7 +13,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate
-from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.bench import LoadModel
 from sitscad.estimates.performance.compensation import (
     UNIFORM,
     Compensation,
@@ -112,7 +112,7 @@ def reference_drift(alone: Layout, capacitance: float | None, temperature: float
     return float(by_metal(cold, warm, WARMER, np.zeros(1), state)[0])
 
 
-def expansion_drift(bench: Bench, loads: Array, rise: float) -> Array:
+def expansion_drift(bench: LoadModel, loads: Array, rise: float) -> Array:
     """Return changes (n, coils; per K) of the readings under loads (n, 3 or 5; N, N m) by a growing pad.
 
     `rise` (m/K) is the growth of the pad's thickness. A thicker pad lifts the target, and it is also softer.

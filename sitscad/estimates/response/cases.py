@@ -14,7 +14,15 @@ import numpy as np
 
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, NoResponse, compliance, slopes, soft_pad, straight
+from sitscad.estimates.loads.pad import (
+    GIVES_WAY,
+    TOO_SOFT,
+    NoResponse,
+    linear_poses,
+    pose_slopes,
+    reading_slopes,
+    soft_pad,
+)
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.spec.sensor import LoadCase, SensorSpec
@@ -25,7 +33,7 @@ ALL = "all"  # Name that selects every load case of a spec
 
 
 @record(eq=False)
-class Push:
+class AppliedLoad:
     """Values of a load case.
 
     `force` (N; x, y, z in board axes) acts on the outermost face, at a place on the face (m; x, y from the middle).
@@ -83,7 +91,7 @@ def link_angle(lever_angle: float, lever: float, link: float) -> float:
     return math.asin(sine)
 
 
-def push_of(case: LoadCase) -> Push:
+def applied_load(case: LoadCase) -> AppliedLoad:
     """Return the action of a load case on the target."""
     normal, tension = case.normal or 0.0, ""
     if case.mechanism is not None:
@@ -103,16 +111,16 @@ def push_of(case: LoadCase) -> Push:
     if any(case.offset):
         parts.append(f"{1e3 * case.offset[0]:.3g}, {1e3 * case.offset[1]:.3g} mm from the middle of the face")
     turn = np.array([0.0, case.opening, 0.0]) if case.is_held else None
-    return Push(force, np.array(case.offset), turn, case.is_stuck, ", ".join(parts))
+    return AppliedLoad(force, np.array(case.offset), turn, case.is_stuck, ", ".join(parts))
 
 
-def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
+def case_pose(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
     """Return the pose (6,; m, rad) of the target in a load case, and a note about it.
 
     If the pad buckles under a free target, the pose belongs to a level target, or a linear estimate if even that
     has no equilibrium. Raises NoResponse if no pad carries the target.
     """
-    pad, push = soft_pad(spec), push_of(case)
+    pad, push = soft_pad(spec), applied_load(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
     turns = None if push.turn is None else push.turn[None, :]
     pose = pad.pose(wrench, at=push.at[None, :], turns=turns, is_stuck=push.is_stuck)[0]
@@ -122,27 +130,27 @@ def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
     pose = pad.pose(wrench, at=push.at[None, :], turns=level)[0]
     if np.all(np.isfinite(pose)):
         return pose, (push.note, GIVES_WAY)
-    pose = straight(pad, np.array([[-push.force[2], *push.force[:2]]]))[0]
+    pose = linear_poses(pad, np.array([[-push.force[2], *push.force[:2]]]))[0]
     pose[3:] = level[0]
     return pose, (push.note, TOO_SOFT)
 
 
-def in_cases(
+def respond_to_cases(
     model: ResponseModel, names: Sequence[str], frequency: float | None = None, tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Response:
     """Return the coil readings in load cases of the spec, in the order of `names`.
 
-    Force and moment hold the target's pose. Raises NoResponse under the conditions of `load_cases` and `posed`.
+    Force and moment hold the target's pose. Raises NoResponse under the conditions of `load_cases` and `case_pose`.
     """
     cases = load_cases(model.spec.loads, names)
-    poses, notes = zip(*(posed(model.spec, case) for case in cases), strict=True)
+    poses, notes = zip(*(case_pose(model.spec, case) for case in cases), strict=True)
     response = model.respond(np.array(poses), frequency, tolerance, progress)
     all_notes = tuple((*case_notes, *more) for case_notes, more in zip(notes, response.notes, strict=True))
     return replace(response, notes=all_notes, cases=tuple(case.name for case in cases))
 
 
-def with_cases(parts: Sequence[Response]) -> Response:
+def join_responses(parts: Sequence[Response]) -> Response:
     """Join several responses.
 
     If any has load cases, points without a load case have an empty name.
@@ -157,8 +165,8 @@ def with_derivatives(model: ResponseModel, response: Response) -> Response:
 
     `by_load` is NaN if the pad is fully compressed, and None if there is no pad.
     """
-    by_pose = slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
+    by_pose = reading_slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
     by_load = None
     if response.force is not None:
-        by_load = np.einsum("ncp,npl->ncl", by_pose, compliance(soft_pad(model.spec), response.poses))
+        by_load = np.einsum("ncp,npl->ncl", by_pose, pose_slopes(soft_pad(model.spec), response.poses))
     return replace(response, by_pose=by_pose, by_load=by_load)

@@ -15,21 +15,21 @@ from sitscad.basics.record import record
 from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import Tank
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.loads.pad import NoResponse, holding, pushed, soft_pad
+from sitscad.estimates.loads.pad import NoResponse, holding_loads, loaded_poses, soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad
-from sitscad.estimates.loads.working_range import normal_at, required_range, shear_at
+from sitscad.estimates.loads.working_range import normal_for_strain, required_range, shear_for_travel
 from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.estimates.states.near import NearTarget, at_frequencies
 from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
-    endless_like,
+    sheet_spectrum,
     solving_work,
     stated_errors,
     stated_losses,
 )
-from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
-from sitscad.estimates.states.steps import BAND, wind
+from sitscad.estimates.states.scan import FEW, Changes, ExactSolver, changes_at_poses
+from sitscad.estimates.states.steps import BAND, solve_windings
 from sitscad.estimates.targets.assembly import metal_behind
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
 from sitscad.kernels.electromagnetics.resonator import Network
@@ -63,7 +63,7 @@ class ResponseModel:
     @cached_property
     def wound(self) -> SolvedWindings:
         """Winding and its surroundings at rest."""
-        return wind(self.layout)
+        return solve_windings(self.layout)
 
     @property
     def spec(self) -> SensorSpec:
@@ -188,8 +188,8 @@ class ResponseModel:
                 there = self._placed(some)
                 return near.plate.changes(there.turns, there.places)
 
-            by_plate = Exact(near.plate.frequencies, exact, endless_like(self.spec.coil.size, self.spec.target))
-            return mapped(by_plate, poses, scale, tolerance, progress)
+            by_plate = ExactSolver(near.plate.frequencies, exact, sheet_spectrum(self.spec.coil.size, self.spec.target))
+            return changes_at_poses(by_plate, poses, scale, tolerance, progress)
 
         at_tank = self._near(cover, self.band)
         changes = changes_by(at_tank)
@@ -213,7 +213,7 @@ class ResponseModel:
         errors = stated_errors(part, self.spec.coil, change, size, scale, target_poses.lowest, shown.error, mirror)
         sizes = np.einsum("pcc->pc", size)
         losses = stated_losses(part, self.spec.coil, lost, sizes, scale, target_poses.lowest, shown.error, mirror, at)
-        pad, wrench = self.spec.elastomer, holding(self.spec, poses)
+        pad, wrench = self.spec.elastomer, holding_loads(self.spec, poses)
         strain = None if pad is None else -poses[:, 2] / pad.thickness
         conversion, ran = self.estimates.readout.conversion, terminals.frequency
         counts = np.full_like(ran, np.nan) if conversion is None else conversion.read(ran)
@@ -234,14 +234,14 @@ class ResponseModel:
         self, loads: Array, is_level: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
-        """Return the response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
+        """Return the response under loads (n, 3 or 5; see `pad.loaded_poses`), with poses by the pad's law.
 
         `is_level` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
         level = np.ones(len(loads), dtype=bool) if is_level is None else is_level
-        poses, pad_notes = pushed(self.spec, loads, level)
+        poses, pad_notes = loaded_poses(self.spec, loads, level)
         response = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*pose_notes, note) if note else pose_notes
                       for pose_notes, note in zip(response.notes, pad_notes, strict=True))
@@ -250,15 +250,16 @@ class ResponseModel:
     @cached_property
     def pad_ends(self) -> Array:
         """Poses at the limits of height and travel at which the pad's law is trusted, and slightly tilted poses."""
-        shear = shear_at(self.spec, VALID_SHEAR)
-        normal = normal_at(soft_pad(self.spec), VALID_STRAIN)
+        shear = shear_for_travel(self.spec, VALID_SHEAR)
+        normal = normal_for_strain(soft_pad(self.spec), VALID_STRAIN)
         loads = np.array([[normal, 0.0, 0.0], [0.0, shear, 0.0], [0.0, 0.0, shear]])
-        poses = pushed(self.spec, loads)[0]
+        poses = loaded_poses(self.spec, loads)[0]
         poses[0, 3:5] = 0.02
         required = required_range(self.spec)
         if not required.has_moments:
             return poses
-        return np.vstack([poses, pushed(self.spec, required.corners, np.zeros(len(required.corners), dtype=bool))[0]])
+        return np.vstack([poses, loaded_poses(self.spec, required.corners,
+                                              np.zeros(len(required.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
         """Return the response at (n, 6) poses, each solved once, cached and never interpolated.

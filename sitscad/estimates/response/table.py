@@ -15,11 +15,17 @@ import numpy as np
 from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.estimates.loads.pad import pushed
+from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.working_range import WorkingRange, working_range
 from sitscad.estimates.performance_values import MOMENTS
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
+from sitscad.kernels.electromagnetics.polynomials import (
+    POINTS_A_TERM,
+    Polynomial,
+    exponents,
+    halton_points,
+    least_squares,
+)
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
@@ -89,7 +95,7 @@ def response_table(model: ResponseModel) -> ResponseTable:
     `NoResponse` without a pad.
     """
     scope = working_range(model.spec)
-    polynomial, loads, values = (_free if scope.has_moments else _held)(model, scope)
+    polynomial, loads, values = (_free_polynomials if scope.has_moments else _level_polynomials)(model, scope)
     states = [coil.states.get(REST) for coil in model.estimates.coils]
     at_rest = model.on_pad(np.zeros((1, 6))).frequency[0]
     rest = np.array([frequency if state is None else state.frequency
@@ -100,7 +106,7 @@ def response_table(model: ResponseModel) -> ResponseTable:
     return replace(table, error=float((apart / np.ptp(solved, axis=0)).max()))
 
 
-def _free(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
+def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
     """Return polynomials of a free target's response to forces and moments, with their solved points.
 
     The points are inputs (n, 5: normal force, two shear forces, two moments; N, N m) and values.
@@ -110,18 +116,18 @@ def _free(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array,
     low = np.array([0.0, *-high[1:]])
     terms = exponents((1.0,) * 5, FREE_DEGREE)
     count = round(POINTS_A_TERM * len(terms))
-    points = np.sin(0.5 * np.pi * (2.0 * spread(count + sum(ASKED), 5) - 1.0))  # denser at the ends
+    points = np.sin(0.5 * np.pi * (2.0 * halton_points(count + sum(ASKED), 5) - 1.0))  # denser at the ends
     presses = np.zeros((PRESSES, 5))
     presses[:, 0] = high[0] * 0.5 * (1.0 - np.cos(np.pi * (np.arange(PRESSES) + 0.5) / PRESSES))
     loads = np.vstack([np.zeros(5), presses, low + 0.5 * (points + 1.0) * (high - low)])
-    poses = pushed(model.spec, loads, np.zeros(len(loads), dtype=bool))[0]
+    poses = loaded_poses(model.spec, loads, np.zeros(len(loads), dtype=bool))[0]
     frequency = model.on_pad(poses).frequency
     values = np.hstack([np.log(frequency / frequency[0]), poses[:, :5]])
     fitted = slice(0, 1 + PRESSES + count)
     return least_squares(loads[fitted], values[fitted], terms, low, high), loads, values
 
 
-def _held(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
+def _level_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
     """Return polynomials of a level target's response to forces and tilt, with their solved points.
 
     The points are inputs (n, 5; N, rad) and values. The tilt has additional terms, fitted to the differences between
@@ -129,7 +135,7 @@ def _held(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array,
     its symmetries.
     """
     ends = BEYOND * np.array([scope.normal, scope.shear, scope.shear])
-    pressed = pushed(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]
+    pressed = loaded_poses(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]
     steepest = np.array([0.0, 0.0, 0.0, HELD_TILT, HELD_TILT, 0.0])
     level, steep = model.lowest(np.vstack([pressed, pressed + steepest]))
     tilt = float(min(STEEPEST, HELD_TILT * DOWN * level / (level - steep)))
@@ -138,12 +144,12 @@ def _held(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array,
     plain = np.pad(exponents((1.0,) * 3, DEGREE), ((0, 0), (0, 2)))
     tilted = np.array([row for row in exponents((1.0,) * 5, TILT_DEGREE) if row[3:].any()])
     counts = [round(POINTS_A_TERM * len(terms)) for terms in (plain, tilted)]
-    rows = [np.sin(0.5 * np.pi * (2.0 * spread(count + tilts, 5) - 1.0))  # denser at the ends
+    rows = [np.sin(0.5 * np.pi * (2.0 * halton_points(count + tilts, 5) - 1.0))  # denser at the ends
             for count, tilts in zip(counts, ASKED, strict=True)]
     rows[0][:, 3:] = 0.0
     points = np.vstack([2.0 * (np.zeros(5) - low) / (high - low) - 1.0, *rows])
     loads = low + 0.5 * (points + 1.0) * (high - low)
-    poses = pushed(model.spec, loads[:, :3])[0]
+    poses = loaded_poses(model.spec, loads[:, :3])[0]
     poses[:, 3:5] += loads[:, 3:]
     frequency = model.on_pad(poses).frequency
     values = np.hstack([np.log(frequency / frequency[0]), poses[:, :3]])

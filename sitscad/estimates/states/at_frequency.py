@@ -15,7 +15,7 @@ from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.coil_estimates import crowding_error
-from sitscad.estimates.states.steps import NO_STATE, wind
+from sitscad.estimates.states.steps import NO_STATE, solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.kernels.electromagnetics.resonator import apparent_impedance
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -90,7 +90,7 @@ def coils_at(
     """
     if not frequencies:
         return ()
-    windings = wind(layout, None, method, tolerance)
+    windings = solve_windings(layout, None, method, tolerance)
     circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
     return tuple(coil_at(circuit, windings, frequency) for frequency in frequencies for circuit in circuits)
 

@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.estimates.loads.pressing import joined, pressed, web_stiffness
+from sitscad.estimates.loads.pressing import pad_webs, pressed_pad, web_stiffness
 from sitscad.estimates.loads.working_range import USUAL_STRAIN
 from sitscad.estimates.performance_values import Performance, by_unit
 from sitscad.estimates.states.solved_target import own_changes
@@ -258,7 +258,7 @@ def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk |
     specs, stiffness, codes = cell_specs(spec), web_stiffness(spec), estimates.readout.drive_codes
     count = len(codes) // len(specs)
     for k, cell in enumerate(specs):
-        webs = joined(cell)
+        webs = pad_webs(cell)
         pad_key = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
         kinds.setdefault((*pad_key, *codes[k * count : (k + 1) * count]), []).append(k)
     groups = []
@@ -266,7 +266,7 @@ def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk |
         names = tuple(p.name for k in kind for p in specs[k].array.placements)
         largest = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
         groups.append(CellGroup(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
-                               pressed(specs[kind[0]]).strain, largest, tuple(signals[k] for k in kind)))
+                               pressed_pad(specs[kind[0]]).strain, largest, tuple(signals[k] for k in kind)))
     return tuple(sorted(groups, key=lambda group: group.stiffer))
 
 
@@ -300,7 +300,7 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
     """
     spec, pad = layout.spec, layout.spec.elastomer
     assert pad is not None
-    mean, strains = pressed(spec).strain, [pressed(cell).strain for cell in cell_specs(spec)]
+    mean, strains = pressed_pad(spec).strain, [pressed_pad(cell).strain for cell in cell_specs(spec)]
     places, count = sorted(set(strains)), len(spec.array.placements) // len(strains)
     if is_rough or not math.isfinite(frequency):
         return [strain / mean for strain in strains for _ in range(count)]

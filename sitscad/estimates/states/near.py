@@ -15,13 +15,13 @@ from sitscad.estimates.circuits.coils import coil_circuits
 from sitscad.estimates.circuits.solved_winding import SolvedWinding, SolvedWindings, solve_winding
 from sitscad.estimates.circuits.tank import Tank
 from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, at_rest
-from sitscad.estimates.states.plate import TargetPlate, endless_like, plate_over_jaw
+from sitscad.estimates.states.plate import TargetPlate, plate_over_jaw, sheet_spectrum
 from sitscad.estimates.states.scan import Changes
 from sitscad.estimates.targets.assembly import AssemblyStates, Surroundings, metal_behind, sheet_of
 from sitscad.estimates.targets.finite_target import NO_RATIOS
-from sitscad.estimates.windings.neighbours import at_contacts, idle_load
+from sitscad.estimates.windings.neighbours import idle_load, terminal_values
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_inductances
-from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points, shares
+from sitscad.kernels.electromagnetics.polynomials import Interpolant, barycentric_weights, chebyshev_points
 from sitscad.kernels.electromagnetics.resonator import Network, Oscillations, oscillate
 
 HEIGHTS = 4
@@ -84,7 +84,7 @@ class NearTarget:
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:
         """Function of frequency: inductance matrices (H, complex) at the contacts, without the target."""
-        return curves(self.band, self._bare)
+        return interpolate_over_band(self.band, self._bare)
 
     @cached_property
     def crowding(self) -> Callable[[Array], ComplexArray]:
@@ -93,13 +93,14 @@ class NearTarget:
         It is relative to the plate's change of the inductance.
         """
         heights = np.exp(self.heights).tolist()
-        return curves(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights], axis=1), 4)
+        return interpolate_over_band(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights],
+                                                                    axis=1), 4)
 
     def changes(self, target_poses: TargetPoses) -> Changes:
         """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
         solved = self.plate.changes(target_poses.turns, target_poses.places, is_single=True)
         return Changes(self.plate.frequencies, *solved,
-                       like=endless_like(self.wound.spec.coil.size, self.wound.spec.target))
+                       like=sheet_spectrum(self.wound.spec.coil.size, self.wound.spec.target))
 
     def impedances(self, target_poses: TargetPoses, changes: Changes) -> Callable[[Array], ComplexArray]:
         """Return a function: inductance matrices (H) of all coils at (n,) frequencies (Hz), by pose."""
@@ -108,7 +109,7 @@ class NearTarget:
 
         def whole(frequencies: Array) -> ComplexArray:
             change = changes.complex_at(frequencies)
-            more = _between(self.heights, self.crowding(frequencies), heights)
+            more = _interpolate(self.heights, self.crowding(frequencies), heights)
             change[:, diagonal, diagonal] *= 1.0 + more
             return self.bare(frequencies) + change
 
@@ -119,7 +120,7 @@ class NearTarget:
 
         `height` is the logarithm of the target's height (m).
         """
-        return _between(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
+        return _interpolate(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
     def over_coils(self, target_poses: TargetPoses) -> Array:
         """Return logarithms of the target's heights (m) over the coils, (poses, coils)."""
@@ -166,29 +167,29 @@ class NearTarget:
         return np.asarray(crowded / whole[:, 0])
 
 
-def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
+def _interpolate(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
     """Return the polynomial through `values` (n, m) at (m,) evenly spaced places, evaluated at (n, k) places.
 
     It is constant beyond the ends.
     """
     even = np.array([(-1) ** k * math.comb(len(places) - 1, k) for k in range(len(places))], dtype=float)
-    weights = shares(places, np.clip(at, places[0], places[-1]).ravel(), even)
+    weights = barycentric_weights(places, np.clip(at, places[0], places[-1]).ravel(), even)
     return np.asarray(np.einsum("nkm,nm->nk", weights.reshape(*at.shape, -1), values))
 
 
 def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
     """Return inductance (H) and resistance (ohm) at the contacts, (n, coils).
 
-    Each coil is at its own frequencies (n, coils; Hz). `impedances` returns the matrices that `at_contacts` needs, at
-    (n,) frequencies, a pose for each.
+    Each coil is at its own frequencies (n, coils; Hz). `impedances` returns the matrices that `terminal_values` needs,
+    at (n,) frequencies, a pose for each.
     """
-    contacts = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
+    contacts = [terminal_values(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]
     inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*contacts, strict=True))
     return inductance, resistance
 
 
-def curves(
+def interpolate_over_band(
     band: tuple[float, ...], exact: Callable[[Array], ComplexArray], points: int = POINTS
 ) -> Callable[[Array], ComplexArray]:
     """Return an interpolant of `exact` over a band (Hz), a function of frequencies (m,) with values (m, ...).

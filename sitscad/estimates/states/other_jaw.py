@@ -17,11 +17,11 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import replace
 from sitscad.estimates.circuits.solved_winding import SolvedWindings, spectrum_near_metal
-from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
-from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, metal_behind, sheet_of, warmed
+from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, at_temperature, metal_behind, sheet_of
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Encapsulation
@@ -87,12 +87,12 @@ def reference_change(layout: Layout, estimates: Estimates, grasped: float) -> fl
     `grasped` (m) is the thickness of an object between the sensor's top and the other jaw. None if the sensor has no
     jaw of metal, no target or no reference coil at rest.
     """
-    spec = warmed(layout.spec, estimates.temperature)
+    spec = at_temperature(layout.spec, estimates.temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     state = None if estimates.reference is None else estimates.reference.states.get(REST)
     if plate is None or target is None or state is None or not math.isfinite(state.frequency):
         return None
-    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, sigmas(spec)))
+    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
     face = float(at_rest(spec)[2]) + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
     none, with_jaw = (
@@ -108,11 +108,11 @@ def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Ma
     the target covers the coils, it is up to 1.5 times the solved value with nothing between, and 2 times with 1 mm.
     Otherwise it is within 25 % (jaw templates). Empty if nothing is known.
     """
-    spec = warmed(layout.spec, estimates.temperature)
+    spec = at_temperature(layout.spec, estimates.temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     if plate is None or target is None:
         return {}
-    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, sigmas(spec)))
+    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
     height, changes = float(at_rest(spec)[2]), {}
     for coil in estimates.coils:

@@ -15,7 +15,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.circuits.solved_winding import HEIGHT_STEP
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.kernels.electromagnetics.eddy.coil_potential import FINE
-from sitscad.kernels.electromagnetics.eddy.target import turned
+from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
@@ -156,10 +156,10 @@ class TargetPoses:
     def of(cls, target: Target, rest: Array, poses: Array) -> TargetPoses:
         """Return the target in poses (n, 6; m, rad), each with its lowest point (m)."""
         rotation = 0.0 if target.outline.is_disc else target.rotation
-        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, rotation]]))[0]
+        turns = rotation_matrices(poses[:, 3:]) @ rotation_matrices(np.array([[0.0, 0.0, rotation]]))[0]
         places = rest + poses[:, :3]
         half = 0.5 * target.size[0], 0.5 * target.size[1]
-        return cls(turns, places, places[:, 2] - _down(target, turns, half), half)
+        return cls(turns, places, places[:, 2] - _lowest_depth(target, turns, half), half)
 
     def heights(self, centres: Array) -> Array:
         """Return logarithms of the heights (m) of the near face's plane over the coils' centres, (n, coils).
@@ -191,13 +191,13 @@ class TargetPoses:
         half = x, y
         reach = FARTHER ** math.ceil(math.log(sideways + math.hypot(*half) + apart, FARTHER))
         least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
-        height = max(float((self.places[:, 2] - _down(target, self.turns, half)).min()) - top, least)
+        height = max(float((self.places[:, 2] - _lowest_depth(target, self.turns, half)).min()) - top, least)
         lowest = max(HEIGHT_STEP ** math.floor(math.log(height, HEIGHT_STEP)), least) + top
         error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
         return PoseRange(lowest, reach, half, error)
 
 
-def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
+def _lowest_depth(target: Target, turns: Array, half: tuple[float, float]) -> Array:
     """Return the depth (m) of the target's lowest point below the centre of its near face, for each rotation."""
     by_x, by_y = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
     return np.hypot(by_x, by_y) if target.outline.is_disc else np.asarray(by_x + by_y)

@@ -15,8 +15,8 @@ import numpy as np
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
 from sitscad.estimates.states.placed import WIDEST, PoseRange
-from sitscad.estimates.targets.assembly import conductivity_of, depth_in, metal_behind, sheet_of
-from sitscad.estimates.targets.window import WindowEffect, missing_parts
+from sitscad.estimates.targets.assembly import conductivity_of, metal_behind, sheet_of, skin_depth_in
+from sitscad.estimates.targets.window import WindowEffect, window_effects
 from sitscad.estimates.windings.methods import bent_track
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.box import Box, box
@@ -26,8 +26,8 @@ from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, image_mode
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface
 from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, changes_at
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflection
-from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded
-from sitscad.kernels.solve_cache import solved
+from sitscad.kernels.electromagnetics.metal.polyline_spectrum import with_chords
+from sitscad.kernels.solve_cache import cached_solution
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
@@ -45,7 +45,7 @@ At zero, the layer of air between two plates has no reflection factor of its own
 """
 
 MOST_WAVES = 4.0
-"""Product of wave number and coil size at which an infinite sheet's reflection stands for a target (`endless_like`).
+"""Product of wave number and coil size at which an infinite sheet's reflection stands for a target (`sheet_spectrum`).
 
 This reflection has nearly the frequency dependence of a target's changes. Steels and foils of 3 to 6 mm over coils of 6
 mm were compared. The remaining error is a fourteenth to a half of the error of straight lines.
@@ -111,7 +111,7 @@ class Detail:
         return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
-def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
+def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     """Return the target about its own middle, with knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
@@ -135,7 +135,7 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
 
 
 @record
-class Solving:
+class PlateProblem:
     """A target of metal or ferrite over coils, with metal behind the coils and in front of the target.
 
     It holds all inputs that determine the target's currents, at `frequencies` (Hz). `lowest` (m) is the least height
@@ -161,11 +161,11 @@ class Solving:
     @cached_property
     def mirror(self) -> Mirror | None:
         """Mirror for the image of the target's own currents."""
-        mirror = None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
+        mirror = None if self.behind is None else equivalent_mirror(self.behind, self.middle, self.lowest)
         if self.front is None:
             return mirror
         mirror = mirror or Mirror(-math.inf, 0.0)
-        return replace(mirror, roof=roof_like(self.front, self.middle, self._room, mirror.floor))
+        return replace(mirror, roof=equivalent_roof(self.front, self.middle, self._room, mirror.floor))
 
     @property
     def _room(self) -> float:
@@ -197,7 +197,8 @@ class Solving:
     def is_lossy(self) -> bool:
         """Whether the field reflected by metal behind or in front is out of phase by more than `OUT_OF_PHASE`."""
         waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
-        reflections = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
+        reflections = [_reflection_factors(metal, self.middle)(waves) for metal in (self.behind, self.front)
+                       if metal is not None]
         return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in reflections)
 
     @cached_property
@@ -247,7 +248,7 @@ class TargetPlate:
     for the image of the target's currents.
     """
 
-    solving: Solving
+    solving: PlateProblem
     mirror_error: float = 0.0
 
     @property
@@ -267,7 +268,7 @@ class TargetPlate:
         The first result is the whole change. The second is for a lossless mirror, so that its loss is the target's own.
         Set `is_single` if no other poses follow.
         """
-        matrices = solved(
+        matrices = cached_solution(
             lambda: (self.solving, turns.tobytes(), places.tobytes(), is_single),
             lambda: self.solving.changes(turns, places, is_single),
         )
@@ -292,7 +293,7 @@ class WindowedPlate(TargetPlate):
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
     """Return the target of a layout, solved at frequencies (Hz) with its jaw and the jaw's window."""
-    spec, missing = layout.spec, missing_parts(layout)
+    spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
     plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
     if not missing:
@@ -320,7 +321,7 @@ def solved_plate(
     return TargetPlate(solving, solving.mirror_error)
 
 
-_solving = lru_cache(maxsize=4)(Solving)
+_solving = lru_cache(maxsize=4)(PlateProblem)
 """Cache of solutions: designs with another pad or converter reuse them."""
 
 
@@ -330,9 +331,9 @@ def _resolved(
 ) -> tuple[Detail, Box | Disc]:
     """Return the target's resolution at a frequency (Hz), and its surface."""
     detail = _detail(coil, coils, lowest, behind, finer)
-    depth = depth_in(target.material, frequency)
+    depth = skin_depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
-    return detail, surface(target, detail, edge)
+    return detail, target_surface(target, detail, edge)
 
 
 def _detail(
@@ -356,7 +357,7 @@ def solving_work(
     functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
     work = DISCS * functions * len(whole.points) * whole.orders
     if behind is not None:
-        distance = cover.lowest - mirror_like(behind, frequency, cover.lowest).floor
+        distance = cover.lowest - equivalent_mirror(behind, frequency, cover.lowest).floor
         work += IMAGES * whole.orders * float(len(with_points(whole, 2.0 * distance).points)) ** 2
     return work
 
@@ -369,7 +370,7 @@ order and each pair of points at which they are taken.
 """
 
 
-def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
+def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
     """Return a function: reflection factors (no unit) of an infinite sheet at (n,) frequencies (Hz).
 
     The sheet has the target's metal and thickness. The wave length is the strongest one of coils of that size. The
@@ -385,7 +386,7 @@ def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[
     return factors
 
 
-def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
+def equivalent_mirror(behind: Reflector, frequency: float, height: float) -> Mirror:
     """Return a perfect mirror, deeper and weaker, that reflects nearly like the metal behind.
 
     It is matched at wave numbers 0.7 and 1.4 over the metal's distance from a target at a height (m). It serves for the
@@ -401,7 +402,7 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
     return Mirror(-behind.distance - deeper, strength)
 
 
-def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
+def equivalent_roof(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
     """Return planes whose combined reflection is nearly the reflection of the metal in front of a target.
 
     It is a least-squares fit over wave numbers up to 3 / `room`, where `room` (m) is the distance between target and
@@ -416,7 +417,7 @@ def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> 
     strengths = np.linalg.lstsq(waves.astype(complex), -reflection(k, frequency, front.plates) * decay, rcond=None)[0]
     planes = tuple((front.distance + float(down), complex(part)) for down, part in zip(depths, strengths, strict=True))
     height = max(room, front.distance - floor) if math.isfinite(floor) else room
-    mirror = mirror_like(front, frequency, height - front.distance)
+    mirror = equivalent_mirror(front, frequency, height - front.distance)
     return Roof(planes, (-mirror.floor, mirror.strength))
 
 
@@ -457,7 +458,7 @@ class _Coils:
             if turn not in by_turn:
                 x, y = coil.placement.centre
                 paths = [replace(w, path=w.path.shifted(-x, -y)) for w in coil.windings]
-                tracks = [chorded(bent_track(w, self.width), self.height) for w in paths]
+                tracks = [with_chords(bent_track(w, self.width), self.height) for w in paths]
                 by_turn[turn] = coil_potentials(tracks, self.height, self.reach, floor, roof, is_lossy)
         return tuple(by_turn[coil.placement.rotation][part] for part in range(1 + is_lossy) for coil in self.coils)
 
@@ -470,12 +471,12 @@ def _potentials(
     # without metal around the coils, the potentials are equal at all frequencies and for all targets at this height
     if frequency is None:
         return coils.potentials()
-    floor = None if behind is None else Plane(-behind.distance, _returned(behind, frequency))
-    roof = None if front is None else Plane(front.distance, _returned(front, frequency))
+    floor = None if behind is None else Plane(-behind.distance, _reflection_factors(behind, frequency))
+    roof = None if front is None else Plane(front.distance, _reflection_factors(front, frequency))
     return coils.potentials(floor, roof, is_lossy)
 
 
-def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
+def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
     """Return a function: reflection factor of waves by their wave numbers (1/m)."""
 
     def factor(k: Array) -> ComplexArray:

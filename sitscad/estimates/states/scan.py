@@ -23,7 +23,7 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 
 
 @record(eq=False)
-class Exact:
+class ExactSolver:
     """Solver of the inductance changes at (n, 6) poses and some `frequencies` (Hz).
 
     `solve` returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds the whole changes, the
@@ -79,8 +79,8 @@ class Changes:
         return np.asarray(at * (first + part * (last - first)))
 
 
-def mapped(
-    exact: Exact, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
+def changes_at_poses(
+    exact: ExactSolver, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
 ) -> Changes:
     """Return the changes at poses (n, 6). More than `FEW` poses are interpolated if that is accurate enough.
 
@@ -91,13 +91,13 @@ def mapped(
         changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
         if changes is not None:
             return changes
-    return Changes(exact.frequencies, *_all(exact, poses, progress), like=exact.like)
+    return Changes(exact.frequencies, *_solve_all(exact, poses, progress), like=exact.like)
 
 
 AT_ONCE = 64
 
 
-def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
+def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
     """Return the changes in all poses, solved in batches, with reports of progress."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
@@ -109,7 +109,7 @@ def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[Complex
 
 
 def _interpolated(
-    exact: Exact, poses: Array, scale: float, tolerance: float, progress: Progress | None
+    exact: ExactSolver, poses: Array, scale: float, tolerance: float, progress: Progress | None
 ) -> Changes | None:
     """Return changes interpolated from a grid of poses.
 
@@ -125,7 +125,7 @@ def _interpolated(
         return None
     nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
     nodes[:, moved] = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, len(moved))
-    values = _packed(_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
+    values = _pack_parts(_solve_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
     surrogate = Interpolant(low[moved], high[moved], values.reshape(*map(len, grid), -1))
 
     def through(some: Array) -> Array:
@@ -133,26 +133,26 @@ def _interpolated(
 
     generator = np.random.default_rng(7)
     checked = poses[generator.choice(len(poses), CHECKED, replace=False)]
-    true = _packed(exact.solve(checked))
+    true = _pack_parts(exact.solve(checked))
     apart = np.abs(through(checked) - true) / np.maximum(np.abs(true), 0.01 * scale)
     error = 2.0 * float(apart.max())
     if error > tolerance:
         return None
     frequencies, coils, flat = len(exact.frequencies), exact.solve(poses[:1])[0].shape[-1], through(poses)
-    half = flat.shape[1] // 2  # real parts first, as in `_packed`
+    half = flat.shape[1] // 2  # real parts first, as in `_pack_parts`
     matrices = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
     total, lossless = np.moveaxis(matrices, 0, 2)
     return Changes(exact.frequencies, total, lossless, error, exact.like)
 
 
-def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:
+def _pack_parts(changes: tuple[ComplexArray, ComplexArray]) -> Array:
     # The changes as real numbers, with poses as the first axis.
     stacked = np.stack(changes)
     flat = np.moveaxis(stacked, 2, 0).reshape(stacked.shape[2], -1)
     return np.concatenate([flat.real, flat.imag], axis=1)
 
 
-def _decay(exact: Exact, low: Array, high: Array) -> float:
+def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
     """Return the decay rate (1/m) of the changes with height."""
     if high[2] - low[2] < 1e-12:
         return 0.0
@@ -162,7 +162,7 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
     return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
 
 
-def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
+def _grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
     """Return grid points along each moved axis of the pose.
 
     Their number is chosen by the changes on three lines along the axis. The lines lie in the middle of the range, at
@@ -175,7 +175,7 @@ def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: fl
         lines[2, :, :2] = low[:2] + 0.2 * (high[:2] - low[:2])
         lines[:, :, axis] = chebyshev_points(float(low[axis]), float(high[axis]), LINE)
         flat = lines.reshape(-1, 6)
-        values = _packed(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
+        values = _pack_parts(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
         waves = np.cos(np.arange(LINE)[:, None] * (math.pi * (np.arange(LINE) + 0.5) / LINE))
         size = np.abs(np.einsum("kl,nlv->nkv", waves, values.reshape(3, LINE, -1))) / LINE
         sizes = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)

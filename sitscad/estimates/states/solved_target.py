@@ -16,8 +16,8 @@ from sitscad.estimates.states.near import NearTarget
 from sitscad.estimates.states.placed import TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
-    endless_like,
     plate_over_jaw,
+    sheet_spectrum,
     solving_work,
     stated_errors,
     stated_losses,
@@ -49,13 +49,13 @@ def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
     layout, assembly = windings.layout.cell(1), windings.assembly
     spec, coils = layout.spec, layout.coils
     assert spec.target is not None
-    cover = _placed(spec, assembly).cover(spec.target, spec.coil, coils, spec.array.middle)
+    cover = _state_poses(spec, assembly).cover(spec.target, spec.coil, coils, spec.array.middle)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
     return solving_work(
         spec.target, spec.coil, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
 
 
-def _placed(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
+def _state_poses(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
     """Return the target's poses in the states, in their order."""
     assert spec.target is not None
     return TargetPoses.of(spec.target, at_rest(spec), level_poses([around.state for around in assembly.states]))
@@ -86,7 +86,7 @@ class SolvedStates:
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
         """Spectrum with the frequency dependence of the changes, as in `Changes`."""
-        return endless_like(self.near.wound.spec.coil.size, self.near.wound.spec.target)
+        return sheet_spectrum(self.near.wound.spec.coil.size, self.near.wound.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a key that is equal for coils with an equal change in a state."""
@@ -146,7 +146,7 @@ def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedS
     first, scale = windings.first_cell, windings.winding.inductance
     spec, coils = first.spec, first.layout.coils
     cells = len(windings.layout.coils) // len(coils)
-    target_poses = _placed(spec, windings.assembly)
+    target_poses = _state_poses(spec, windings.assembly)
     assert spec.target is not None
     cover = target_poses.cover(spec.target, spec.coil, coils, spec.array.middle)
     near = NearTarget(first, cover, band)

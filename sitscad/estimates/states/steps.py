@@ -12,41 +12,47 @@ from sitscad.assembly.places.column import usual_tolerances
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
-from sitscad.estimates.circuits.coils import coil_circuits, overdamped, self_resonance, without, working
-from sitscad.estimates.circuits.settings import driven
-from sitscad.estimates.circuits.solved_winding import SolvedWindings, beside_each_other, solve_winding
+from sitscad.estimates.circuits.coils import (
+    coil_circuits,
+    drop_states,
+    overdamped,
+    self_resonance,
+    without_failed_states,
+)
+from sitscad.estimates.circuits.settings import with_drive_codes
+from sitscad.estimates.circuits.solved_winding import SolvedWindings, solve_winding, winding_inductance_matrix
 from sitscad.estimates.circuits.tank import (
     CoilCircuit,
     Tank,
     choose_capacitor,
-    settle,
+    converter_settings,
     state_estimates,
     with_margin,
     with_steps,
 )
 from sitscad.estimates.circuits.uncertainty import (
     Slopes,
-    depths_moved,
     direct_resistance_sigma,
-    moved_by_surroundings,
-    sigmas,
+    reflector_shifts,
     slopes_of,
-    spread,
-    track_moves,
+    state_sigmas,
+    surroundings_changes,
+    tolerance_sigmas,
+    track_tolerance_changes,
 )
 from sitscad.estimates.coil_estimates import (
     METER_FREQUENCY,
     PARTS,
     CoilEstimate,
     Estimates,
-    Metered,
+    MeterReadings,
     ReadoutEstimate,
     StateEstimate,
 )
 from sitscad.estimates.loads.pressing import GLUE, PAD
-from sitscad.estimates.targets.assembly import assemble, warmed
+from sitscad.estimates.targets.assembly import assemble, at_temperature
 from sitscad.estimates.targets.finite_target import NO_RATIOS, TargetRatios, target_ratios
-from sitscad.estimates.tolerances.scatter import CAPACITOR, scatter
+from sitscad.estimates.tolerances.scatter import CAPACITOR, scatter_by_cause
 from sitscad.estimates.windings.leads import missing_leads
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
@@ -61,7 +67,7 @@ if TYPE_CHECKING:
 
 
 @record(eq=False)
-class Tuned:
+class TunedCircuits:
     """Every coil as a circuit, with the chosen tank and the converter's settings.
 
     `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` holds the reason for
@@ -77,7 +83,7 @@ class Tuned:
     damped: Mapping[str, float]
 
 
-def wind(
+def solve_windings(
     layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
 ) -> SolvedWindings:
     """Solve the windings by themselves and beside each other.
@@ -86,17 +92,17 @@ def wind(
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
-    spec = warmed(layout.spec, temperature)
-    assembly = assemble(spec, sigmas(spec), rough)
+    spec = at_temperature(layout.spec, temperature)
+    assembly = assemble(spec, tolerance_sigmas(spec), rough)
     winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
-    matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
+    matrix, errors = winding_inductance_matrix(spec.coil, coils, winding, rough)
     return SolvedWindings(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, method, tolerance)
 
 
-def tune(windings: SolvedWindings, target: TargetRatios | SolvedStates) -> Tuned:
+def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates) -> TunedCircuits:
     """Return circuits, tank capacitor and converter settings, without the states that have no values."""
     readout = windings.spec.readout
-    circuits, failed = working(coil_circuits(
+    circuits, failed = without_failed_states(coil_circuits(
         windings.layout, windings.winding, windings.matrix, windings.assembly, target))
     capacitor, reason = choose_capacitor(
         circuits, readout, min(map(self_resonance, circuits)), windings.winding.is_rough)
@@ -107,21 +113,22 @@ def tune(windings: SolvedWindings, target: TargetRatios | SolvedStates) -> Tuned
         state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
                "not oscillate" for state, quality in damped.items()
     }
-    swinging = [without(circuit, damped) for circuit in circuits]
-    return Tuned(windings, target, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
+    swinging = [drop_states(circuit, damped) for circuit in circuits]
+    return TunedCircuits(windings, target, swinging, tank, converter_settings(swinging, readout, capacitor, reason),
+                         failed, damped)
 
 
-def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> Tuned:
+def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> TunedCircuits:
     """Return circuits and tank with the target's effect solved, as in a response.
 
     The effect is by correction ratios of an infinite plate in screening, for targets that take longer than a second or
     two, and if `is_solved` is False.
     """
     if windings.winding.is_rough or not windings.has_target or is_solved is False:
-        return tune(windings, _shares(windings))
+        return choose_readout(windings, _target_ratios(windings))
     # rough tank frequencies are enough to choose the frequencies of the solution
     rough_winding = replace(windings.winding, crowding=None, is_rough=True)
-    tuned = tune(replace(windings, winding=rough_winding), _shares(windings, True))
+    tuned = choose_readout(replace(windings, winding=rough_winding), _target_ratios(windings, True))
     from sitscad.estimates.states.solved_target import is_affordable, solve_states  # loads a solver
 
     for _ in range(TRIES):
@@ -131,12 +138,12 @@ def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> Tune
             break
         band = BAND[0] * min(frequencies), BAND[1] * max(frequencies)
         if is_solved is None and not is_affordable(windings, band):
-            return tune(windings, _shares(windings))
-        tuned = tune(windings, solve_states(windings, band))
-    return tune(windings, _shares(windings)) if isinstance(tuned.target, TargetRatios) else tuned
+            return choose_readout(windings, _target_ratios(windings))
+        tuned = choose_readout(windings, solve_states(windings, band))
+    return choose_readout(windings, _target_ratios(windings)) if isinstance(tuned.target, TargetRatios) else tuned
 
 
-def _shares(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
+def _target_ratios(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
     """Return the ratios of the target's effect to an infinite plate's."""
     heights, rough = [layer.z for layer in windings.layout.coils[0].windings], is_rough or windings.winding.is_rough
     return target_ratios(gathered(windings.spec), heights, windings.assembly.states, rough)
@@ -148,7 +155,7 @@ BAND = 0.9, 1.15
 TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 
 
-def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
+def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None) -> Estimates:
     """Return the estimates of every coil in every state, as the converter reads it.
 
     They include standard deviations, the drive that keeps its margin, and notes about the values. `reference` is the
@@ -159,22 +166,23 @@ def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
     boards, readout, matrix, matrix_errors = [tuned], tuned.readout, windings.matrix, windings.matrix_errors
     if reference is not None:
         every = (*windings.layout.coils, *reference.wound.layout.coils)
-        matrix, matrix_errors = beside_each_other(spec.coil, every, windings.winding, rough)
+        matrix, matrix_errors = winding_inductance_matrix(spec.coil, every, windings.winding, rough)
         circuits = [*tuned.circuits, *reference.circuits]
-        readout = settle(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
+        readout = converter_settings(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]
     estimates = [_coil_estimate(coil, circuit, board, states[coil.name])
                  for board in boards for states in [_states(board)]
                  for coil, circuit in zip(board.wound.layout.coils, board.circuits, strict=True)]
     readout = with_margin(readout, estimates)
-    coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in estimates], readout, spec.readout)
+    coils, readout = with_drive_codes([with_steps(coil, tuned.tank, readout) for coil in estimates], readout,
+                                      spec.readout)
     coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
     if spec.web is not None and assembly.compression is not None:
         from sitscad.estimates.states.cells import press_shares  # loads a solver
 
         ratios = press_shares(windings.layout, max(coil.sensor_frequency for coil in coils), rough)
         coils = tuple(replace(coil, press_share=ratio) for coil, ratio in zip(coils, ratios, strict=True))
-    gap_sigmas, deviations = {}, sigmas(spec)
+    gap_sigmas, deviations = {}, tolerance_sigmas(spec)
     if spec.elastomer is not None and spec.target is not None:  # every gap has the glue below the target
         gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])
         gap_sigmas |= {name: math.hypot(scatter.gap, deviations[GLUE]) for name, scatter in assembly.scatters.items()}
@@ -201,7 +209,7 @@ def read(tuned: Tuned, reference: Tuned | None = None) -> Estimates:
     )
 
 
-def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
+def _notes(tuned: TunedCircuits, coil: CoilEstimate) -> Iterator[str]:
     """Yield notes about the values, for the design and for the first of its identical coils."""
     windings = tuned.wound
     layout, spec, assembly = windings.layout, windings.spec, windings.assembly
@@ -214,7 +222,7 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     yield from metal_notes(layout.coils[0], spec.coil, spec.fpc.stackup.thickness, assembly.gaps,
                            coil.self_capacitance, coil.capacitance)
     yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
-    causes = scatter(spec)
+    causes = scatter_by_cause(spec)
     unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in causes and not causes[name].verified]
     yield f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
@@ -228,12 +236,12 @@ TOO_LARGE = (
 )
 
 
-def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
+def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
     """Return state estimates by coil and state, each with its standard deviations."""
     windings, tank = tuned.wound, tuned.tank
     layout, spec, winding = windings.layout, windings.spec, windings.winding
-    deviations = sigmas(spec)
-    deeper = depths_moved(layout.coils[0], spec.fpc.stackup, deviations)
+    deviations = tolerance_sigmas(spec)
+    deeper = reflector_shifts(layout.coils[0], spec.fpc.stackup, deviations)
     by_coil: dict[str, dict[str, StateEstimate]] = {}
     first_alike: dict[tuple[int, ...], str] = {}
     slopes, moved = slopes_of(spec, layout.coils[0], winding), dict[str, Slopes]()
@@ -250,7 +258,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
             }
             continue
         if first not in moved:  # other leads shift the frequency by a per cent: no change of a sigma
-            moved[first] = replace(slopes, surroundings=moved_by_surroundings(
+            moved[first] = replace(slopes, surroundings=surroundings_changes(
                 winding.spectrum, windings.assembly, states, circuit, deeper, winding.is_rough))
         for name, state in states.items():
             reflection, change, error = circuit.reflections[name], None, None
@@ -258,7 +266,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
                 change = by_target
                 least = max(abs(change), LEAST_CHANGE * circuit.inductance)
                 error = abs(reflection.unsure(state.frequency)[0]) / least
-            states[name] = replace(state, spread=spread(circuit, tank, state, moved[first]),
+            states[name] = replace(state, spread=state_sigmas(circuit, tank, state, moved[first]),
                                    resistance_error=winding.resistance_error(circuit, state, spec.coil),
                                    target_change=change, target_change_error=error)
         by_coil[circuit.name] = states
@@ -268,7 +276,9 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
 LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smaller changes are relative to it
 
 
-def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:
+def _coil_estimate(
+    coil: Coil, circuit: CoilCircuit, tuned: TunedCircuits, states: Mapping[str, StateEstimate]
+) -> CoilEstimate:
     """Return the estimate of one coil."""
     free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
     parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
@@ -307,12 +317,12 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
     )
 
 
-def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[Metered, ...]:
+def meter_readings(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[MeterReadings, ...]:
     """Return the readings of an LCR meter on every coil of the bare board, far from metal.
 
     The temperature is in degrees Celsius.
     """
-    windings = wind(layout, temperature)
+    windings = solve_windings(layout, temperature)
     winding, spec = windings.winding, windings.spec
     circuits = coil_circuits(windings.layout, winding, windings.matrix, windings.assembly, NO_RATIOS)
     slopes = slopes_of(spec, layout.coils[0], winding)
@@ -320,13 +330,13 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     for circuit in circuits:
         (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))
         state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
-        moved = track_moves(circuit, FREE, frequency, slopes).values()
+        moved = track_tolerance_changes(circuit, FREE, frequency, slopes).values()
         by_l, by_r = (math.hypot(*(row[k] for row in moved)) for k in range(2))
         read = apparent_inductance(inductance, resistance, circuit.self_capacitance, frequency)
         direct = circuit.resistance + circuit.leads.resistance
         error = winding.resistance_error(circuit, state, spec.coil)
         readings.append(
-            Metered(circuit.name, frequency, read, resistance, by_l, by_r, error, direct, of_direct * direct))
+            MeterReadings(circuit.name, frequency, read, resistance, by_l, by_r, error, direct, of_direct * direct))
     return tuple(readings)
 
 

@@ -34,11 +34,11 @@ from sitscad.estimates.loads.pressing import (
     LEAST,
     PAD,
     PressingScatter,
-    pressed,
+    linearised_cases,
     pressed_cases,
+    pressed_pad,
     rests_on_pad,
     scatter_of,
-    straight_cases,
 )
 from sitscad.estimates.tolerances.scatter import BEHIND, HEIGHT, MOVED, TARGET
 from sitscad.estimates.windings.losses import LossesNearMetal
@@ -126,8 +126,8 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
                 thickness = spec.elastomer.thickness
                 between(name, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
         elif is_loaded:
-            compressions[name] = nominal = pressed(spec, load=kind.load[0])
-            cases = (straight_cases(spec, sigmas, nominal, kind.load[0]) if is_rough
+            compressions[name] = nominal = pressed_pad(spec, load=kind.load[0])
+            cases = (linearised_cases(spec, sigmas, nominal, kind.load[0]) if is_rough
                      else pressed_cases(spec, sigmas, kind.load[0]))
             around.append(at_gap(name, compressions[name].gap, kind.load[0] * force))
             thicknesses[name], scatters[name] = compressions[name].gap, scatter_of(cases)
@@ -164,7 +164,7 @@ def _metal_ranges(
                 state.above, plates=(replace(state.above.plates[0], thickness=unit.target.thickness),))
                 for unit in units]
             less, more = (replace(state, above=a, below=b) for a, b in zip(above, below, strict=True))
-            if _is_seen(less, more):
+            if _differ_noticeably(less, more):
                 ranges[state.name, cause] = less, more
     return ranges
 
@@ -182,7 +182,7 @@ COMPARISON_FREQUENCY = 5e6
 """Frequency (Hz) at which reflection factors are compared."""
 
 
-def _is_seen(first: Surroundings, second: Surroundings) -> bool:
+def _differ_noticeably(first: Surroundings, second: Surroundings) -> bool:
     """Whether two surroundings differ in distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
     for a, b in ((first.above, second.above), (first.below, second.below)):
         if a is None or b is None or a == b:
@@ -209,7 +209,7 @@ def _surroundings(over: Body | None, lines: float, state: State, behind: Reflect
     return Surroundings(state, Reflector(gap, (sheet_of(over.metal, over.thickness),)), behind)
 
 
-def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
+def at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
     """Return the spec with its metals' conductivities at a temperature (degrees Celsius) in place of 20 C."""
 
     def warm(metal: Conductor) -> Conductor:
@@ -238,7 +238,7 @@ def conductivity_of(metal: Conductor) -> float:
     return max(metal.conductivity, LEAST_CONDUCTIVITY)
 
 
-def depth_in(metal: Conductor, frequency: float) -> float:
+def skin_depth_in(metal: Conductor, frequency: float) -> float:
     """Return the skin depth (m) in a metal at a frequency (Hz)."""
     return skin_depth(frequency, conductivity_of(metal), metal.relative_permeability)
 
@@ -294,7 +294,7 @@ def _notes(mount: Mount | None, compression: Compression | None, is_beside: bool
     return notes
 
 
-def mirror(reflector: Reflector | None) -> Reflector | None:
+def lossless_mirror(reflector: Reflector | None) -> Reflector | None:
     """Return a lossless conductor in the reflector's place. All loss then occurs in the other metal."""
     return None if reflector is None else Reflector(reflector.distance, (MetalLayer(LOSSLESS),))
 
@@ -440,7 +440,7 @@ class Reflection:
 
     def _own_loss(self, frequencies: Array) -> Array:
         # The imaginary part (H) of this change by loss in the target itself.
-        return self._returned(frequencies, self._around.above, mirror(self._around.below)).imag
+        return self._returned(frequencies, self._around.above, lossless_mirror(self._around.below)).imag
 
 
 class SolvedReflection(Reflection):

@@ -11,20 +11,20 @@ import numpy as np
 from sitscad.assembly.places.state import state_text
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record, replace
-from sitscad.estimates.targets.assembly import Surroundings, depth_in, sheet_of
+from sitscad.estimates.targets.assembly import Surroundings, sheet_of, skin_depth_in
 from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     FinitePlate,
-    eased,
-    loss_share_error,
-    magnetic_share,
-    magnetic_share_error,
-    plate_loss_share,
-    plate_share,
-    share_error,
-    sheet_shares,
-    stepped,
+    eased_error,
+    loss_ratio_error,
+    magnetic_ratio,
+    magnetic_ratio_error,
+    plate_loss_ratio,
+    plate_ratio,
+    ratio_error,
+    sheet_ratios,
+    stepped_error,
 )
 from sitscad.kernels.electromagnetics.metal.half_spaces import reflection
 from sitscad.kernels.geometry.convex import Footprint
@@ -100,17 +100,17 @@ def target_ratios(
     in the target's axes. Mirrored places are solved once. Other shapes count as round coils whose turns have equal
     areas. Elongated coils are shortened.
     """
-    covered = _covered(states)
+    covered = _states_with_target(states)
     if spec.target is None or not covered:
         return NO_RATIOS
     plate, placements = footprint(spec, spec.target), spec.array.placements
-    rings, target, (distinct, member) = _shortened(spec.coil, placements, spec.target, plate, heights)
+    rings, target, (distinct, member) = _equivalent_round_coil(spec.coil, placements, spec.target, plate, heights)
     ratios, losses = {}, {}
-    by_gap = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
-    for (name, _, _), sheet_ratios in zip(covered, by_gap, strict=True):
+    by_gap = _ratios_at_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
+    for (name, _, _), at_gap in zip(covered, by_gap, strict=True):
         for placement, row in zip(placements, member, strict=True):
-            ratios[placement.name, name] = float(sheet_ratios.shares[row])
-            losses[placement.name, name] = float(sheet_ratios.losses[row])
+            ratios[placement.name, name] = float(at_gap.shares[row])
+            losses[placement.name, name] = float(at_gap.losses[row])
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
     errors = max(f.error for f in by_gap) + shortened, max(f.loss_error for f in by_gap)
     wider = errors_outside_fit(spec.coil, placements, spec.target, plate, states)
@@ -127,16 +127,16 @@ LOSS_ROUGHER = 0.3
 """Additional relative error of the ratios of the loss in screening, which are taken as the inductance ratios."""
 
 
-def _of_gaps(
+def _ratios_at_gaps(
     target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
 ) -> list[SheetRatios]:
     """Return the ratios at every gap, with a mirror at a height `floor` (m; -inf: none)."""
     if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
-        return [shares_of_sheet(target, rings, places, gap, floor) for gap in gaps]
+        return [target_sheet_ratios(target, rings, places, gap, floor) for gap in gaps]
     plate, depth = _plate(target)
-    resisted, unsure = _resisted(target, rings)
-    ratios = sheet_shares(plate, rings, places, np.array(gaps) + depth, floor) / resisted
-    error, loss_error = share_error(plate, rings) + unsure, loss_share_error(plate, rings) + unsure
+    resisted, unsure = _resistive_divisor(target, rings)
+    ratios = sheet_ratios(plate, rings, places, np.array(gaps) + depth, floor) / resisted
+    error, loss_error = ratio_error(plate, rings) + unsure, loss_ratio_error(plate, rings) + unsure
     return [SheetRatios(row, row, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for row in ratios]
 
 
@@ -169,7 +169,7 @@ def errors_outside_fit(
     """
     (short, long), thickness = sorted(coil.size), target.thickness
     errors = [(0.0, 0.0)]
-    if 1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE or thickness > THICKEST * min(target.size):
+    if 1.0 - conductor_weight(target, 0.25 * (long + short)) > PURE or thickness > THICKEST * min(target.size):
         errors.append(WIDER)
     if coil.outline.sides and long > ASPECT * short:
         errors.append(WIDER)
@@ -181,7 +181,8 @@ def errors_outside_fit(
     if thickness < OPAQUE * _skin_depth(target):
         errors.append(WIDER_THIN)
     is_hanging = long - short > 1e-9 and (
-        _askew(placements, target) > TURNED or _uncovered(coil, placements, target, plate) > HANGING * short)
+        _largest_misalignment(placements, target) > TURNED or _largest_overhang(coil, placements, target,
+                                                                                plate) > HANGING * short)
     if is_hanging or thickness > BLOCK * min(target.size):
         errors.append(WIDER_BENT)
     if errors[1:] and target.material.relative_permeability > MAGNETIC:
@@ -190,7 +191,7 @@ def errors_outside_fit(
     return change, loss
 
 
-def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
+def _largest_misalignment(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     """Return the largest angle (rad) between the sides of coils and target, or between two coils.
 
     The correction ratios assume a single orientation.
@@ -200,7 +201,7 @@ def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
 
 
-def _uncovered(
+def _largest_overhang(
     coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint
 ) -> float:
     """Return the largest overhang (m) of a coil beyond the target along its sides. Negative if all are covered."""
@@ -216,7 +217,7 @@ def _uncovered(
     return overhang
 
 
-def shares_of_change(
+def change_ratios(
     spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move]
 ) -> Array:
     """Return rough ratios of the inductance change alone, (gaps, moves, coils).
@@ -224,13 +225,13 @@ def shares_of_change(
     The target has moved by (x, y) (m), at gaps over a mirror at a height `floor` (m).
     """
     assert spec.target is not None
-    rings, target, (distinct, member) = _shortened(
+    rings, target, (distinct, member) = _equivalent_round_coil(
         spec.coil, spec.array.placements, spec.target, footprint(spec, spec.target), heights, moves)
-    ratios = [each.shares for each in _of_gaps(target, rings, distinct, gaps, floor, True)]
+    ratios = [each.shares for each in _ratios_at_gaps(target, rings, distinct, gaps, floor, True)]
     return np.array(ratios)[:, member].reshape(len(gaps), len(moves), -1)
 
 
-def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
+def _states_with_target(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
     """Return name, gap and height of the mirror behind the board (m; -inf: none) for every state with a target."""
     return [
         (around.name, around.above.distance, -math.inf if around.below is None else -around.below.distance)
@@ -240,7 +241,7 @@ def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
 
 
 PURE, UNSURE = 1e-3, 0.01
-"""Distances of `like_a_conductor` from 0 or 1 at which a target counts as a pure magnet or conductor, or as a mixture.
+"""Distances of `conductor_weight` from 0 or 1 at which a target counts as a pure magnet or conductor, or as a mixture.
 
 Up to `PURE` it counts as pure. From `UNSURE` on it has the full errors of a mixture (`BETWEEN`).
 """
@@ -267,26 +268,26 @@ diameters the edge carries much of the current. The loss ratio is then up to a q
 """
 
 
-def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
+def target_sheet_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
     """Return the target's ratios of change and loss to an infinite sheet's, at places (n, 2; m), with errors."""
     if _is_conductor(target, rings, gap):
-        return _of_conductor(target, rings, places, gap, floor)
-    like = like_a_conductor(target, float(rings.radii.mean()) + gap)
+        return _conductor_ratios(target, rings, places, gap, floor)
+    like = conductor_weight(target, float(rings.radii.mean()) + gap)
     magnet = FinitePlate(target.size, target.thickness, target.outline.is_disc)
-    magnetic = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
-    magnetic_error = magnetic_share_error(magnet, rings)
+    magnetic = np.minimum(magnetic_ratio(magnet, rings, places, gap, floor), 1.0)
+    magnetic_error = magnetic_ratio_error(magnet, rings)
     if like <= PURE:
         return SheetRatios(magnetic, magnetic, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between conductor and magnet: a mean of both ratios, uncertain by half their difference in the middle.
-    metal = _of_conductor(target, rings, places, gap, floor)
+    metal = _conductor_ratios(target, rings, places, gap, floor)
     ratios, losses = like * metal.shares + (1.0 - like) * magnetic, like * metal.losses + (1.0 - like) * magnetic
     unsure, unsure_loss = (
         2.0 * like * (1.0 - like) * float(np.max(np.abs(pure - magnetic) / mixed))
         for pure, mixed in ((metal.shares, ratios), (metal.losses, losses))
     )
     wide = min(target.size) / (2.0 * float(rings.radii.max()))
-    neither = eased(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
-    least = [neither * stepped(wide, steps, 0.0) for steps in BETWEEN]
+    neither = eased_error(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
+    least = [neither * stepped_error(wide, steps, 0.0) for steps in BETWEEN]
     error = like * metal.error + (1.0 - like) * magnetic_error + unsure
     loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
     return SheetRatios(ratios, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
@@ -297,18 +298,19 @@ LOSS_OF_MAGNETS = 0.5
 
 
 def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
-    return like_a_conductor(target, float(rings.radii.mean()) + gap) >= 1.0 - PURE
+    return conductor_weight(target, float(rings.radii.mean()) + gap) >= 1.0 - PURE
 
 
-def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
+def _conductor_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
     """Return the ratios of a conducting target, whose faces count as half a skin depth deeper."""
     plate, depth = _plate(target)
-    lost = plate_loss_share(plate, rings, places, gap + depth, floor)
-    error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
-    thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
-    loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
-    resisted, unsure = _resisted(target, rings)
-    ratios = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
+    lost = plate_loss_ratio(plate, rings, places, gap + depth, floor)
+    error, loss_error = ratio_error(plate, rings), loss_ratio_error(plate, rings)
+    thin = eased_error(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
+    loss_error = max(loss_error, eased_error(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin,
+                                             0.0))
+    resisted, unsure = _resistive_divisor(target, rings)
+    ratios = np.minimum(plate_ratio(plate, rings, places, gap + depth, floor), 1.0)
     return SheetRatios(ratios / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
 
 
@@ -316,13 +318,13 @@ RESISTED = 0.3
 """Error of the ratios of a poor conductor, over the relative reduction of the ratios by its resistance."""
 
 LEAKY = 0.06
-"""Error of the ratios of a poor conductor, over (s / l)^2: s is the sheet's length, l the coil's (`_resisted`).
+"""Error of a poor conductor's ratios, over (s / l)^2: s is the sheet's length, l the coil's (`_resistive_divisor`).
 
 Both errors were fitted to discs of finite elements, of steel and titanium from 0.03 mm on.
 """
 
 
-def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
+def _resistive_divisor(target: Target, rings: CoaxialRings) -> tuple[float, float]:
     """Return the divisor of the ratios for a thin poor conductor of finite size, and its relative error.
 
     The conductor's currents decay in its own resistance. A sheet responds to a field of length l like 1 / (1 + (s /
@@ -335,7 +337,7 @@ def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
     return less, min(RESISTED * (1.0 - 1.0 / less) + LEAKY * (sheet / endless) ** 2, 0.6)
 
 
-def like_a_conductor(target: Target, distance: float) -> float:
+def conductor_weight(target: Target, distance: float) -> float:
     """Return 1 if a target reflects a wave like a conductor, 0 if like a magnet, and a value between for others.
 
     The wave number is 1 / `distance` (m).
@@ -347,7 +349,7 @@ def like_a_conductor(target: Target, distance: float) -> float:
     return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
 
 
-def _shortened(
+def _equivalent_round_coil(
     coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint,
     heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),),
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
@@ -406,7 +408,7 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
 
 
 def _skin_depth(target: Target) -> float:
-    return depth_in(target.material, FREQUENCY)
+    return skin_depth_in(target.material, FREQUENCY)
 
 
 def _plate(target: Target) -> tuple[FinitePlate, float]:

@@ -19,9 +19,9 @@ from sitscad.assembly.places.bodies import backing_of, target_gap
 from sitscad.assembly.places.jaws import board_middle, jaw_section
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
-from sitscad.estimates.targets.assembly import LOSSLESS, Reflection, depth_in, metal_behind
-from sitscad.estimates.targets.finite_target import FREQUENCY, like_a_conductor
-from sitscad.estimates.windings.methods import bent_track, reflected_by, winding_geometry
+from sitscad.estimates.targets.assembly import LOSSLESS, Reflection, metal_behind, skin_depth_in
+from sitscad.estimates.targets.finite_target import FREQUENCY, conductor_weight
+from sitscad.estimates.windings.methods import bent_track, metal_spectrum, winding_geometry
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.metal.opening import Opening, gained_inductance
 from sitscad.layout.board import Coil, Layout
@@ -39,7 +39,7 @@ PER_DEPTH = 0.5
 """Addition to `ERROR`, over the ratio of the jaw's skin depth to the opening's shorter side."""
 
 WALL = 0.75
-"""Distance by which the opening's side walls recede, over the distance by which the jaw's face recedes (`receded`).
+"""Distance by which the opening's side walls recede, over the recess of the jaw's face.
 
 Currents follow the edge less closely. The value was fitted to inductance and loss of the same holes (within 0.03 of the
 whole effect of each; with 1, the loss is within 0.07).
@@ -97,14 +97,14 @@ class WindowEffect:
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 
-def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
+def window_effects(layout: Layout) -> Mapping[str, WindowEffect]:
     """Return the window's effect on each coil, by its name. Empty without a window."""
     spec, face = layout.spec, backing_of(layout.spec).metal_face
     jaw = spec.jaw
     if jaw is None or jaw.fenestration is None or face is None:
         return {}
     gap, echo = target_gap(spec), 1.0
-    if spec.target is not None and like_a_conductor(spec.target, max(spec.coil.size)) < 0.5:
+    if spec.target is not None and conductor_weight(spec.target, max(spec.coil.size)) < 0.5:
         echo = -1.0
     middle, by_coil, effects = board_middle(layout.body), {}, {}
     behind = metal_behind(spec), metal_behind(spec, without_jaw=True)
@@ -115,13 +115,13 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
         askew = abs(math.remainder(turn, 0.5 * math.pi)) > 1e-6
         key = round(x if askew else abs(x), 9), round(y if askew else abs(y), 9), round(turn % math.pi, 9)
         if key not in effects:
-            effects[key] = _missing(spec.coil, replace(coil, series=()), jaw, (x, y), behind, (gap, -face, echo))
+            effects[key] = _window_effect(spec.coil, replace(coil, series=()), jaw, (x, y), behind, (gap, -face, echo))
         by_coil[coil.name] = effects[key]
     return by_coil
 
 
 @lru_cache(maxsize=16)
-def _missing(
+def _window_effect(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
     between: tuple[float | None, float, float],
 ) -> WindowEffect:
@@ -131,18 +131,18 @@ def _missing(
     above the board's top face at rest (None without a target), the jaw's distance below it, and the target's `echo` as
     in `gained_inductance`.
     """
-    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded  # only for a jaw with a window
+    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import with_chords  # only for a jaw with a window
 
     (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
     assert size is not None
     shift = place[0] - coil.centre.x, place[1] - coil.centre.y
     layers = [replace(w, path=w.path.shifted(*shift)) for w in coil.windings]
     nearest = floor + min(w.z for w in layers)
-    tracks = [chorded(bent_track(w, spec.trace_width), nearest) for w in layers]
+    tracks = [with_chords(bent_track(w, spec.trace_width), nearest) for w in layers]
     top = max(w.z for w in layers)
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
-    spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(height - top for height in roofs)]))
-    depth = min(depth_in(metal, FREQUENCY), 0.25 * min(size))
+    spectrum = metal_spectrum(winding_geometry(spec, coil), min([nearest, *(height - top for height in roofs)]))
+    depth = min(skin_depth_in(metal, FREQUENCY), 0.25 * min(size))
     back = jaw_section(jaw)  # its back is round
     inside = math.sqrt(max(back.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(back.height - back.radius + inside, 0.1 * back.height)
@@ -160,7 +160,7 @@ def _missing(
         With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is
         the reduction (H) by the solid jaw.
         """
-        under, wider = floor + recess, receded(opening, recess)
+        under, wider = floor + recess, opening_with_skin_depth(opening, recess)
         jaw_change = returned(None, under)
         if above is None:
             return gained_inductance(wider, tracks, under), -jaw_change
@@ -185,7 +185,7 @@ def _missing(
     return replace(effect, growth=(first, second), scale=scale, moving=moving)
 
 
-def receded(opening: Opening, recess: float) -> Opening:
+def opening_with_skin_depth(opening: Opening, recess: float) -> Opening:
     """Return the opening in metal whose faces recede by `recess` (m).
 
     The depth decreases by 2 `recess`, but not below `recess`. Each side wall moves outward by `WALL` times `recess`.

@@ -82,7 +82,7 @@ class Cause:
     per: str
     tolerance: Band
     key: str = ""
-    moved: made.Moved | None = None
+    moved: made.SpecChange | None = None
     pose: int | None = None
     is_logarithmic: bool = False
 
@@ -156,7 +156,7 @@ def _plating_band(stackup: Stackup) -> SizeTolerance | None:
     return SizeTolerance(stackup.plating_thickness, UNVERIFIED + "all of it: not stated whether the copper contains it")
 
 
-def _glued(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
+def _glued_part_band(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
     """Return the joint tolerance of glue lines and a printed piece, by root sum of squares. None if it is zero."""
     band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
     if not band:
@@ -174,7 +174,7 @@ def _glued(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -
 def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
     """Return the tolerance of all glue lines below the target. None if there is no glue line."""
     lines = plates_of(spec).lines_below_target
-    return _glued(spec.assembly, lines) if lines else None
+    return _glued_part_band(spec.assembly, lines) if lines else None
 
 
 def _height_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -188,7 +188,7 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
     if spec.shield is None:
         return _over_metal_band(spec.assembly, spec.mount, backing_of(spec).lines_over_carrier, bool(spans))
     lines = backing_of(spec).lines_over_shield
-    return _glued(spec.assembly, lines, mount_tolerance(spec.assembly, spec.mount) if lines > 1 else None)
+    return _glued_part_band(spec.assembly, lines, mount_tolerance(spec.assembly, spec.mount) if lines > 1 else None)
 
 
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
@@ -198,8 +198,8 @@ def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_pri
     """
     tolerances = metal_tolerances(assembly, mount)
     if tolerances is not None:
-        return _glued(assembly, lines, tolerances[0])
-    return _glued(assembly, lines, mount_tolerance(assembly, mount) if is_printed else None)
+        return _glued_part_band(assembly, lines, tolerances[0])
+    return _glued_part_band(assembly, lines, mount_tolerance(assembly, mount) if is_printed else None)
 
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -275,16 +275,16 @@ CAUSES = (
     Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", made.with_glue, pose=2),
     Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
     Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff",
-          lambda spec, off: made.farther(spec, metal=off)),
+          lambda spec, off: made.with_distances(spec, metal=off)),
     Cause(SHIELD, "m", UNIT, _of_sheet("shield"), "shield.thickness", made.with_shield),
     Cause(METAL, "m", UNIT, lambda spec: _metal_band(spec.assembly, spec.mount), "mount.jaw.height", made.with_metal),
     Cause(TARGET, "m", UNIT, _of_sheet("target"), "target.thickness", made.with_thickness("target")),
     Cause(TARGET_SIZE, "m", UNIT,
           _of_part("target", lambda target, assembly: plate_tolerance(assembly, "target", min(target.size))),
           "target.size", made.with_size("target")),
-    Cause(OFFSET_X, "m", UNIT, _PLACEMENT, "target.offset.x", made.beside(0), pose=0),
-    Cause(OFFSET_Y, "m", UNIT, _PLACEMENT, "target.offset.y", made.beside(1), pose=1),
-    Cause(YAW, "rad", UNIT, _of_part("target", _turn_band), "target.rotation", made.turned, pose=5),
+    Cause(OFFSET_X, "m", UNIT, _PLACEMENT, "target.offset.x", made.with_target_offset(0), pose=0),
+    Cause(OFFSET_Y, "m", UNIT, _PLACEMENT, "target.offset.y", made.with_target_offset(1), pose=1),
+    Cause(YAW, "rad", UNIT, _of_part("target", _turn_band), "target.rotation", made.with_target_rotation, pose=5),
     Cause(TILT_X, "rad", UNIT, _tilt_band(1), pose=3),
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
@@ -299,7 +299,7 @@ MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
 """Functions that return the spec of a unit with an error of one cause, by the cause's name."""
 
 
-def scatter(spec: SensorSpec) -> dict[str, Scatter]:
+def scatter_by_cause(spec: SensorSpec) -> dict[str, Scatter]:
     """Return all causes for which a sensor has the parts, by name."""
     causes = {}
     for cause in CAUSES:
@@ -311,7 +311,7 @@ def scatter(spec: SensorSpec) -> dict[str, Scatter]:
 
 def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
     """Return the differences between assembled units. `coil_scatter` replaces the board's own causes."""
-    return (*(cause for cause in scatter(spec).values() if cause.per != BOARD), *coil_scatter(estimates.coils))
+    return (*(cause for cause in scatter_by_cause(spec).values() if cause.per != BOARD), *coil_scatter(estimates.coils))
 
 
 def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:

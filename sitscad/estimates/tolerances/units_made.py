@@ -19,10 +19,10 @@ from sitscad.spec.sensor import SensorSpec
 LEAST_FACTOR = 0.05
 """Least value of a unit's property, over the nominal value, however large the error is."""
 
-Moved = Callable[[SensorSpec, float], SensorSpec]
+SpecChange = Callable[[SensorSpec, float], SensorSpec]
 
 
-def _with(part: str, change: Callable[[Any, float], Any]) -> Moved:
+def _part_change(part: str, change: Callable[[Any, float], Any]) -> SpecChange:
     """Return a function that changes a part of a spec by an amount. A spec without this part stays unchanged."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
@@ -32,7 +32,7 @@ def _with(part: str, change: Callable[[Any, float], Any]) -> Moved:
     return moved
 
 
-def _wider(coil: CoilSpec, off: float) -> CoilSpec:
+def _with_wider_tracks(coil: CoilSpec, off: float) -> CoilSpec:
     """Return a coil with tracks wider by a fraction.
 
     Their centre lines stay, because the artwork's film keeps the pitch.
@@ -42,27 +42,27 @@ def _wider(coil: CoilSpec, off: float) -> CoilSpec:
     return replace(coil, size=(x, y), trace_width=width, trace_spacing=coil.pitch - width)
 
 
-def _larger(coil: CoilSpec, off: float) -> CoilSpec:
+def _enlarged_coil(coil: CoilSpec, off: float) -> CoilSpec:
     """Return a coil larger by a fraction, with tracks of unchanged width."""
     x, y = (side + off * (side - coil.trace_width) for side in coil.size)
     pitch = (1.0 + off) * coil.pitch
     return replace(coil, size=(x, y), trace_spacing=pitch - coil.trace_width)
 
 
-with_width = _with("coil", _wider)
+with_width = _part_change("coil", _with_wider_tracks)
 """Function that changes the track width of a spec by a fraction."""
 
-with_diameter = _with("coil", _larger)
+with_diameter = _part_change("coil", _enlarged_coil)
 """Function that changes the size of a spec's coils by a fraction."""
 
 
-def _with_layers(change: Callable[[Stackup, float], list[StackLayer]]) -> Moved:
+def _with_layers(change: Callable[[Stackup, float], list[StackLayer]]) -> SpecChange:
     """Return a function that replaces the layers of a spec's stack-up."""
-    return _with("fpc", lambda fpc, off: replace(fpc, stackup=replace(
+    return _part_change("fpc", lambda fpc, off: replace(fpc, stackup=replace(
         fpc.stackup, layers=tuple(change(fpc.stackup, off)))))
 
 
-def with_layers(*kinds: LayerKind) -> Moved:
+def with_layers(*kinds: LayerKind) -> SpecChange:
     """Return a function that changes the thickness of all layers of some kinds by a fraction.
 
     All layers change equally, because foils and films are of one delivery.
@@ -72,7 +72,7 @@ def with_layers(*kinds: LayerKind) -> Moved:
         else layer for layer in stackup.layers])
 
 
-def _plated(stackup: Stackup, off: float) -> list[StackLayer]:
+def _with_thicker_plating(stackup: Stackup, off: float) -> list[StackLayer]:
     """Return the layers with every step of plating thicker (m)."""
     layers, number = [], 0
     for layer in stackup.layers:
@@ -84,7 +84,7 @@ def _plated(stackup: Stackup, off: float) -> list[StackLayer]:
     return layers
 
 
-with_plating = _with_layers(_plated)
+with_plating = _with_layers(_with_thicker_plating)
 """Function that makes every step of plating thicker by a length (m)."""
 
 with_permittivity = _with_layers(lambda stackup, off: [
@@ -93,32 +93,32 @@ with_permittivity = _with_layers(lambda stackup, off: [
     for layer in stackup.layers])
 """Function that changes the permittivity of all films by a fraction."""
 
-with_capacitor = _with("readout", lambda readout, off: readout if readout.capacitance is None else replace(
+with_capacitor = _part_change("readout", lambda readout, off: readout if readout.capacitance is None else replace(
     readout, capacitance=readout.capacitance * (1.0 + off)))
 """Function that changes the tank capacitor by a fraction. A spec without a capacitor value stays unchanged."""
 
 
-def with_thickness(part: str) -> Moved:
+def with_thickness(part: str) -> SpecChange:
     """Return a function that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker by a length (m)."""
-    return _with(part, lambda piece, off: replace(
+    return _part_change(part, lambda piece, off: replace(
         piece, thickness=max(LEAST_FACTOR * piece.thickness, piece.thickness + off)))
 
 
-def with_size(part: str) -> Moved:
+def with_size(part: str) -> SpecChange:
     """Return a function that makes a part (``elastomer`` or ``target``) longer and wider by a length (m)."""
-    return _with(part, lambda piece, off: replace(
+    return _part_change(part, lambda piece, off: replace(
         piece, size=tuple(max(LEAST_FACTOR * side, side + off) for side in piece.size)))
 
 
-def with_modulus(part: str) -> Moved:
+def with_modulus(part: str) -> SpecChange:
     """Return a function that adds to ln(shear modulus) of a part (``elastomer`` or ``encapsulation``)."""
-    return _with(part, lambda piece, off: replace(piece, material=replace(
+    return _part_change(part, lambda piece, off: replace(piece, material=replace(
         piece.material, shear_modulus=piece.material.shear_modulus * math.exp(off))))
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
     """Return the spec with the target higher over the board by `off` (m), because of thicker glue."""
-    return farther(spec, target=max(off, -target_lines(spec)))
+    return with_distances(spec, target=max(off, -target_lines(spec)))
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
@@ -133,7 +133,7 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
     down = max(off,
                -room - spec.assembly.glue_line * (backing_of(spec).lines_over_shield if sheet is not None else 1))
-    return farther(spec, shield=down, metal=down)
+    return with_distances(spec, shield=down, metal=down)
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
@@ -163,21 +163,21 @@ def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
     return replace(spec, mount=replace(mount, jaw=replace(mount.jaw, height=height)))
 
 
-def beside(axis: int) -> Moved:
+def with_target_offset(axis: int) -> SpecChange:
     """Return a function that shifts the target of a spec along an axis (0: x, 1: y) by a distance (m)."""
 
     def moved(target: Target, off: float) -> Target:
         x, y = target.offset
         return replace(target, offset=(x + off, y) if axis == 0 else (x, y + off))
 
-    return _with("target", moved)
+    return _part_change("target", moved)
 
 
-turned = _with("target", lambda target, off: replace(target, rotation=target.rotation + off))
+with_target_rotation = _part_change("target", lambda target, off: replace(target, rotation=target.rotation + off))
 """Function that turns the target of a spec by an angle (rad)."""
 
 
-def farther(spec: SensorSpec, **by: float) -> SensorSpec:
+def with_distances(spec: SensorSpec, **by: float) -> SensorSpec:
     """Return the spec with parts farther from their drawn heights (m): `target`, `shield`, `metal`.
 
     Offsets of one unit add up.

@@ -27,7 +27,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_d
 from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.corners import direct_resistance
-from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, join_losses
 from sitscad.kernels.electromagnetics.loss.resistance import via_resistance
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 from sitscad.kernels.geometry.path import Arc
@@ -76,7 +76,7 @@ class LeadEstimate:
 
 @lru_cache(maxsize=64)
 def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
-    return joined([strip.loss(conductivity) for strip in strips])
+    return join_losses([strip.loss(conductivity) for strip in strips])
 
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
@@ -109,7 +109,7 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
         if not isinstance(trace, Trace) or trace.role is Role.WINDING:
             continue
         layer = copper[trace.layer]
-        corners = np.array(_distinct(_oriented(coil, trace)))
+        corners = np.array(_without_repeats(_points_along_current(coil, trace)))
         if len(corners) < 2:
             continue
         tracks.append((trace.role, PolylineTrack(corners, trace.width, layer.thickness, layer.z)))
@@ -130,7 +130,8 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
             parts["vias"] += via_inductance(length, via.drill)
     total = math.fsum(strip.resistance for strip in strips) + barrels
     inductance, error = math.fsum(parts.values()), TRACKS_BOUND + WIDE_ENDS_BOUND * squares / max(total, 1e-30)
-    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, error)
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _merged_strips(strips), barrels, parts,
+                        error)
 
 
 UNDRAWN = 0.25
@@ -153,18 +154,18 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
     """
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:
-        own_inductance, own_capacitance, tracks = _metre(replace(pair, length=1.0), stackup)
+        own_inductance, own_capacitance, tracks = _per_metre(replace(pair, length=1.0), stackup)
         inductance += pair.length * own_inductance
         capacitance += pair.length * own_capacitance
         strips += [replace(strip, resistance=pair.length / (conductivity * pair.width * strip.thickness))
                    for strip in tracks]
     resistance = math.fsum(strip.resistance for strip in strips)
     inductance += APART
-    return LeadEstimate(inductance, resistance, capacitance, _joined(strips), 0.0, {"leads": inductance})
+    return LeadEstimate(inductance, resistance, capacitance, _merged_strips(strips), 0.0, {"leads": inductance})
 
 
 @lru_cache(maxsize=256)
-def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
+def _per_metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
     """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
     copper = {layer.number: layer for layer in stackup.copper}
     first, second = (copper[number] for number in pair.layers)
@@ -182,7 +183,7 @@ def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip,
     return MU0 / math.pi * float(between - alone), capacitance, tracks
 
 
-def led_round(
+def lead_round_winding(
     leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
     spirals: Sequence[SpiralLayer],
 ) -> LeadEstimate:
@@ -206,7 +207,7 @@ def led_round(
                    parts=parts)
 
 
-def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
+def _merged_strips(strips: Sequence[Strip]) -> tuple[Strip, ...]:
     # Stretches with equal cross-section and surroundings count as one: their resistance rises equally.
     whole: dict[Strip, list[float]] = {}
     for strip in strips:
@@ -233,7 +234,7 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
     """Return twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
     if not coil.windings or not tracks:
         return 0.0
-    pieces = [_sampled(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
+    pieces = [_sample_path(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
     curve = np.concatenate([points for points, _ in pieces]), np.concatenate([elements for _, elements in pieces])
     groups: dict[tuple[float, float, float], list[PolylineTrack]] = {}
     for _, track in tracks:
@@ -244,7 +245,7 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
     )
 
 
-def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
+def _sample_path(corners: Array, z: float) -> tuple[Array, Array]:
     """Return middles (n, 3) and elements (n, 2) of a polyline at a height (m). Sides are cut by their length."""
     sides = np.diff(corners, axis=0)
     parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
@@ -254,7 +255,7 @@ def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
     return np.column_stack([middle, np.full(len(middle), z)]), sides[of] / parts[of, None]
 
 
-def _oriented(coil: Coil, trace: Trace) -> list[Place]:
+def _points_along_current(coil: Coil, trace: Trace) -> list[Place]:
     """Return the path's points in the current's direction.
 
     The path ends nearer to the next item, or begins nearer to the previous one.
@@ -284,7 +285,7 @@ def _places(item: Trace | Via) -> list[Place]:
     return [item.centre] if isinstance(item, Via) else [item.path.start, item.path.end]
 
 
-def _distinct(points: Sequence[Place]) -> list[Place]:
+def _without_repeats(points: Sequence[Place]) -> list[Place]:
     distinct = list(points[:1])
     for point in points[1:]:
         if math.dist(point, distinct[-1]) > 1e-9:
@@ -299,7 +300,7 @@ def _straight_pieces(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[
         if isinstance(item, Trace) and item.role is Role.WINDING:
             windings += 1
         elif isinstance(item, Trace):
-            lines = [(line, item) for line in pairwise(_distinct(_chords(item)))]
+            lines = [(line, item) for line in pairwise(_without_repeats(_chords(item)))]
             if windings == 0:
                 way_in += lines
             elif windings == len(coil.windings):

@@ -16,8 +16,13 @@ from sitscad.basics.units import show
 from sitscad.estimates.windings.methods import bent_track
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.corners import direct_resistance, mitred, opened, with_corners
-from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined
+from sitscad.kernels.electromagnetics.loss.corners import (
+    direct_resistance,
+    enclosing_tracks,
+    with_corners,
+    with_mitred_arcs,
+)
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, join_losses
 from sitscad.kernels.electromagnetics.loss.proximity import (
     ROUGH,
     least_gap,
@@ -29,7 +34,7 @@ from sitscad.kernels.electromagnetics.loss.proximity import (
 from sitscad.kernels.electromagnetics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
-from sitscad.kernels.solve_cache import solved
+from sitscad.kernels.solve_cache import cached_solution
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
 
@@ -69,7 +74,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     resolution = resolution_for(spec.trace_width, thickness, gap, target, conductivity)
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = target > FINE_TOLERANCE
-    arcs = any(np.any(mitred(track).turns) for track in bent)
+    arcs = any(np.any(with_mitred_arcs(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
     # with an odd number of sides, opposite sides differ
     even, fewest = usual and spec.outline.sides % 2 == 0, min(spec.layer_turns)
@@ -88,16 +93,16 @@ def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cu
     """
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
-        sides = [mitred(track) for track in tracks]
+        sides = [with_mitred_arcs(track) for track in tracks]
         proximity = bent_winding_loss(sides, conductivity, modes, cuts, steps, equal_ends)
         return with_corners(proximity, tracks, conductivity)
 
-    share, cornered, wide = opened(bent)
+    share, cornered, wide = enclosing_tracks(bent)
     if share == 0.0:
         return loss(cornered)
     cornered_loss, wide_loss = loss(cornered), loss(wide)
-    combined = joined([cornered_loss.scaled((1.0 - share) * cornered_loss.direct),
-                       wide_loss.scaled(share * wide_loss.direct)])
+    combined = join_losses([cornered_loss.scaled((1.0 - share) * cornered_loss.direct),
+                            wide_loss.scaled(share * wide_loss.direct)])
     return replace(combined, direct=math.fsum(direct_resistance(track, conductivity) for track in bent))
 
 
@@ -147,8 +152,8 @@ class LossesNearMetal:
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None,
                 expected: Sequence[tuple[Reflector | None, Reflector | None]] = ()) -> ComplexArray:
         """Return `CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
-        return solved(lambda: (self, frequencies.tobytes(), above, below),
-                      lambda: (self.crowding.changes(frequencies, above, below, expected),))[0]
+        return cached_solution(lambda: (self, frequencies.tobytes(), above, below),
+                               lambda: (self.crowding.changes(frequencies, above, below, expected),))[0]
 
 
 losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)

@@ -154,7 +154,7 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
     return tuple(built)
 
 
-def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
+def metal_spectrum(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
     """Return the spectrum of a winding's direct current for metal at least `nearest` (m) from any mid-plane.
 
     It includes direct current's crowding at bends (in spirals, `near_metal` has it). In rough solutions it is the
@@ -164,9 +164,9 @@ def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = Fal
         return ring_spectrum(geometry.spirals, nearest)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
-    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum  # not round
+    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum, with_chords  # not round
 
-    tracks = [chorded(track, nearest) for track in geometry.bent]
+    tracks = [with_chords(track, nearest) for track in geometry.bent]
     return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
 
 
@@ -350,13 +350,13 @@ def _formula(name: str, of_one_layer: float) -> Method:
         return None if single is None else single * len(geometry.spec.layers) ** 2
 
     return Method(
-        name, tabulated, solve, lambda g: of_one_layer if len(g.spec.layers) == 1 else 0.35,
+        name, has_formula_constants, solve, lambda g: of_one_layer if len(g.spec.layers) == 1 else 0.35,
         lambda g: g.outline.is_covered and len(g.spec.layers) == 1,
         "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled", 1e-5,
         "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999", True)
 
 
-def tabulated(outline: Outline) -> bool:
+def has_formula_constants(outline: Outline) -> bool:
     """Return whether Mohan (1999) has constants for an outline."""
     return outline.sides in COEFFICIENTS and not outline.is_long
 
@@ -426,7 +426,7 @@ def no_cross_check(coil: CoilSpec, checks: Sequence[CrossCheck]) -> str | None:
     """Return the reason for an absent closed formula. None if there is a closed formula."""
     if checks:
         return None
-    if not tabulated(coil.outline):
+    if not has_formula_constants(coil.outline):
         return (
             f"no published closed formula with a stated range is known to us for a {coil.shape}: Mohan (1999) has "
             "none, and TI (SNOA930C) gives none for elongated coils"

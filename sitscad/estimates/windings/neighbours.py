@@ -49,7 +49,7 @@ def inductance_matrix(self_inductance: float, self_error: float, coils: list[Pla
                 dx, dy, turns = -dx, -dy, turns[::-1]
             key = tuple(round(part, 9) for part in (dx, dy, *turns))
             if key not in solved:
-                solved[key] = side_by_side(coils[i], coils[j])
+                solved[key] = winding_pair_inductance(coils[i], coils[j])
             matrix[i, j] = matrix[j, i] = solved[key].inductance
             errors[i, j] = errors[j, i] = mutual_error(solved[key], coils[i][1].spec)
     return matrix, errors
@@ -95,7 +95,7 @@ def rings_beside_each_other(
     return matrix, np.abs(matrix) * np.where(distances > 0.0, ROUGH_MUTUAL, error)
 
 
-def side_by_side(first_coil: Placed, second_coil: Placed) -> SideBySide:
+def winding_pair_inductance(first_coil: Placed, second_coil: Placed) -> SideBySide:
     """Return two coils for currents that enter each at its outer end on layer 1."""
     from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
 
@@ -123,7 +123,9 @@ def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     return np.asarray(pins + resistance + 1j * omega * inductance)
 
 
-def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
+def terminal_values(
+    active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray
+) -> tuple[Array, Array]:
     """Return inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), with the others idle.
 
     `impedances` are inductance matrices (n, coils, coils; H, complex: the imaginary part times -omega is a resistance).
@@ -155,6 +157,6 @@ def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, re
             elif i != active:
                 inductance, resistance = circuits[i](frequencies)
                 matrix[:, i, i] = inductance - 1j * resistance / omega
-        return at_contacts(active, matrix, frequencies, idle_load(omega, readout))
+        return terminal_values(active, matrix, frequencies, idle_load(omega, readout))
 
     return added

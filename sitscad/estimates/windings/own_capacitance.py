@@ -60,7 +60,7 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
     It is twice the electric energy at one volt. Layers face each other through the stack-up as strips, averaged over
     all shifts. Turns of a layer face their neighbours. The voltage follows each turn's flux linkage. Where a layer has
     no more turns, the other layers face each other through the material that fills its place. Elastomer and metal
-    around the board are left out: see `added_by_metal`.
+    around the board are left out: see `capacitance_to_metal`.
     """
     lengths, fractions, present = _turns(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
@@ -76,7 +76,7 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
         order = np.argsort(np.argsort(layers))
         per_area = _strips(tuple(slabs(stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
         total += winding_capacitance(per_area, voltages[np.ix_(have, here)], areas[here])
-    beside = beside_copper(stackup, coil.windings[0].layer)
+    beside = permittivity_beside_copper(stackup, coil.windings[0].layer)
     for has_turns, layer_voltages in zip(present, voltages, strict=True):
         between += turn_capacitance(lengths[has_turns], layer_voltages[has_turns], fractions[has_turns],
                                     dimensions.trace_width, dimensions.trace_spacing, coil.windings[0].thickness,
@@ -84,7 +84,7 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
     return total + between
 
 
-def added_by_metal(
+def capacitance_to_metal(
     coil: Coil, dimensions: CoilSpec, board_thickness: float, gap: float | None, behind: float | None
 ) -> float:
     """Return an upper bound (F) of the addition by a target at a gap and by metal behind the board.
@@ -119,7 +119,7 @@ def metal_notes(
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
     if gap is None and behind is None:
         return []
-    most = added_by_metal(coil, dimensions, board_thickness, gap, behind)
+    most = capacitance_to_metal(coil, dimensions, board_thickness, gap, behind)
     if most <= STATED * winding:
         return []
     return [
@@ -181,13 +181,13 @@ def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
     for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:
             number += 1
-            layer_slabs.append(Slab(layer.thickness, beside_copper(stackup, number), number in layers))
+            layer_slabs.append(Slab(layer.thickness, permittivity_beside_copper(stackup, number), number in layers))
         elif layer.thickness > 0.0:
             layer_slabs.append(Slab(layer.thickness, layer.relative_permittivity or USUAL_PERMITTIVITY))
     return layer_slabs
 
 
-def beside_copper(stackup: Stackup, number: int) -> float:
+def permittivity_beside_copper(stackup: Stackup, number: int) -> float:
     """Return the relative permittivity in the gaps of a copper layer: coverlay adhesive or bonding film flows in."""
     indices = [i for i, layer in enumerate(stackup.layers) if layer.kind is LayerKind.COPPER]
     index = indices[number - 1]

@@ -15,21 +15,21 @@ from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, show
 from sitscad.calibration.calibration import Calibration, plan_calibration
-from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, MeterReadings
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.tables import (
     MapFigures,
     PerformanceReport,
-    amount,
     axis_table,
     compensation_tables,
     drift_table,
     error_table,
+    load_text,
     sensor_rows,
     share_text,
 )
-from sitscad.estimates.performance_values import AXES, FORCES, Performance, lasts_tared
+from sitscad.estimates.performance_values import AXES, FORCES, Performance, lasts_after_tare
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable
@@ -349,7 +349,7 @@ TARED_AFTER_A_GRASP = (
 )
 
 
-def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...], temperature: float) -> Rows:
+def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...], temperature: float) -> Rows:
     """Return the accepted readings by instrument of bare coils at 20 degrees Celsius (`bench`).
 
     Limits are three standard deviations of manufacture about the design's value. Inductance and resistance are listed
@@ -389,13 +389,13 @@ def notes(points: Sequence[Performance], calibration: Calibration | None = None)
     """Yield the notes on the use of the figures."""
     full = points[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
-    counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]
+    counted_causes = [cause for cause in full.axes["normal"].errors if lasts_after_tare(cause)]
     yield (f"Errors together: root of the squares, taken as independent, of {'; '.join(counted_causes)}. Not counted: "
            "what differs from unit to unit, and loads on axes that are not measured: these have rows of their own.")
     yield TARES
     yield TARED_AFTER_A_GRASP
     if full.ambiguous is not None:
-        first, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
+        first, other = (", ".join(load_text(part, name) for name, part in zip(AXES, load, strict=False))
                       for load in full.ambiguous)
         moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
         yield (f"Two loads (normal, shear along x, along y{moments}) give equal readings: {first}; and {other}. "

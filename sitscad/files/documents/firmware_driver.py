@@ -22,7 +22,7 @@ from sitscad.estimates.circuits.settings import (
     identity,
     serial_settings,
 )
-from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, Metered, ReadoutEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, MeterReadings, ReadoutEstimate
 from sitscad.estimates.performance_values import AXES
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.drawing.frame import FORCED
@@ -411,7 +411,7 @@ def _wiring(
 
 
 def _readings(
-    converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[Metered, ...],
+    converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[MeterReadings, ...],
     reference: CoilEstimate | None = None,
 ) -> Iterator[str]:
     """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.

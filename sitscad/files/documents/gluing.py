@@ -16,12 +16,12 @@ from sitscad.estimates.loads.gluing import (
     STANDARD_GRAVITY,
     board_plan,
     board_press,
-    force_for,
     glued_area,
     hard_adhesive,
-    lying_time,
+    pad_compression,
+    pad_force,
     piece_press,
-    pressed_by,
+    spreading_time,
     unsealed_pad,
 )
 from sitscad.kernels.geometry.convex import Footprint
@@ -120,10 +120,10 @@ def setting(glue: Adhesive | None) -> str:
 def measuring(spec: SensorSpec) -> str:
     """Describe the measurement of heights on the soft pad; empty if the spec has no pad."""
     pad = unsealed_pad(spec)
-    force, travel = force_for(pad, HEIGHT_ERROR), pressed_by(pad, RATCHET)
+    force, travel = pad_force(pad, HEIGHT_ERROR), pad_compression(pad, RATCHET)
     if force is None or travel is None:
         return ""
-    light = 1e3 * (pressed_by(pad, LIGHT_GAUGE) or 0.0)
+    light = 1e3 * (pad_compression(pad, LIGHT_GAUGE) or 0.0)
     by_gauge = (
         "Or lay a flat plate as large as the piece on it (a cover glass), use a dial gauge of at most "
         f"{show(force, 'N', 2)}, and subtract the plate's thickness."
@@ -274,7 +274,7 @@ def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive
     adhesive, used, (plan, area) = assembly.adhesive, hard, board
     if adhesive is None or used is None or used == adhesive:
         return ""
-    takes = lying_time(adhesive, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
+    takes = spreading_time(adhesive, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
     return (
         f" Not {adhesive.product}: it flows for about {duration(adhesive.open_time or 0.0)} between two faces, and "
         f"takes {duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "

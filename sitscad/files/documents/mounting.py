@@ -46,7 +46,7 @@ from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, Pour, skin_p
 from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
-from sitscad.estimates.loads.pad import NoResponse, pushed
+from sitscad.estimates.loads.pad import NoResponse, loaded_poses
 from sitscad.files.documents.gluing import board_glued, inhibited, line_areas, toleranced
 from sitscad.files.documents.piece_places import in_recess, on_own, press_words, pushed_ways
 from sitscad.files.documents.preparing import amount, cured, mixed
@@ -403,7 +403,7 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
                       "along -y": (0.0, -shear)}
     rows = np.array([[normal, *way] for way in directions.values()])
     try:
-        poses, _ = pushed(spec, rows)
+        poses, _ = loaded_poses(spec, rows)
     except NoResponse:
         return ()
     press = f"{show(normal, 'N')} of press"

@@ -37,7 +37,7 @@ from sitscad.basics.version import __version__
 from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
-from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, Metered, ReadoutEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -265,7 +265,7 @@ def stack_tables(estimates: Estimates) -> list[Table]:
 LAW_HELD = "one sigma of 2.5 % where the law was held against them, 5 % beyond"
 
 
-def incoming_tables(coils: tuple[CoilEstimate, ...], metered: tuple[Metered, ...]) -> list[Table]:
+def incoming_tables(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...]) -> list[Table]:
     """Return the bare board's readings by an LCR meter and at each tank's frequency."""
     free = [(coil.name, coil.states[FREE]) for coil in coils if FREE in coil.states]
     rows = [[name, *(each.text(state) for each in BARE_TANK)] for name, state in free]

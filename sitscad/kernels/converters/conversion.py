@@ -278,11 +278,11 @@ class Conversion(ABC):
 class ConversionLaw(Protocol):
     """Names that a family's conversion module must define.
 
-    ``ASKED`` are the rows that it needs in the family's figures, in addition to the rows of every family. ``SETTINGS``
-    are the quantities of its `Conversion` that are printed and written to JSON.
+    ``REQUIRED_ROWS`` are the rows that it needs in the family's figures, in addition to the rows of every family.
+    ``SETTINGS`` are the quantities of its `Conversion` that are printed and written to JSON.
     """
 
-    ASKED: Mapping[str, RowForm]
+    REQUIRED_ROWS: Mapping[str, RowForm]
     SETTINGS: tuple[Quantity, ...]
 
     def amplitude(self, parallel_resistance: float, current: float) -> float:

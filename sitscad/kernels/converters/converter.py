@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.converters.conversion import Conversion, ConversionLaw, Demand, conversion_law
-from sitscad.kernels.converters.figures import Limit, cited_alone, figure_source, limits_of, numbers, rows_of
+from sitscad.kernels.converters.figures import Limit, figure_source, limit_with_source, limits_of, numbers, rows_of
 from sitscad.kernels.converters.registers import RegisterMap, register_map
 
 DRIVEN_FAMILY = "ldc161x"
@@ -118,7 +118,7 @@ class Converter:
 
     def cited_alone(self, text: str) -> str:
         """Return a text that cites all families (`source_in_all`), reduced to this family's sources."""
-        return cited_alone(self.family, text)
+        return limit_with_source(self.family, text)
 
     # ------------------------------------------------------------------------------------------- drive and amplitude
 

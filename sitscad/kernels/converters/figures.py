@@ -1,7 +1,7 @@
 """Data-sheet values of converters from ``data/converters``: one file per family, ``bench.csv`` for common values.
 
-`ASKED` has the rows that every family needs, with unit and range. The module of a family's conversion lists further
-rows. A family with registers also needs `ASKED_WITH_REGISTERS`. A family may state more rows.
+`REQUIRED_ROWS` has the rows that every family needs, with unit and range. The module of a family's conversion lists
+further rows. A family with registers also needs `REGISTER_ROWS`. A family may state more rows.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _SAYING = RowForm(WORDS)
 FREQUENCY, SHARE = RowForm("Hz", 1.0, 1e10), RowForm("1", 0.01, 1.0)
 _CURRENT, _VOLTAGE, _RESISTANCE = RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20.0), RowForm("ohm", 1.0, 1e7)
 
-ASKED: dict[str, RowForm] = {
+REQUIRED_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("conversion", "pins", "coil_pins", "address_nets", "cite_drive", "scan_timing", "idle_channels",
                      "noise_law"), _SAYING),
     "result_bits": RowForm("bit", 8, 32, whole=True),
@@ -81,7 +81,7 @@ ASKED: dict[str, RowForm] = {
 }
 """Rows that every family must have, in its own file or in ``bench.csv``."""
 
-ASKED_WITH_REGISTERS: dict[str, RowForm] = {
+REGISTER_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("register_map", "result_registers", "cite_address", "cite_frequency", "cite_inductance",
                      "cite_pins", "cite_results", "cite_errors"), _SAYING),
     "device_id": RowForm("1", 0, 0xFFFF, whole=True),
@@ -112,13 +112,13 @@ def rows_of(family: str) -> dict[str, Row]:
     """
     tables = {table: rows(f"converters/{table}") for table in ("bench", family)}
     named = {row["name"]: row for table_rows in tables.values() for row in table_rows}
-    forms = _asked_of(family, named)
+    forms = _required_rows(family, named)
     for table, table_rows in tables.items():
         times = Counter(row["name"] for row in table_rows)
         for row in table_rows:
             if times[row["name"]] > 1:
                 raise _error(table, row["name"], "it stands there twice")
-            if flaws := list(_flaws(row, forms)):
+            if flaws := list(_row_flaws(row, forms)):
                 raise _error(table, row["name"], flaws[0])
     if lacking := [name for name in forms if name not in named]:
         raise _error(family, ", ".join(lacking), "no such row, and it is asked of this family")
@@ -131,14 +131,15 @@ def rows_of(family: str) -> dict[str, Row]:
     return named
 
 
-def _asked_of(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
+def _required_rows(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
     """Return the rows that a family must state. Raises `DataError` if it names no conversion module."""
     if "conversion" not in named:
         raise _error(family, "conversion", "no such row, and it is asked of every family")
-    law: dict[str, RowForm] = family_module("conversion", named["conversion"]["value"], ("ASKED",)).ASKED
-    registers = ASKED_WITH_REGISTERS if "register_map" in named else {}
+    module = family_module("conversion", named["conversion"]["value"], ("REQUIRED_ROWS",))
+    law: dict[str, RowForm] = module.REQUIRED_ROWS
+    registers = REGISTER_ROWS if "register_map" in named else {}
     high_current = HIGH_CURRENT if HIGH_CURRENT.keys() & named else {}
-    return {**ASKED, **law, **registers, **high_current}
+    return {**REQUIRED_ROWS, **law, **registers, **high_current}
 
 
 def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
@@ -167,7 +168,7 @@ def _error(table: str, name: str, flaw: str) -> DataError:
     return DataError(f"data/converters/{table}.csv, {name}: {flaw}")
 
 
-def _flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
+def _row_flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
     """Yield the flaws of a row, the most important first."""
     if None in row or None in row.values():
         yield "it has more or fewer columns than name, value, unit, status, source"
@@ -237,7 +238,7 @@ def _families() -> tuple[str, ...]:
 
 
 @cache
-def cited_alone(family: str, text: str) -> str:
+def limit_with_source(family: str, text: str) -> str:
     """Return a text that cites all families (`source_in_all`), reduced to the sources of one family.
 
     If no cited figure belongs to the family, the text is the source of its conversion.

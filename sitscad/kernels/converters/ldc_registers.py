@@ -80,7 +80,7 @@ def data_addresses(channel: int, count: int) -> tuple[int, ...]:
     return tuple(2 * channel + word for word in range(count))
 
 
-def said_of_results(bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
+def results_text(bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
     """Return the header's text on results: their range, and the flags that ERROR_CONFIG enables."""
     digits = -(-bits // 4)
     under, over = f"0x{0:0{digits}X}", f"0x{2**bits - 1:0{digits}X}"

@@ -17,7 +17,7 @@ from sitscad.kernels.converters.conversion import Conversion, ConverterPart, Dem
 from sitscad.kernels.converters.figures import FREQUENCY, SHARE, WORDS, RowForm, numbers
 from sitscad.kernels.converters.registers import ChannelSettings, FirmwareText, Register
 
-ASKED: Mapping[str, RowForm] = {
+REQUIRED_ROWS: Mapping[str, RowForm] = {
     "output_gains": RowForm("bit", 0, 16, whole=True, several=True),
     "result_registers": RowForm(WORDS),
     "reference_multi_external_max": FREQUENCY,

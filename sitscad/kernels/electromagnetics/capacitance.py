@@ -136,11 +136,11 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
     total = np.zeros((count, count))
     for share, weight in OFFSETS:
         shift: Array = 0.5 * pitch * share * (np.arange(count, dtype=np.float64) % 2)
-        total += weight * _shifted(green, form, middle, harmonics, shift) / pitch
+        total += weight * _charges_at_offset(green, form, middle, harmonics, shift) / pitch
     return total
 
 
-def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
+def _charges_at_offset(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
     """Return charges per length (F/m) on the layers (rows) if one layer (columns) has 1 V, (layers, layers).
 
     Method: Galerkin, with a uniform charge on each cell. `green` (waves, faces, faces; m/F) is the potential on one

@@ -47,7 +47,7 @@ def chebyshev_points(low: float, high: float, count: int) -> Array:
     return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * _roots(count)[0])
 
 
-def shares(points: Array, at: Array, weights: Array | None = None) -> Array:
+def barycentric_weights(points: Array, at: Array, weights: Array | None = None) -> Array:
     """Return the weights (n, points) that interpolate from values at `points` to the places `at` (n,) by a polynomial.
 
     Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). `weights` (points) are the barycentric weights. If
@@ -74,13 +74,13 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
     return tuple(math.ceil(order * rate / math.acosh(1.0 + distance)) for distance in distances)
 
 
-def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:
+def evaluate_polynomials(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:
     """Return the values (n, ...) of polynomials in several variables at (n, axes) places, in the unit of the tensor.
 
-    `tensor` holds values (points of each axis of the `grid`, then the shape of one value). Uses `shares` along each
-    axis.
+    `tensor` holds values (points of each axis of the `grid`, then the shape of one value). Uses `barycentric_weights`
+    along each axis.
     """
-    weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
+    weights = [barycentric_weights(points, places[:, axis]) for axis, points in enumerate(grid)]
     values = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
     for some in slices(len(places), AT_ONCE):
         part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
@@ -110,7 +110,7 @@ class Interpolant:
 
     def __call__(self, places: Array) -> NDArray[Any]:
         """Return values (n, ...) at (n, variables) places. Places beyond the box get the value at its surface."""
-        return evaluated(self.values, self.grid, np.clip(places, self.low, self.high))
+        return evaluate_polynomials(self.values, self.grid, np.clip(places, self.low, self.high))
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:
@@ -177,7 +177,7 @@ class Polynomial:
 
     def __call__(self, points: Array) -> Array:
         """Return values (n, outputs) at (n, variables) points. Beyond the box the basis is extrapolated."""
-        return np.asarray(self.basis(_inside(points, self.low, self.high), self.orders) @ self.coefficients)
+        return np.asarray(self.basis(_scaled_to_box(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:
         """Return derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
@@ -209,16 +209,16 @@ def least_squares(
     least : float or None, optional
         singular value, relative to the largest, below which a combination of terms is undetermined; rounding if None
     """
-    columns = basis(_inside(points, low, high), orders)
+    columns = basis(_scaled_to_box(points, low, high), orders)
     return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)
 
 
-def _inside(points: Array, low: Array, high: Array) -> Array:
+def _scaled_to_box(points: Array, low: Array, high: Array) -> Array:
     """Return points (n, variables) scaled so that the box runs from -1 to 1 (no unit)."""
     return (points - 0.5 * (low + high)) / (0.5 * (high - low))
 
 
-def spread(count: int, variables: int, skip: int = 0) -> Array:
+def halton_points(count: int, variables: int, skip: int = 0) -> Array:
     """Return points (count, variables; no unit) of Halton's sequence (Numerische Mathematik 2, 1960), from `skip` on.
 
     They fill 0 to 1 evenly and are deterministic. Raises ValueError if there are more variables than `PRIMES`.

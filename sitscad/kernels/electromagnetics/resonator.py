@@ -211,7 +211,7 @@ def oscillate(
     )
 
 
-def oscillate_alike(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
+def oscillate_similar(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
     """Solve the operating points of tanks whose coils have a constant inductance (H) and resistance (ohm)."""
     start = network.resonance(inductance) / (2.0 * math.pi)
     return oscillate(network, lambda _: (inductance, resistance), delay, start)

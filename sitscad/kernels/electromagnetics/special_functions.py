@@ -71,7 +71,7 @@ def j0(x: ArrayLike) -> Array:
     Source: Abramowitz and Stegun 9.4.1 and 9.4.3.
     """
     x = np.asarray(x, dtype=float)
-    values, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
+    values, near = _modulus_times_cosine(x, _MODULUS_0, _PHASE_0), x < 3.0
     values[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
     return values
 
@@ -82,13 +82,13 @@ def j1(x: ArrayLike) -> Array:
     Source: Abramowitz and Stegun 9.4.4 and 9.4.6.
     """
     x = np.asarray(x, dtype=float)
-    values, near = _far(x, _MODULUS, _PHASE), x < 3.0
+    values, near = _modulus_times_cosine(x, _MODULUS, _PHASE), x < 3.0
     low = x[near]
     values[near] = low * _polynomial(_SMALL, (low / 3.0) ** 2)
     return values
 
 
-def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
+def _modulus_times_cosine(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
     """Return modulus times cosine of the phase (no unit) at every x, with x below 3 taken as 3.
 
     Abramowitz and Stegun 9.4.3 and 9.4.6. Arrays are modified in place, because tables are large. The cosine is by the

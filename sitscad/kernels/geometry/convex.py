@@ -19,9 +19,9 @@ from sitscad.kernels.geometry.path import (
     Segment,
     circle,
     enclosed_area,
-    part_of,
     polar,
     rectangle,
+    segment_part,
 )
 
 _TINY = 1e-12
@@ -33,13 +33,13 @@ Side = tuple[float, float, float, float]
 Round = tuple[float, float, float, float, float]
 
 
-def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
+def clip_path(outline: Path, edge: Point, normal: Point) -> Path | None:
     """Return the part of a closed path behind a straight line, or None if no part remains.
 
     The line crosses the path at most twice. It runs through `edge`, perpendicular to the unit vector `normal`, which
     points to the removed part.
     """
-    parts = [part for segment in outline for part in _behind(segment, edge, normal)]
+    parts = [part for segment in outline for part in _parts_behind(segment, edge, normal)]
     segments: list[Segment] = []
     for part in parts:
         if segments and segments[-1].end.distance(part.start) > _TINY:
@@ -61,16 +61,16 @@ def within_box(outline: Path, box: Box) -> Path | None:
     low, high = Point(x0, y0), Point(x1, y1)
     part: Path | None = outline
     for edge, normal in ((low, Point(-1, 0)), (low, Point(0, -1)), (high, Point(1, 0)), (high, Point(0, 1))):
-        part = None if part is None else clipped(part, edge, normal)
+        part = None if part is None else clip_path(part, edge, normal)
     return part
 
 
-def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
+def _parts_behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
     """Yield the parts of a segment behind a line through `edge`: on the side opposite to its `normal`."""
     if isinstance(segment, Line):
-        ends = _height(segment.start, edge, normal), _height(segment.end, edge, normal)
+        ends = _distance_from_edge(segment.start, edge, normal), _distance_from_edge(segment.end, edge, normal)
     else:
-        middle = _height(segment.centre, edge, normal)
+        middle = _distance_from_edge(segment.centre, edge, normal)
         ends = middle - segment.radius, middle + segment.radius
     if min(ends) > 0.0:
         return
@@ -79,25 +79,25 @@ def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
         return
     cuts = [0.0, *sorted(t for t in _crossings(segment, edge, normal) if _TINY < t < 1.0 - _TINY), 1.0]
     for first, last in pairwise(cuts):
-        if _height(segment.at((first + last) / 2), edge, normal) > 0.0:
+        if _distance_from_edge(segment.at((first + last) / 2), edge, normal) > 0.0:
             continue
         start, end = segment.at(first), segment.at(last)
         if start.distance(end) > _TINY or last - first > 0.5:
-            yield part_of(segment, start, end)
+            yield segment_part(segment, start, end)
 
 
-def _height(point: Point, edge: Point, normal: Point) -> float:
+def _distance_from_edge(point: Point, edge: Point, normal: Point) -> float:
     return (point.x - edge.x) * normal.x + (point.y - edge.y) * normal.y
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
     """Yield the fractions of a segment's length at which it crosses the line through `edge` normal to `normal`."""
     if isinstance(segment, Line):
-        first, last = (_height(point, edge, normal) for point in (segment.start, segment.end))
+        first, last = (_distance_from_edge(point, edge, normal) for point in (segment.start, segment.end))
         if first != last:
             yield first / (first - last)
         return
-    share = -_height(segment.centre, edge, normal) / segment.radius
+    share = -_distance_from_edge(segment.centre, edge, normal) / segment.radius
     if abs(share) >= 1.0 or not segment.sweep:
         return
     towards, half_angle = math.atan2(normal.y, normal.x), math.acos(share)
@@ -106,7 +106,7 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
         yield (turn % TWO_PI if segment.sweep > 0.0 else -(-turn % TWO_PI)) / segment.sweep
 
 
-def beyond(outline: Path, point: Point) -> float:
+def signed_distance(outline: Path, point: Point) -> float:
     """Return the distance (m) of a point from a closed, convex, counter-clockwise path: positive outside.
 
     It is the largest distance beyond the tangents of the path: at each side, and at each arc or corner that faces the
@@ -237,8 +237,8 @@ class Footprint:
         It is negative if the whole plate lies inside: minus its smallest distance from the outline.
         """
         if self.is_round:
-            return beyond(ground, self.centre) + self.size[0] / 2
-        return max(beyond(ground, corner) for corner in self.corners)
+            return signed_distance(ground, self.centre) + self.size[0] / 2
+        return max(signed_distance(ground, corner) for corner in self.corners)
 
     def common(self, other: Footprint) -> Path | None:
         """Return the outline of the overlap with another footprint, or None if they do not overlap."""
@@ -259,7 +259,7 @@ class Footprint:
         for corner, after in zip(clip.corners, clip.corners[1:] + clip.corners[:1], strict=True):
             side = corner.distance(after)
             normal = Point((after.y - corner.y) / side, (corner.x - after.x) / side)
-            here = None if here is None else clipped(here, corner, normal)
+            here = None if here is None else clip_path(here, corner, normal)
         return here if here is not None and enclosed_area(here) > 0.0 else None
 
     @property

@@ -169,7 +169,7 @@ class Arc:
 Segment = Line | Arc
 
 
-def part_of(segment: Segment, start: Point, end: Point) -> Segment:
+def segment_part(segment: Segment, start: Point, end: Point) -> Segment:
     """Return the part of a segment between two points on it."""
     return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
 
@@ -269,10 +269,10 @@ def rectangle(x0: float, y0: float, x1: float, y1: float, corner_radius: float =
     r = min(corner_radius, (x1 - x0) / 2, (y1 - y0) / 2)
     if r <= 0.0:
         return closed_polygon([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)])
-    return rounded([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)], r)
+    return rounded_polygon([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)], r)
 
 
-def rounded(corners: list[Point], radius: float | list[float]) -> Path:
+def rounded_polygon(corners: list[Point], radius: float | list[float]) -> Path:
     """Return a closed polygon whose corners are replaced by tangent arcs.
 
     `radius` (m) is for all corners, or a list with a radius for each corner.

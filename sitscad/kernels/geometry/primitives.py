@@ -111,7 +111,7 @@ def from_rows(rows: list[Row]) -> Primitives:
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
 
 
-def joined(parts: Sequence[Primitives]) -> Primitives:
+def concatenated(parts: Sequence[Primitives]) -> Primitives:
     """Return all pieces of several sets, in their order."""
     if not parts:
         return from_rows([])
@@ -187,17 +187,17 @@ def nearest_pairs(
     assert second is not None and margin is not None
     other_grown = second + np.column_stack([-margin, -margin, margin, margin])
     if len(grown) * len(other_grown) <= _FEW:
-        i, j = np.nonzero(_touch(grown, other_grown))
+        i, j = np.nonzero(_boxes_touch(grown, other_grown))
     else:
         blocks = _blocks(grown)
         others_blocks = blocks if same else _blocks(other_grown)
         around = np.array([_enclosing_box(other_grown[block]) for block in others_blocks])
         pairs = []
         for block in blocks:
-            near = np.flatnonzero(_touch(_enclosing_box(grown[block])[None], around)[0])
+            near = np.flatnonzero(_boxes_touch(_enclosing_box(grown[block])[None], around)[0])
             if near.size:
                 beside = np.concatenate([others_blocks[k] for k in near])
-                row, column = np.nonzero(_touch(grown[block], other_grown[beside]))
+                row, column = np.nonzero(_boxes_touch(grown[block], other_grown[beside]))
                 pairs.append((block[row], beside[column]))
         i, j = (np.concatenate([pair[k] for pair in pairs]) if pairs else np.empty(0, dtype=np.intp) for k in (0, 1))
     if same:
@@ -210,7 +210,7 @@ _BLOCK, _FEW = 128, 500_000
 """Number of boxes in a block, and largest number of pairs for which all pairs are compared without blocks."""
 
 
-def _touch(boxes: Array, other_boxes: Array) -> Flags:
+def _boxes_touch(boxes: Array, other_boxes: Array) -> Flags:
     """Return flags (n, m) of boxes (n, 4) that touch others (m, 4)."""
     low_x, low, high_x, high = boxes.T[:, :, None]
     other_left, other_low, other_right, other_high = np.ascontiguousarray(other_boxes.T)

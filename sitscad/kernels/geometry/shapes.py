@@ -28,7 +28,7 @@ from sitscad.kernels.geometry.path import (
     circle,
     polar,
     rectangle,
-    rounded,
+    rounded_polygon,
     rounded_polyline,
 )
 
@@ -389,7 +389,7 @@ class Polygon(Outline):
             return rectangle(-x, -y, x, y, radius)
         step = TWO_PI / self.sides
         reach = x / math.cos(step / 2)
-        return rounded([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
+        return rounded_polygon([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
         """Return the polygon's corners."""

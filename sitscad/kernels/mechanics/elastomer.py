@@ -8,8 +8,8 @@ body does not become stiffer if material is cut away or a surface is released (p
 * The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
 The stated strain belongs to the first block and is an upper bound. `least_strain` belongs to the second. The law of a
-block follows `pad_law` within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18 to
-116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
+block follows `pad_law` within a few per cent of finite elements (`pad_law.force_sigma`). The surrounding material adds
+18 to 116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
 """
 
 from __future__ import annotations
@@ -235,7 +235,7 @@ def compress(
         raise ValueError("the compressive force must be 0 or more")
     law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     strain = law.strain(force / (shear_modulus * face.area))
-    reasons = _beyond(strain, face, thickness)
+    reasons = _range_violations(strain, face, thickness)
     return Compression(
         strain, thickness * (1.0 - strain), shape_factor(face, thickness), shear_modulus * law.at_rest, not reasons,
         "; ".join(reasons) or WITHIN, strain, face.area,
@@ -255,7 +255,7 @@ def press_part(
     """
     compression = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)
-    reasons = _beyond(compression.strain, face, thickness)
+    reasons = _range_violations(compression.strain, face, thickness)
     if around is None:
         whole = compress(pad, thickness, shear_modulus, bulk_modulus, force, exponent=exponent)
         compression = replace(compression, least_strain=min(compression.strain, whole.strain))
@@ -289,7 +289,7 @@ def force_for_strain(
     return shear_modulus * face.area * law.at(strain)
 
 
-def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
+def _range_violations(strain: float, face: Face, thickness: float) -> list[str]:
     """Return the reasons why the law is outside its range for a strain of a face. Empty if it is inside."""
     reasons = []
     if strain > VALID_STRAIN:

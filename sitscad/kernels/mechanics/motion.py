@@ -9,13 +9,13 @@ Arrays have the poses as their first axis. Units are SI. Rotations are rotation 
 
 Notes
 -----
-`balance` returns the gradient and the Hessian of the energy in closed form. The unknowns are the plate's place in the
-frame and its rotation vector. In the frame the energy of the pad is a sum of squares. The work of a force f of constant
-direction at a point p is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t). Here c_k are Stumpff's
-functions, the even functions c_k(t^2) = sum of (-t^2)^j / (2j + k)!, with 2 c_k' = k c_(k+2) - c_(k+1) (textbook). Each
-number is a float for one load, or an array over loads: for one load, floats take a third of the time. `balance`
-measures lengths in pad thicknesses, forces in shear modulus times loaded area, and moments in this force times the
-thickness.
+`energy_derivatives` returns the gradient and the Hessian of the energy in closed form. The unknowns are the plate's
+place in the frame and its rotation vector. In the frame the energy of the pad is a sum of squares. The work of a force
+f of constant direction at a point p is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t). Here c_k
+are Stumpff's functions, the even functions c_k(t^2) = sum of (-t^2)^j / (2j + k)!, with 2 c_k' = k c_(k+2) - c_(k+1)
+(textbook). Each number is a float for one load, or an array over loads: for one load, floats take a third of the time.
+`energy_derivatives` measures lengths in pad thicknesses, forces in shear modulus times loaded area, and moments in this
+force times the thickness.
 """
 
 from __future__ import annotations
@@ -72,14 +72,14 @@ def rotation_vectors(matrices: Array) -> Array:
     return np.where(sine > SMALL, angle / np.maximum(sine, 1e-30), 1.0 + angle * angle / 6.0)[:, None] * odd
 
 
-def exponentials(vectors: Array) -> Array:
+def rotations_of_vectors(vectors: Array) -> Array:
     """Return rotation matrices (n, 3, 3) of rotation vectors (n, 3; rad), by Rodrigues' formula (textbook)."""
     first, second, _ = _coefficients(vectors)
-    turning = crosses(vectors)
+    turning = cross_matrices(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
 
 
-def crosses(vectors: Array) -> Array:
+def cross_matrices(vectors: Array) -> Array:
     """Return matrices (n, 3, 3) for which M b is the cross product of `vectors` (n, 3) and b."""
     matrices = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
@@ -89,7 +89,7 @@ def crosses(vectors: Array) -> Array:
     return matrices
 
 
-def cross(first: Array, second: Array) -> Array:
+def cross_products(first: Array, second: Array) -> Array:
     """Return cross products of vectors (n, 3). For a few vectors it takes a fraction of the time of `numpy.cross`."""
     products = np.empty_like(first)
     products[:, 0] = first[:, 1] * second[:, 2] - first[:, 2] * second[:, 1]
@@ -161,14 +161,14 @@ class Motion:
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
         with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
-            lever = cross(self.place, force)
+            lever = cross_products(self.place, force)
         followed = self.share * np.einsum("nji,nj->ni", self.frame_jacobians, lever)
         transposed = np.swapaxes(self.jacobians, 1, 2)
         moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]
         return np.concatenate([force, moment], axis=1)
 
 
-def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
+def relative_motion(poses: Array, height: float, share: float = 0.5) -> Motion:
     """Return the motion of a plate at poses (n, 6; m and rad). At the pose of zeros it is `height` (m) above the board.
 
     `sitscad.assembly.places.state` defines poses. `share` is the ratio of the frame's rotation to the plate's rotation.
@@ -181,7 +181,7 @@ def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
     # frame and plate at once: of a few poses it is the calls that cost
     angles = np.concatenate([share * vectors, vectors])
     first, second, third = _coefficients(angles)
-    turning = crosses(angles)
+    turning = cross_matrices(angles)
     twice = turning @ turning
     jacobians = UNIT + second[:, None, None] * turning + third[:, None, None] * twice
     frame = UNIT + first[:count, None, None] * turning[:count] + second[:count, None, None] * twice[:count]
@@ -203,11 +203,11 @@ FEW, TERMS = 7, 13
 THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
-class Law(NamedTuple):
+class StiffnessLaw(NamedTuple):
     """Dimensionless stiffness law of a pad at one compressive strain.
 
     `pressure` and `pressed` are the pressure and its derivative by the strain. `values`, `slopes` and `bends` hold the
-    five stiffness curves of `pad.Courses`, and their first and second derivatives by the strain. `twist` is the
+    five stiffness curves of `pad.StiffnessCurves`, and their first and second derivatives by the strain. `twist` is the
     stiffness of rotation in the plane of the pad.
     """
 
@@ -249,8 +249,8 @@ def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
     return 1.0 - square * second, first, second, third, fourth, fifth, sixth
 
 
-def balance(
-    law: Law, share: float, place: Vector, turn: Vector, load: Load, largest: float
+def energy_derivatives(
+    law: StiffnessLaw, share: float, place: Vector, turn: Vector, load: Load, largest: float
 ) -> tuple[list[Number], Rows]:
     """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy minus the work of the load.
 
@@ -273,11 +273,11 @@ def balance(
     -----
     Derived here. In equilibrium the gradient is zero.
     """
-    lack, rows = _held(law, place, turn)
+    lack, rows = _pad_energy_derivatives(law, place, turn)
     square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
     frame = stumpff(share * share * square, share * share * largest)
     plate = stumpff(square, largest)
-    carried, carrying = _carried(load.force, share, turn, frame)
+    carried, carrying = _force_in_frame(load.force, share, turn, frame)
     works = [_work(load.force, place, share, turn, frame), _work(load.force, load.point, 1.0, turn, plate)]
     # no -= here: of arrays several entries are one
     for i in THREE:
@@ -287,7 +287,7 @@ def balance(
             rows[i][3 + j] = rows[3 + j][i] = rows[i][3 + j] - carrying[i][j]
             rows[3 + i][3 + j] = rows[3 + i][3 + j] - works[0][1][i][j] - works[1][1][i][j]
     if load.is_moment:
-        turned, turning = _turned(load.moment, turn, plate)
+        turned, turning = _generalised_moment(load.moment, turn, plate)
         for i in THREE:
             lack[3 + i] = lack[3 + i] - turned[i]
             for j in THREE:
@@ -295,11 +295,12 @@ def balance(
     return lack, rows
 
 
-def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
+def _pad_energy_derivatives(law: StiffnessLaw, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
     """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy by place and rotation vector.
 
-    `balance` defines the units. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 +
-    cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
+    `energy_derivatives` defines the units. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2)
+    / 2 + cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 -
+    z.
     """
     (x, y, _), (a, b, c) = place, turn
     along_x, along_y, cubic, tilt_x, tilt_y = law.values
@@ -345,7 +346,7 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
     """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
 
     `arm` (3) is the point where the force acts; it is rotated by `share` times the rotation vector `turn`. `c` are
-    Stumpff's functions of the squared angle. `balance` defines the units. These are the
+    Stumpff's functions of the squared angle. `energy_derivatives` defines the units. These are the
     derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
@@ -371,7 +372,7 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
     return slopes, rows
 
 
-def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
+def _force_in_frame(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
 
     The frame is rotated by `share` times the rotation vector `turn`. `c` are Stumpff's functions of the squared angle.
@@ -384,7 +385,7 @@ def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -
         2.0 * squared * (-0.5 * c[1] * force[i] - odd_term * share * odd[i] + turned * squared * fd * turn[i])
         for i in THREE
     ]
-    spun, double = _spun(force), c[2] * squared
+    spun, double = _cross_matrix(force), c[2] * squared
     rows: Rows = [
         [grown[i] * turn[j] + c[1] * share * spun[i][j] + double * turn[i] * force[j] for j in THREE] for i in THREE
     ]
@@ -393,24 +394,25 @@ def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -
     return carried, rows
 
 
-def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
+def _generalised_moment(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return the generalised moment (3) along the rotation vector, and its derivatives (3 rows of 3).
 
-    It is the transposed left Jacobian of rotations (see `relative`) times the moment, with derivatives as in `_work`.
+    It is the transposed left Jacobian of rotations (see `relative_motion`) times the moment, with derivatives as in
+    `_work`.
     """
     md, odd, square = _dot(moment, turn), _cross(turn, moment), _dot(turn, turn)
     two, three = c[4] - 0.5 * c[3], 1.5 * c[5] - 0.5 * c[4]
     flat = [turn[i] * md - moment[i] * square for i in THREE]
     moments = [moment[i] - c[2] * odd[i] + c[3] * flat[i] for i in THREE]
     grown = [2.0 * (three * flat[i] - two * odd[i]) - 2.0 * c[3] * moment[i] for i in THREE]
-    spun = _spun(moment)
+    spun = _cross_matrix(moment)
     rows: Rows = [[grown[i] * turn[j] + c[2] * spun[i][j] + c[3] * turn[i] * moment[j] for j in THREE] for i in THREE]
     for i in THREE:
         rows[i][i] = rows[i][i] + c[3] * md
     return moments, rows
 
 
-def _spun(vector: Vector) -> Sequence[Vector]:
+def _cross_matrix(vector: Vector) -> Sequence[Vector]:
     """Return matrix (3 rows of 3) for which M b is the cross product of `vector` and b."""
     x, y, z = vector
     return (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)

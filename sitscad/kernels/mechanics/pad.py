@@ -23,19 +23,19 @@ from sitscad.basics.record import record
 from sitscad.kernels.mechanics import pad_law
 from sitscad.kernels.mechanics.elastomer import BARE, Face, Surround
 from sitscad.kernels.mechanics.motion import (
-    Law,
     Load,
     Motion,
+    StiffnessLaw,
     angles,
-    balance,
-    cross,
-    exponentials,
-    relative,
+    cross_products,
+    energy_derivatives,
+    relative_motion,
     rotation_vectors,
     rotations,
+    rotations_of_vectors,
 )
 from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
-from sitscad.kernels.solve_cache import solved
+from sitscad.kernels.solve_cache import cached_solution
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
 """First and last strain of the stiffness curves, and number of their pieces.
@@ -50,7 +50,7 @@ SMALL = 1e-6
 
 
 @record(eq=False)
-class Courses:
+class StiffnessCurves:
     """Stiffness curves of one pad, tabulated against the strain.
 
     The five curves are, in order: shear along x, shear along y, the cubic term of shear, tilt about x, tilt about y.
@@ -71,7 +71,7 @@ class Courses:
             first + part * (2.0 * second + 3.0 * part * third)
         ) / STEP
 
-    def law(self, strain: Array) -> Law:
+    def law(self, strain: Array) -> StiffnessLaw:
         """Return the dimensionless stiffness law at compressive strains (n). Each number of the law is an array (n).
 
         Values and derivatives come from Hermite's cubics (textbook). The derivative of the pressure is a central
@@ -82,9 +82,9 @@ class Courses:
         slopes = (first + part * (2.0 * second + 3.0 * part * third)) / STEP
         bends = (2.0 * second + 6.0 * part * third) / STEP**2
         pressed = (self.squeeze(strain + SMALL) - self.squeeze(strain - SMALL)) / (2.0 * SMALL)
-        return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
+        return StiffnessLaw(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
-    def law_at(self, strain: float) -> Law:
+    def law_at(self, strain: float) -> StiffnessLaw:
         """Return the dimensionless stiffness law at one compressive strain: `law` with floats."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
@@ -93,7 +93,7 @@ class Courses:
         slopes = [(p + part * (2.0 * q + 3.0 * part * r)) / STEP for _, p, q, r in pieces]
         bends = [(2.0 * q + 6.0 * part * r) / STEP**2 for _, _, q, r in pieces]
         pressed = (self.squeeze.at(strain + SMALL) - self.squeeze.at(strain - SMALL)) / (2.0 * SMALL)
-        return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
+        return StiffnessLaw(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
 
     def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
         """Return the position (n, 1) of strains (n) in their piece of the table, from 0 to 1, and four coefficients.
@@ -107,15 +107,15 @@ class Courses:
 
 
 @lru_cache(maxsize=64)
-def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
+def stiffness_curves(block: pad_law.Block, bulk_modulus: float) -> StiffnessCurves:
     """Tabulate the dimensionless stiffness curves of a block. `bulk_modulus` is divided by the shear modulus.
 
     Hermite's cubics (textbook) pass through the values and slopes of `pad_law`.
     """
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
-    (shear_x, cubic_x), (shear_y, cubic_y) = pad_law.shear(block), pad_law.shear(across)
-    tilt_x, tilt_y = pad_law.tilt(across), pad_law.tilt(block)
+    (shear_x, cubic_x), (shear_y, cubic_y) = pad_law.shear_stiffness(block), pad_law.shear_stiffness(across)
+    tilt_x, tilt_y = pad_law.tilt_stiffness(across), pad_law.tilt_stiffness(block)
 
     def exact(strain: Array) -> Array:
         cubic = 0.5 * (cubic_x(strain) + cubic_y(strain))
@@ -128,7 +128,7 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
     pieces = np.stack(
         [value[:-1], slope[:-1], 3.0 * rise - 2.0 * slope[:-1] - slope[1:], slope[:-1] + slope[1:] - 2.0 * rise], axis=1
     )
-    return Courses(pad_law.compression(block, bulk_modulus), pieces, pad_law.twist(block))
+    return StiffnessCurves(pad_law.compression(block, bulk_modulus), pieces, pad_law.twist_stiffness(block))
 
 
 TOLERANCE = 2e-6
@@ -196,9 +196,9 @@ class BondedPad:
     exponent: float = NEO_HOOKEAN
 
     @cached_property
-    def courses(self) -> Courses:
+    def courses(self) -> StiffnessCurves:
         """Tabulated stiffness curves."""
-        return courses(self.block, self.bulk_modulus / self.shear_modulus)
+        return stiffness_curves(self.block, self.bulk_modulus / self.shear_modulus)
 
     @cached_property
     def block(self) -> pad_law.Block:
@@ -217,7 +217,7 @@ class BondedPad:
     @property
     def sigma(self) -> float:
         """Standard deviation of the forces by the law, relative to the force."""
-        return pad_law.sigma(self.block)
+        return pad_law.force_sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
         """Return normal force (n,; N, positive for a press) at compressive strains (n,) of a level target.
@@ -246,11 +246,11 @@ class BondedPad:
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not self._middle.any():
-            return self._held(relative(poses, self.thickness, self._share))
+            return self._held(relative_motion(poses, self.thickness, self._share))
         arm = rotations(poses[:, 3:]) @ self._middle
         moved = np.concatenate([poses[:, :3] + arm - self._middle, poses[:, 3:]], axis=1)
-        wrench = self._held(relative(moved, self.thickness, self._share))
-        wrench[:, 3:] += cross(arm, wrench[:, :3])
+        wrench = self._held(relative_motion(moved, self.thickness, self._share))
+        wrench[:, 3:] += cross_products(arm, wrench[:, :3])
         return wrench
 
     @cached_property
@@ -351,12 +351,12 @@ class BondedPad:
         turned = np.zeros_like(points)
         if turns is not None:
             turned[:] = turns
-        solve = _solved if len(wrenches) <= KEPT else _solved.__wrapped__
+        solve = _cached_poses if len(wrenches) <= KEPT else _cached_poses.__wrapped__
         inputs = (*(each.tobytes() for each in (wrenches, points, turned)), is_held or turns is not None, is_stuck)
-        return solved(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
+        return cached_solution(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
     def _posed(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
-        """Return poses (n, 6; m, rad) under wrenches (n, 6), in the units of `balance`.
+        """Return poses (n, 6; m, rad) under wrenches (n, 6), in the units of `energy_derivatives`.
 
         `points` (n, 3) are the load points, `turned` (n, 3; rad) the first or fixed angles. `free` selects the
         unknowns: `FREE`, `LEVEL` or `STUCK`.
@@ -400,7 +400,7 @@ class BondedPad:
         place = start[:, :3].copy()
         if free == STUCK:
             place[:, :2] = -points[:, 2:] * turn[:, :2, 2]
-        frame = exponentials(self._share * vectors)
+        frame = rotations_of_vectors(self._share * vectors)
         there = np.concatenate([np.einsum("nji,nj->ni", frame, place), vectors], axis=1)
         upright = frame[:, 2]  # the way off the board, in the frame
         near, last = np.zeros(len(there), dtype=bool), np.full(len(there), math.inf)
@@ -427,12 +427,12 @@ class BondedPad:
         stable = near.copy()
         stable[near] = np.linalg.eigvalsh(0.5 * (slope + np.swapaxes(slope, 1, 2))[near]).min(axis=1) > 0.0
         poses, vectors = np.full_like(there, math.nan), there[stable, 3:]
-        poses[stable, :3] = np.einsum("nij,nj->ni", exponentials(self._share * vectors), there[stable, :3])
-        poses[stable, 3:] = angles(exponentials(vectors)) if free == FREE else start[stable, 3:]
+        poses[stable, :3] = np.einsum("nij,nj->ni", rotations_of_vectors(self._share * vectors), there[stable, :3])
+        poses[stable, 3:] = angles(rotations_of_vectors(vectors)) if free == FREE else start[stable, 3:]
         return poses
 
     def _lack_and_slope(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
-        """Return gradient (n, 6) and Hessian (n, 6, 6) of `balance` for `there` (n, 6): places and rotation vectors."""
+        """Return the energy's gradient (n, 6) and Hessian (n, 6, 6) at `there` (n, 6): places and rotation vectors."""
         is_moment = bool(wrenches[:, 3:].any())
         if len(there) <= FEW:
             rows = zip(there.tolist(), wrenches.tolist(), points.tolist(), strict=True)
@@ -442,7 +442,7 @@ class BondedPad:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             load = Load((f_x, f_y, f_z), tuple(points.T), moments, is_moment)
             largest = float(np.fmax.reduce(np.einsum("ni,ni->n", there[:, 3:], there[:, 3:]), initial=0.0))
-            lack, slope = balance(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
+            lack, slope = energy_derivatives(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
         lacking = np.stack(lack, axis=1)
         lacking[z <= 0.0] = math.nan
         return lacking, np.moveaxis(np.array(slope), 2, 0)
@@ -450,7 +450,7 @@ class BondedPad:
     def _lack_of_one(
         self, there: list[float], wrench: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """Return gradient (6) and Hessian (6 rows of 6) of `balance` for one load, as floats.
+        """Return gradient (6) and Hessian (6 rows of 6) of `energy_derivatives` for one load, as floats.
 
         NaN if the plate touches the board.
         """
@@ -459,7 +459,7 @@ class BondedPad:
         if not place[2] > 0.0 or not math.isfinite(square):
             return 6 * [math.nan], 6 * [6 * [math.nan]]
         load = Load(wrench[:3], point, wrench[3:], is_moment)
-        return balance(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
+        return energy_derivatives(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
 
     @cached_property
     def _steps(self) -> Array:
@@ -483,7 +483,9 @@ Rules, data sheet, calibration and the designs of a study often need the poses f
 
 
 @lru_cache(maxsize=256)
-def _solved(pad: BondedPad, wrenches: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
+def _cached_poses(
+    pad: BondedPad, wrenches: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool
+) -> Array:
     """Return `BondedPad._posed` (n, 6; m and rad), cached.
 
     Arrays are given by their bytes, so equal arguments have equal numbers.

@@ -30,11 +30,11 @@ from sitscad.kernels.mechanics.surround_law import (
     NO_WEBS,
     WEB_SIGMA,
     Film,
-    Stiffer,
+    WebFactors,
     Webs,
+    film_contributions,
     film_hardening,
-    films,
-    stiffened,
+    web_factors,
 )
 
 Number = TypeVar("Number", float, Array)
@@ -202,16 +202,16 @@ class Block:
         return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
 
     @cached_property
-    def stiffer(self) -> Stiffer:
+    def stiffer(self) -> WebFactors:
         """Factors by which the webs increase the pad's stiffness."""
-        return stiffened(self.along, self.across, self.rim, self.webs)
+        return web_factors(self.along, self.across, self.rim, self.webs)
 
     @cached_property
     def films(self) -> tuple[Film, Film, Film]:
         """Additions of the film to pressure, shear and tilt, in shear moduli. They fade with the width of the rim."""
         faded = math.exp(-self.rim / RIM_HIDES)
         face = self.along, self.across, self.shape_factor, self.oblongness, self.round
-        return films(*face, self.skin, self.skin_modulus, faded)
+        return film_contributions(*face, self.skin, self.skin_modulus, faded)
 
     @property
     def area(self) -> float:
@@ -254,10 +254,10 @@ def compression_modulus(block: Block) -> float:
     """
     a, b = block.along, block.across
     sheared = 4.0 - 2.0 * (a * b + 1.0) / (a * a + b * b + 2.0)
-    return sheared + (0.301 - 0.160 * block.round) * _bonded(block) + pressure_stiffness(block)
+    return sheared + (0.301 - 0.160 * block.round) * _bonded_weight(block) + pressure_stiffness(block)
 
 
-def _bonded(block: Block) -> float:
+def _bonded_weight(block: Block) -> float:
     """Return the weight (0 to 1) of the effects of bonded faces in the compression law.
 
     It is near 0 for a pad that is many times as high as wide. The constant was fitted together with those in
@@ -266,7 +266,7 @@ def _bonded(block: Block) -> float:
     return -math.expm1(-block.shape_factor / 0.1)
 
 
-def sigma(block: Block) -> float:
+def force_sigma(block: Block) -> float:
     """Return the standard deviation of the force by the law, relative to the force.
 
     Its basis is `FIT_SIGMA`, which doubles smoothly for flat and for oblong faces. Source: finite elements of 22 pads
@@ -291,7 +291,7 @@ def sigma(block: Block) -> float:
     return math.hypot(own_part, of_rim, FILM_SIGMA * law.film.rest / law.at_rest)
 
 
-def rimmed(block: Block, most: float, power: float, reach: float) -> float:
+def rim_factor(block: Block, most: float, power: float, reach: float) -> float:
     """Return the factor by which a rim increases a stiffness: 1 without rim, up to 1 + `most` at a shape factor of 1.
 
     The increase is proportional to shape factor^(-`power`) and to 1 - exp(-rim / `reach`), in thicknesses. It is fitted
@@ -380,16 +380,16 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
     The deviation from Lindley's law is fitted to finite elements (tests/validation/pad_figures.csv).
     """
     flat = block.flatness
-    modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65) * block.stiffer.press
+    modulus = compression_modulus(block) * rim_factor(block, 0.75, 0.71, 0.65) * block.stiffer.press
     surround = 0.13 * block.rim / 0.4 * math.exp(1.0 - block.rim / 0.4)
     first = -0.25 + 0.80 * flat - 0.040 * flat**2 - 0.129 * block.round * flat + surround
     second = -1.458 + 1.509 * flat - 0.462 * flat**2
-    bonded = _bonded(block)
+    bonded = _bonded_weight(block)
     first, second = bonded * first, bonded * second
     return CompressionLaw(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0], block.ogden)
 
 
-def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+def shear_stiffness(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
     """Return two functions of the compressive strain (n): shear stiffness along the first axis, and its cubic term.
 
     Both are in shear moduli. The first is force over area and shear strain, for small shear. The second is the
@@ -403,7 +403,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     """
     a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
-    stiffness = rimmed(block, 1.19, 1.2, 1.4) / (1.0 + bent) * block.stiffer.shear
+    stiffness = rim_factor(block, 1.19, 1.2, 1.4) / (1.0 + bent) * block.stiffer.shear
     column = compression_modulus(block) / a**2 * a / (2.735 + 0.0475 * a + 0.582 * block.oblongness)
     helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
     # three terms of its softening
@@ -432,7 +432,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     return course, cubic
 
 
-def tilt(block: Block) -> Callable[[Array], Array]:
+def tilt_stiffness(block: Block) -> Callable[[Array], Array]:
     """Return the tilt stiffness as a function of the compressive strain (n): moment over area, thickness and angle.
 
     It is in shear moduli. The tilt raises one end of the face along the first axis and lowers the other end.
@@ -448,7 +448,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     moment = (4.0 - block.round) / 48.0 * a * a
     sheared = 1.1255 + 0.0254 * block.round - oblong * (0.470 if oblong < 0.0 else 0.189)
     pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
-    stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35) * block.stiffer.tilt
+    stiffness = 3.0 * moment * (sheared + pressure) * rim_factor(block, 0.637, 1.15, 0.35) * block.stiffer.tilt
     power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
     film = block.films[2]
 
@@ -464,7 +464,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     return course
 
 
-def twist(block: Block) -> float:
+def twist_stiffness(block: Block) -> float:
     """Return the twist stiffness: moment over area, thickness and angle of a rotation in the plane of the face.
 
     Bonded faces do not warp. A flat pad has the polar moment of area, a tall pad Saint-Venant's torsion constant
@@ -476,4 +476,4 @@ def twist(block: Block) -> float:
     flat = 1.0 / (1.0 + 1.0 / block.shape_factor**2)
     # the walls' shear stiffness along either axis, half a width away
     film = 0.25 * (a * a * block.turned.films[1].rest + b * b * block.films[1].rest)
-    return (warped + (polar - warped) * flat) * rimmed(block, 1.19, 1.2, 1.4) * block.stiffer.twist + film
+    return (warped + (polar - warped) * flat) * rim_factor(block, 1.19, 1.2, 1.4) * block.stiffer.twist + film

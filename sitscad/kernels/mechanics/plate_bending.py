@@ -20,7 +20,7 @@ from sitscad.basics.arrays import Array
 ORDER, NODES = 9, 28
 """Number of even Legendre polynomials along each side, and number of integration points along each side.
 
-With 7 polynomials or more, the result of `bending` is converged within 1e-4 (plates in use have 0.03 to 1).
+With 7 polynomials or more, the result of `plate_deflection` is converged within 1e-4 (plates in use have 0.03 to 1).
 """
 
 POISSON = 0.3  # Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths
@@ -34,7 +34,9 @@ def rigidity(young_modulus: float, thickness: float) -> float:
     return young_modulus * thickness**3 / (12.0 * (1.0 - POISSON**2))
 
 
-def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
+def plate_deflection(
+    size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array
+) -> Array:
     """Return the bending of a plate: the displacement of its middle minus the least displacement of its edge.
 
     It is relative to the displacement of a rigid plate under the same force.

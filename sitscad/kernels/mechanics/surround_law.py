@@ -43,9 +43,9 @@ class Film:
     """Contribution of a film to one stiffness, in shear moduli.
 
     `rest` is the contribution at zero strain. `course` holds the four coefficients of its change with strain
-    (`_shares`). `pulled` is the slope of the relative contribution for a small tension, which occurs if shear lowers
-    the target. `floor` is the least relative contribution at evenly spaced strains from 0 to `MOST`. With it, the force
-    in the film never decreases with strain. Empty if there is no such limit.
+    (`_relative_contribution`). `pulled` is the slope of the relative contribution for a small tension, which occurs if
+    shear lowers the target. `floor` is the least relative contribution at evenly spaced strains from 0 to `MOST`. With
+    it, the force in the film never decreases with strain. Empty if there is no such limit.
     """
 
     rest: float = 0.0
@@ -58,7 +58,7 @@ class Film:
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
-        share = _shares(self.course, e) + np.minimum(np.maximum(strain, LEAST_PULL), 0.0) * self.pulled
+        share = _relative_contribution(self.course, e) + np.minimum(np.maximum(strain, LEAST_PULL), 0.0) * self.pulled
         if self.floor:
             share = np.maximum(share, np.interp(e, GRID, self.floor))
         return np.asarray(self.rest * share)
@@ -79,7 +79,7 @@ class Film:
         return self.rest * share
 
 
-def _shares(coefficients: tuple[float, float, float, float], e: Array) -> Array:
+def _relative_contribution(coefficients: tuple[float, float, float, float], e: Array) -> Array:
     """Return the contribution at strains e (n) over the contribution at rest.
 
     It is 1 - q (exp(-e / `QUICK`) - 1) + l e + s e^2 + c e^3, with the fitted `coefficients` (q, l, s, c).
@@ -98,10 +98,10 @@ def film_hardening(modulus: float) -> float:
     It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear of 0.4. It is 0
     for a film of the pad's own rubber.
     """
-    return 0.35 * math.log(_within(modulus, MODULI))
+    return 0.35 * math.log(_clipped(modulus, MODULI))
 
 
-def units(length: float, width: float, shape: float, film: float) -> dict[str, float]:
+def wall_stiffness(length: float, width: float, shape: float, film: float) -> dict[str, float]:
     """Return the stiffness contributions (shear moduli) of an unbuckled wall around a face, by name (textbook).
 
     `length` and `width` (thicknesses) are the face's, `shape` is its shape factor. `film` is t m, thickness times
@@ -115,16 +115,16 @@ def units(length: float, width: float, shape: float, film: float) -> dict[str, f
     }
 
 
-def terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
-    """Return the values of the terms in the fitted corrections of `units`, by the term's name in the data file.
+def correction_terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
+    """Return the values of the terms in the fitted corrections of `wall_stiffness`, by their names in the data file.
 
     Names are products of u, v and s, the scaled logarithms of modulus, film thickness and shape factor, and of o
     (`oblong`) and r (`circular`). `skin` is the thickness of the film in pad thicknesses, `modulus` its relative
     modulus.
     """
-    u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
-    v = math.log(_within(skin, SKINS) / 0.1)
-    s = math.log(_within(shape, SHAPES) / 0.7)
+    u = 0.5 * math.log(_clipped(modulus, MODULI) / 10.0)
+    v = math.log(_clipped(skin, SKINS) / 0.1)
+    s = math.log(_clipped(shape, SHAPES) / 0.7)
     return {
         "1": 1.0,
         "u": u,
@@ -144,13 +144,13 @@ def terms(skin: float, modulus: float, shape: float, oblong: float, circular: fl
     }
 
 
-def films(
+def film_contributions(
     length: float, width: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
 ) -> tuple[Film, Film, Film]:
     """Return the contributions of a film to pressure, to shear along the first axis, and to tilt of this axis.
 
-    They are stiffness over the area of the face, in shear moduli: `units` times the exponential of the fitted sum of
-    `terms`.
+    They are stiffness over the area of the face, in shear moduli: `wall_stiffness` times the exponential of the fitted
+    sum of `correction_terms`.
 
     Parameters
     ----------
@@ -167,7 +167,8 @@ def films(
     """
     if not skin * modulus:
         return Film(), Film(), Film()
-    plain, parts = units(length, width, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
+    plain, parts = wall_stiffness(length, width, shape, skin * modulus), correction_terms(skin, modulus, shape, oblong,
+                                                                                          circular)
     fitted = (np.array([*parts.values()]) @ _rows(tuple(parts))).tolist()
     pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
     film_by_course = {}
@@ -176,7 +177,7 @@ def films(
     # the least shares at `GRID` with which force, share times Lindley's strain, never falls
     remaining = 1.0 - GRID[1:]
     strain = (remaining**-2 - remaining) / 3.0
-    most = np.maximum.accumulate(_shares(film_by_course["press"].course, GRID[1:]) * strain)
+    most = np.maximum.accumulate(_relative_contribution(film_by_course["press"].course, GRID[1:]) * strain)
     floor = (1.0, *(most / strain).tolist())
     return replace(film_by_course["press"], floor=floor), film_by_course["shear"], film_by_course["tilt"]
 
@@ -184,15 +185,15 @@ def films(
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
     """Return the coefficients of the named terms, (curves, terms, 5). The order of the curves is `COURSES`."""
-    return np.array([[table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
+    return np.array([[coefficient_table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
 
 
 @cache
-def table() -> dict[str, dict[str, tuple[float, ...]]]:
+def coefficient_table() -> dict[str, dict[str, tuple[float, ...]]]:
     """Return the five fitted coefficients by curve (`COURSES`) and term.
 
     The first is a coefficient of the logarithm of the contribution at rest. The others are coefficients of its change
-    with strain (`_shares`).
+    with strain (`_relative_contribution`).
     """
     terms_by_course: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     for row in rows("pad_films"):
@@ -201,7 +202,7 @@ def table() -> dict[str, dict[str, tuple[float, ...]]]:
     return terms_by_course
 
 
-def _within(value: float, bounds: tuple[float, float]) -> float:
+def _clipped(value: float, bounds: tuple[float, float]) -> float:
     """Return a value clipped to bounds."""
     return min(max(value, bounds[0]), bounds[1])
 
@@ -218,8 +219,8 @@ compression differs by less than 2 % from the contribution at rest. It is assume
 class Webs:
     """Webs at the sides of a pad, all of one `width` (thicknesses).
 
-    `left`, `right`, `front` and `back` are the sides -x, +x, -y and +y. Each value is `grip` of the web at this side,
-    or 0 without a web.
+    `left`, `right`, `front` and `back` are the sides -x, +x, -y and +y. Each value is `web_effect` of the web at this
+    side, or 0 without a web.
     """
 
     width: float = 0.0
@@ -238,7 +239,7 @@ NO_WEBS = Webs()
 
 
 @record
-class Stiffer:
+class WebFactors:
     """Factors by which webs increase the stiffness of a pad: 1 without webs.
 
     `press` is for compression, `shear` and `tilt` for shear and tilt along the first axis, and `twist` for rotation in
@@ -252,7 +253,7 @@ class Stiffer:
     aside: float = 0.0
 
 
-def grip(length: float) -> float:
+def web_effect(length: float) -> float:
     """Return the effect of a web of a `length` (thicknesses), relative to the effect of a long web.
 
     It is larger for a short web, because the neighbouring target holds the web's other end. The formula is fitted to
@@ -261,7 +262,7 @@ def grip(length: float) -> float:
     return 1.0 + 1.1 * math.exp(-length / 0.6)
 
 
-def stiffened(length: float, width: float, rim: float, webs: Webs) -> Stiffer:
+def web_factors(length: float, width: float, rim: float, webs: Webs) -> WebFactors:
     """Return the factors of webs on the stiffness of a rectangular pad with a rim of equal width on all sides.
 
     `length` and `width` are the lengths of the face along and across the first axis, all in thicknesses.
@@ -270,7 +271,7 @@ def stiffened(length: float, width: float, rim: float, webs: Webs) -> Stiffer:
     `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt` and `twist` for their levers.
     """
     if not webs.width:
-        return Stiffer()
+        return WebFactors()
     length, width = length + 2.0 * rim, width + 2.0 * rim
     # parts of the sides' lengths, both sides together: held by webs along the first axis, and by those across it
     ends, sides = (webs.left + webs.right) * webs.width / width, (webs.front + webs.back) * webs.width / length
@@ -283,7 +284,7 @@ def stiffened(length: float, width: float, rim: float, webs: Webs) -> Stiffer:
     raised = 0.27 * fades / (1.0 + 0.1 * shape**1.5) * (width / length) ** (0.15 if length < width else 0.56)
     leant = 0.095 * fades * shape**-0.5 * (length / width) ** 0.8 * webs.width / length
     lever = 0.265 * length * (length / width) ** 0.35
-    return Stiffer(
+    return WebFactors(
         press,
         1.0 + pulled * ends / length + sheared * sides / width,
         1.0 + raised * ends + leant * sides,

@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from sitscad.basics.record import record, replace
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, rounded
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, rounded_polygon
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.spec.circuit import Chip, Connector, FpcSpec, Tail
@@ -258,7 +258,7 @@ class TailFrame:
         end = [(Point(self.end, -self.plug_half_width), 0.0)]
         lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
         corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
-        return rounded([point for point, _ in corners], [radius for _, radius in corners])
+        return rounded_polygon([point for point, _ in corners], [radius for _, radius in corners])
 
 
 def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:

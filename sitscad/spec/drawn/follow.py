@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, part_of
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, segment_part
 from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
 from sitscad.spec.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
 
@@ -337,7 +337,7 @@ class _Graph:
         self._remove(number)
         for first, last, start, end in ((a, node, track.line.start, near), (node, b, near, track.line.end)):
             new = max(self.edges, default=0) + 1
-            self.edges[new] = first, last, replace(track, line=part_of(track.line, start, end))
+            self.edges[new] = first, last, replace(track, line=segment_part(track.line, start, end))
             self.at[first].add(new)
             self.at[last].add(new)
 
@@ -510,7 +510,7 @@ def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: floa
         return
     near = _nearest(pieces[-1], point)
     if min(near.distance(pieces[-1].start), near.distance(pieces[-1].end)) > JOINED:
-        pieces[-1] = part_of(pieces[-1], pieces[-1].start, near)
+        pieces[-1] = segment_part(pieces[-1], pieces[-1].start, near)
     if pieces[-1].end.distance(point) > JOINED:
         pieces.append(Line(pieces[-1].end, point))
         widths.append(width)

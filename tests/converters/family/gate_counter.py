@@ -10,7 +10,7 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.converters.conversion import Conversion, ConverterPart, Demand
 from sitscad.kernels.converters.figures import RowForm
 
-ASKED: Mapping[str, RowForm] = {
+REQUIRED_ROWS: Mapping[str, RowForm] = {
     "gate_min": RowForm("s", 1e-6, 1.0),
     "gate_max": RowForm("s", 1e-6, 10.0),
     "start_time": RowForm("s", 0.0, 1.0),

@@ -62,7 +62,7 @@ def _is_constant(lines: Sequence[LineModes]) -> bool:
     return all(line.stiffness * line.mass < CONSTANT for line in lines)
 
 
-def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
+def _body_without_response(body: BodyEnergies, number: int) -> BodyEnergies:
     """Return a body (m) in which a constant function, number `number`, has no response and no coupling to others.
 
     A constant potential has no gradient and so no field. Its own energy is set to the mean diagonal of S, which keeps
@@ -134,7 +134,7 @@ class _Axis:
 
 
 @record(eq=False)
-class _Driven:
+class _FieldDrive:
     """Squared coefficients (m) with which a pair of surface functions drives fields inside the body.
 
     `amounts` has a coefficient for each field. They are summed over the axes `over`, along which both functions have
@@ -204,8 +204,9 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
         size = _product([axes[k].ends ** shared[k] for k in range(3)])
         inward = waves[first] * waves[second] / total
         shared_waves = waves[tuple(int(count > 0) for count in shared)]
-        vacuum.append(_own(axes, shared) - (size * inward).sum(axis=tuple(3 + axis for axis in over), keepdims=True))
-        driven.append(_Driven(over, size * (shared_waves - inward), {
+        vacuum.append(_gradient_product(axes, shared) - (size * inward).sum(axis=tuple(3 + axis for axis in over),
+                                                                            keepdims=True))
+        driven.append(_FieldDrive(over, size * (shared_waves - inward), {
             axis: axes[axis].stiffness * _product([axes[k].ends ** shared[k] for k in range(3) if k != axis])
             for axis in over
         }))
@@ -216,7 +217,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
     def answers(square: complex) -> Array:
         """Return D (m) of every pair for a g (1/m2): real and imaginary part, (2, parities, pairs)."""
         x, y, z = (axis.squares for axis in axes)
-        answered = (_parts(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
+        answered = (_real_and_imaginary(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
         to_waves, *to_level = answered
         sums = [each.summed(to_waves, to_level).reshape(2, len(selections), -1) for each in driven]
         return np.concatenate(sums, axis=2)
@@ -225,7 +226,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
     bodies = [_of_parity(k, each, energies[k], np.concatenate(pairs, axis=1), answers)
               for k, each in enumerate(selections)]
     if _is_constant([line[1] for line in lines]):
-        bodies[0] = _unfelt(bodies[0], -1)
+        bodies[0] = _body_without_response(bodies[0], -1)
     return bodies
 
 
@@ -251,12 +252,12 @@ def _product(factors: Sequence[Array]) -> Array:
     return result
 
 
-def _parts(values: ComplexArray) -> Array:
+def _real_and_imaginary(values: ComplexArray) -> Array:
     """Return real and imaginary parts along a new first axis, in the values' unit."""
     return np.stack([values.real, values.imag])
 
 
-def _own(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
+def _gradient_product(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
     """Return the integral (m) of the product of the gradients of two functions.
 
     `shared` counts, for each axis, how many of the two have the end function as their factor. If both have, the factor
@@ -314,7 +315,7 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
         response[edge, side] = (driven * up * turned).sum(axis=0)
         response = response + np.triu(response, 1).T
         response[edge, edge] = (steady * out**2 * level).sum() + (driven * up**2 * turned).sum()
-        return around * _parts(response)
+        return around * _real_and_imaginary(response)
 
     body = BodyEnergies(around * vacuum, within)
-    return _unfelt(body, edge) if _is_constant((radial, wall)) else body
+    return _body_without_response(body, edge) if _is_constant((radial, wall)) else body

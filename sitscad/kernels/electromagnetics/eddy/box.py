@@ -272,14 +272,14 @@ def _inductance(
         other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
         products = (weights * row_terms.mass).T @ column_terms.slope + (weights * row_terms.slope).T @ column_terms.mass
-        at, (i, j) = _kept_of(place[numbers[across]])
+        at, (i, j) = _kept_functions(place[numbers[across]])
         inductance[np.ix_(at, at)] += products[row_terms.which[i[:, None], i], column_terms.which[j[:, None], j]]
         ends = gaussians.weights[:, None] * column_terms.end
         end_products = (ends[:, :, None] * row_terms.end[:, None]).reshape(len(ends), -1)
         # couplings of faces at right angles to each other
         between = -4.0 * folded[across].mass[:-1].T @ end_products
-        rows, (i, b) = _kept_of(place[_with_axis(numbers[first], across, first)])
-        columns, (j, a) = _kept_of(place[_with_axis(numbers[second], across, second)])
+        rows, (i, b) = _kept_functions(place[_with_axis(numbers[first], across, first)])
+        columns, (j, a) = _kept_functions(place[_with_axis(numbers[second], across, second)])
         block = between[folded[across].which[i[:, None], j], b[:, None] * row_terms.end.shape[1] + a]
         inductance[np.ix_(rows, columns)] += block
         inductance[np.ix_(columns, rows)] += block.T
@@ -288,7 +288,7 @@ def _inductance(
     return MU0 / (4.0 * math.pi) * inductance
 
 
-def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
+def _kept_functions(places: Index) -> tuple[Index, tuple[Index, ...]]:
     """Return the matrix places (no unit) of a face's functions in use, and their function numbers along both edges.
 
     `places` is -1 for functions that are not in use.

@@ -28,7 +28,7 @@ from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Table = NDArray[np.complex64]
-Returned = Callable[[Array], ComplexArray]
+ReflectionFactor = Callable[[Array], ComplexArray]
 
 FINE = 0.36
 """Grid spacing over the lowest tabulated height."""
@@ -160,7 +160,7 @@ class CoilPotential:
                 potential[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
                 continue
             for some in (chosen[part] for part in slices(len(chosen), AT_ONCE)):
-                potential[some] = _looked_up(self.octaves[number], points[some], height[some], 0.5 * self.side)
+                potential[some] = _interpolated(self.octaves[number], points[some], height[some], 0.5 * self.side)
         return potential
 
 
@@ -173,7 +173,7 @@ class Plane:
     """
 
     z: float
-    returned: Returned | None = None
+    returned: ReflectionFactor | None = None
 
     def factor(self, k: Array) -> ComplexArray:
         """Return the reflection factor (no unit) of each wave number (1/m)."""
@@ -222,11 +222,11 @@ def coil_potentials(
     factor = None if floor is None else floor.factor(quarter)
     with np.errstate(divide="ignore"):
         each_wave = np.where(quarter > 0.0, 0.5 * MU0 / quarter, 0.0)
-    again, falls = _between(quarter, top, floor, roof)
+    again, falls = _roof_factors(quarter, top, floor, roof)
     rising = np.zeros((parts, count, count), dtype=complex)
     falling = np.zeros((parts * (roof is not None), count, count), dtype=complex)
     for track in tracks:
-        layer = _spread_spectrum(track.corners.tobytes(), track.width, count, spacing)
+        layer = _source_spectrum(track.corners.tobytes(), track.width, count, spacing)
         through = each_wave * (1.0 + (quarter * track.thickness) ** 2 / 24.0)
         up = np.exp(-quarter * (top - track.z))
         back = np.zeros_like(quarter) if floor is None else np.exp(-quarter * (top + track.z - 2.0 * floor.z))
@@ -249,7 +249,7 @@ def coil_potentials(
     return tuple(potentials)
 
 
-def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
+def _roof_factors(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
     """Return the factors (no unit) by wave number (1/m) by which a roof changes the waves at the height `top` (m).
 
     The first is the amplification of rising waves, the second the ratio of falling waves to rising waves. `top` is the
@@ -302,7 +302,7 @@ def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index
 
 
 @lru_cache(maxsize=2)
-def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
+def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
     """Return the spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, with rows along y.
 
     `corners` are the bytes of the track's corners (n, 2; m), so that layers which repeat are cached. The spectrum is
@@ -351,7 +351,7 @@ def _spline(x: Array) -> tuple[Index, Array]:
     return first[:, None] + np.arange(-1, 3), weights
 
 
-def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
+def _interpolated(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
     """Return the potential (n; Wb/m) at points (n, 2; m) and heights (n; m).
 
     Cubic splines interpolate on the grids, and Lagrange's polynomial over the logarithm of the height (Abramowitz and

@@ -334,9 +334,9 @@ def _modes(
     They are the eigenvectors of the coupling (`_coupling`) over a current's own energy. `inverse` are inverse distances
     (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by `Folding.share`.
     """
-    factors = [_factor(currents.functions.inductance) for currents in classes]
+    factors = [_matrix_factor(currents.functions.inductance) for currents in classes]
     densities = np.concatenate([_by_energy(each, factor, fold) for each, factor in zip(coarse, factors, strict=True)])
-    basis = _range(densities, inverse)
+    basis = _significant_currents(densities, inverse)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", densities, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
     within, start = [], 0
@@ -346,7 +346,7 @@ def _modes(
     return within, np.einsum("npc,nk->pck", densities, basis, optimize=True)
 
 
-def _factor(inductance: Array) -> Array:
+def _matrix_factor(inductance: Array) -> Array:
     """Return a matrix F with F F' equal to an inductance matrix (n, n; in the root of its unit): Cholesky's factor.
 
     Notes
@@ -363,7 +363,7 @@ def _factor(inductance: Array) -> Array:
         return np.asarray(turned * np.sqrt(np.maximum(energies, least)))
 
 
-def _range(densities: Array, inverse: Sequence[Array]) -> Array:
+def _significant_currents(densities: Array, inverse: Sequence[Array]) -> Array:
     """Return an orthonormal basis of the currents (n, points, 3; A m) with a significant reflected potential.
 
     Notes

@@ -122,7 +122,7 @@ def energies(inductance: Array, body: BodyEnergies) -> Energies:
     return Energies(vacuum, np.asarray(inverse, dtype=float), np.eye(len(vacuum)) - inverse @ inductance)
 
 
-def answer(currents: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
+def solve_currents(currents: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
     """Solve the currents (n, m; A) that linkages `drives` (n, m; Wb) cause in a class of currents in metal.
 
     Notes

@@ -17,7 +17,7 @@ from sitscad.basics.arrays import Array, ComplexArray, slices
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.eddy.coil_potential import CoilPotential
 from sitscad.kernels.electromagnetics.eddy.image import ImageModes, Mirror, combined
-from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, answer
+from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, solve_currents
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 
@@ -54,7 +54,8 @@ class SolvedTarget:
         Real parts come first, then imaginary parts. They are separate because the drives are real. The matrices serve
         many poses.
         """
-        currents = [answer(each, self.metal, np.eye(len(each.functions.inductance))) for each in self.surface.classes]
+        currents = [solve_currents(each, self.metal, np.eye(len(each.functions.inductance)))
+                    for each in self.surface.classes]
         return tuple(np.concatenate([current.real, current.imag]) for current in currents)
 
     @cached_property
@@ -161,7 +162,7 @@ class SolvedTarget:
                 continue
             within = np.zeros((len(drive), 0)) if images is None else images.within[number]
             coupled = np.any(within != 0.0, axis=0)
-            currents = answer(each, self.metal, np.concatenate([drive, within[:, coupled]], axis=1))
+            currents = solve_currents(each, self.metal, np.concatenate([drive, within[:, coupled]], axis=1))
             responses.append(currents[:, : drive.shape[1]])
             driven.append(np.zeros(within.shape, dtype=complex))
             driven[-1][:, coupled] = currents[:, drive.shape[1] :]
@@ -234,7 +235,7 @@ def changes_at(
     return changes
 
 
-def turned(angles: Array) -> Array:
+def rotation_matrices(angles: Array) -> Array:
     """Return rotation matrices Rx Ry Rz (n, 3, 3; no unit) for angles (n, 3; rad) about x, y and z (textbook).
 
     A matrix applies to a point of the target.

@@ -14,7 +14,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, Flags, slices
 from sitscad.basics.record import record
-from sitscad.kernels.electromagnetics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
+from sitscad.kernels.electromagnetics.inductance.track_strands import FLOOR, Pairs, StrandPairs, Track, directions
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Rule = tuple[Array, Array]
@@ -62,7 +62,7 @@ CLEAR = 5.0
 """Distance, in widths, from which the clearance of strands is constant: the last row of its table."""
 
 
-def _crowded(count: int) -> Rule:
+def _points_near_ends(count: int) -> Rule:
     """Return points in [0, 1] and weights (count; no unit), crowded towards both ends.
 
     They are Gauss points under t^2 (3 - 2 t). At an end, a continuing piece causes a logarithmic singularity.
@@ -72,7 +72,7 @@ def _crowded(count: int) -> Rule:
     return t * t * (3.0 - 2.0 * t), 3.0 * weights * t * (1.0 - t)
 
 
-def _plain(count: int) -> Rule:
+def _gauss_points(count: int) -> Rule:
     """Return Gauss points of [0, 1] and their weights (count; no unit)."""
     nodes, weights = gauss(count)
     return 0.5 * (1.0 + nodes), 0.5 * weights
@@ -111,7 +111,7 @@ def middles(arcs: Array) -> Array:
 def _far_rule(arcs: Array) -> Rule:
     """Return the rule for arcs far from other pieces, with the number of points that the largest angle needs."""
     turn = math.degrees(float(arcs[:, 5].max()))
-    return _plain(next(number for most, number in POINTS if turn <= most))
+    return _gauss_points(next(number for most, number in POINTS if turn <= most))
 
 
 def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
@@ -139,7 +139,7 @@ def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     return np.asarray(np.hypot(*(offset - beyond[:, None] * t).T))
 
 
-def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
+def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the integral of t1.t2 / distance (m) over pairs of the first track's arcs and the second track's sides.
 
     Arcs are summed at Gauss points in the closed potential of the sides.
@@ -149,14 +149,15 @@ def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: Bundle) 
     apart, half = _middle_distances(first, second, pairs), half_lengths(first.arcs)[pairs.first]
     distant = (apart >= FAR * half) & (apart - half >= CLEAR * max(first.width, second.width))
     middling = ~distant & (apart >= MIDDLING * half)
-    rules = (distant, _far_rule(first.arcs)), (middling, _plain(MIDDLING_POINTS)), (~distant & ~middling, _crowded(14))
+    rules = (distant, _far_rule(first.arcs)), (middling, _gauss_points(MIDDLING_POINTS)), (~distant & ~middling,
+                                                                                           _points_near_ends(14))
     return math.fsum(
         _some_arcs_with_sides(first.arcs, second, pairs.where(chosen).where(part), strands, rule)
         for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
     )
 
 
-def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
+def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of arcs and sides.
 
     Notes
@@ -183,7 +184,7 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bund
     return total
 
 
-def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
+def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the integral of t1.t2 / distance (m; Neumann's) over pairs of arcs.
 
     The distance of each pair decides on the method and the number of points.
@@ -193,7 +194,7 @@ def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Bundle) -
     rule = _far_rule(np.concatenate([first.arcs, second.arcs]))
     methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=rule), rule[0].size ** 2), *METHODS)
     total = 0.0
-    for chosen, (method, points) in zip(_sorted(first, second, pairs), methods, strict=True):
+    for chosen, (method, points) in zip(_pairs_by_method(first, second, pairs), methods, strict=True):
         some = pairs.where(chosen)
         for part in strands.blocks(some.first.size, points):
             times = strands.at_heights(some.times[part])
@@ -201,7 +202,7 @@ def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Bundle) -
     return total
 
 
-def _sorted(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, ...]:
+def _pairs_by_method(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, ...]:
     """Return flags (n,) of the pairs of arcs for each method: the far pairs, then one array for each entry of METHODS.
 
     Every pair has exactly one method.
@@ -238,7 +239,7 @@ def _distances(a: Array, b: Array) -> Array:
     return least
 
 
-def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
+def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs with centres well apart.
 
     It is a product of two rules, with points crowded at the ends if the arcs may meet.
@@ -266,7 +267,7 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
     return total
 
 
-def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
+def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre.
 
     Notes
@@ -293,7 +294,7 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float
     return total
 
 
-def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
+def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs.
 
     Points of the first arc are summed in the inner integral over the second arc. Its points are graded about the
@@ -362,10 +363,10 @@ SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
 
 METHODS: tuple[tuple[Method, int], ...] = (
     (_concentric_arcs, 14),
-    (partial(_opposite_arcs, rule=_plain(MIDDLING_POINTS)), MIDDLING_POINTS**2),
-    (partial(_opposite_arcs, rule=_crowded(10)), 100),
-    (partial(_opposite_arcs, rule=_plain(SPACED_POINTS)), SPACED_POINTS**2),
-    (partial(_other_arcs, rule=_crowded(16)), 128),
-    (partial(_other_arcs, rule=_crowded(20)), 160),
+    (partial(_opposite_arcs, rule=_gauss_points(MIDDLING_POINTS)), MIDDLING_POINTS**2),
+    (partial(_opposite_arcs, rule=_points_near_ends(10)), 100),
+    (partial(_opposite_arcs, rule=_gauss_points(SPACED_POINTS)), SPACED_POINTS**2),
+    (partial(_other_arcs, rule=_points_near_ends(16)), 128),
+    (partial(_other_arcs, rule=_points_near_ends(20)), 160),
 )
-"""Functions that sum the pairs of arcs that are not far, in the order of `_sorted`, with their points per pair."""
+"""Functions that sum the pairs of arcs that are not far, in the order of `_pairs_by_method`, with points per pair."""

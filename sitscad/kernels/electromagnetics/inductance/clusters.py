@@ -17,7 +17,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, nodes_enough
-from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_counts, shares
+from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points, node_counts
 
 Points = tuple[Array, Array]
 
@@ -103,7 +103,7 @@ class Cluster:
         axes = [chebyshev_points(-1.0, 1.0, count) for count in counts]
         nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
-        x, y = (shares(points, at[:, k]) for k, points in enumerate(axes))
+        x, y = (barycentric_weights(points, at[:, k]) for k, points in enumerate(axes))
         products = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
         weighed = products.T @ self.elements.reshape(len(at), -1)
         return nodes, weighed.reshape(-1, *self.elements.shape[1:])

@@ -84,7 +84,8 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
     gap = np.maximum(np.maximum(np.minimum(start, end) - length, -np.maximum(start, end)), 0.0)
     distant = square + gap * gap > (FAR * reach) ** 2
     rho = np.sqrt(square)
-    result = _twice(end, rho) - _twice(start, rho) - _twice(end - length, rho) + _twice(start - length, rho)
+    result = (_second_integral(end, rho) - _second_integral(start, rho) - _second_integral(end - length, rho)
+              + _second_integral(start - length, rho))
     if distant.any():
         nodes, weights = gauss(4)
         u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
@@ -94,7 +95,7 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
     return MU0 / (4.0 * math.pi) * result
 
 
-def _twice(u: Array, rho: Array) -> Array:
+def _second_integral(u: Array, rho: Array) -> Array:
     """Return the second integral (m) of 1 / sqrt(u^2 + rho^2) over u. Constants cancel in the sum of four terms."""
     return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
 

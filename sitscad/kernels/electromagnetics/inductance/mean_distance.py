@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from sitscad.basics.arrays import Array, Index
-from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, shares
+from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SERIES_FROM = 4.0
@@ -72,7 +72,7 @@ def log_mean_distance(
     result[distant] = np.log(np.abs(zeta)) + total.real
     near = ~distant
     if near.any():
-        result[near] = _closed(d[near], h, w, t)
+        result[near] = _rectangle_mean_logarithm(d[near], h, w, t)
     return result + math.log(unit)
 
 
@@ -174,7 +174,7 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
     return tuple(sum(math.comb(2 * n, 2 * k) * (-1) ** k * x[n - k] * z[k] for k in range(n + 1)) for n in range(1, 6))
 
 
-def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
+def _rectangle_mean_logarithm(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
     """Return the mean logarithm of the distance of two rectangles, (n,; no unit), with lengths over the largest side.
 
     The mean across is the second difference of `_twice_integrated`. The mean over the heights is a sum over Gauss
@@ -257,4 +257,4 @@ def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
     if half <= 0.0:
         return squares[:1], np.ones((squares.size, 1))
     nodes = chebyshev_points(-1.0, 1.0, count)
-    return middle + half * nodes, shares(nodes, (squares - middle) / half)
+    return middle + half * nodes, barycentric_weights(nodes, (squares - middle) / half)

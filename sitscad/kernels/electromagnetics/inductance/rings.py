@@ -79,14 +79,15 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
         place[diagonal] = 1.0
         logs += part * (np.log(np.abs(place)) - (moment / place**2).real)
     crossing = sense[:, None] != sense
-    logs[crossing] = _passing(gap[crossing], height[crossing], math.hypot(first.pitch, math.sqrt(0.5) * first.width))
+    logs[crossing] = _passing_mean_logarithm(gap[crossing], height[crossing],
+                                             math.hypot(first.pitch, math.sqrt(0.5) * first.width))
     logs[diagonal] = np.log(0.2235 * (first.width + thickness))
     mutual = coaxial_rings(rings.radii[:, None], rings.radii, np.exp(2.0 * logs))
     amount = rings.parts * circulation
     return float(amount @ mutual @ amount)
 
 
-def _passing(gap: Array, height: Array, reach: float) -> Array:
+def _passing_mean_logarithm(gap: Array, height: Array, reach: float) -> Array:
     """Return the mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m).
 
     The radial distance runs from `gap` - `reach` to `gap` + `reach` (m). The integral of ln sqrt(x^2 + z^2) over x has

@@ -178,17 +178,18 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
     plans = plan_numbers([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
-    return _joined(sides, plans, tracks[0].width), _joined(arcs, plans, tracks[0].width), _layers(plans, tracks)
+    return _first_layers(sides, plans, tracks[0].width), _first_layers(arcs, plans, tracks[0].width), _layers(plans,
+                                                                                                              tracks)
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
     """Return the half turns (m) of round layers' distinct plans, along the current, and the layers; one width."""
     rows = [_half_turns(layer) for layer in layers]
     plans = plan_numbers([row.ravel() for row in rows])
-    return _joined(rows, plans, layers[0].width), _layers(plans, layers)
+    return _first_layers(rows, plans, layers[0].width), _layers(plans, layers)
 
 
-def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
+def _first_layers(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
     """Return the pieces of each plan's first layer (m), plan after plan."""
     first = [plans.index(plan) for plan in range(max(plans) + 1)]
     owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
@@ -258,7 +259,7 @@ def _side_by_side(
     parts = [_parts(pieces, other_outline) for pieces in first]
     other_parts = [_parts(pieces, outline) for pieces in second]
     least = min(part.least for part in (*parts, *other_parts))
-    total = neumann_sum(_sampled(parts, layers), _sampled(other_parts, other_layers))
+    total = neumann_sum(_sample_parts(parts, layers), _sample_parts(other_parts, other_layers))
     return SideBySide(MU0 / (4.0 * math.pi) * total, first[0].width / least)
 
 
@@ -348,7 +349,7 @@ def _strands(pieces: Pieces, distances: Array) -> Index:
     return np.where(pieces.width > NEAR * distances, 3, 2 if pieces.width > WIDE * size else 1)
 
 
-def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
+def _sample_parts(parts: Sequence[_Parts], layers: Layers) -> Plans:
     """Return all parts as points, line elements (m) and plan numbers, with the layers of their winding."""
     samples = [
         _points(part, count, strands)

@@ -91,9 +91,9 @@ def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution
     """
     unit = first.radius
     if first.sense == second.sense:
-        total = _along_each_other(first, second, unit, resolution)
+        total = _parallel_integral(first, second, unit, resolution)
     else:
-        total = _crossing(first, second, unit, resolution)
+        total = _crossing_integral(first, second, unit, resolution)
     sign = (1 if first.inward else -1) * (1 if second.inward else -1)
     return sign * MU0 / (4.0 * math.pi) * unit * total
 
@@ -123,7 +123,7 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
     return matrix
 
 
-def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
+def _graded_points(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
     """Return points on [low, high] and their weights, (panels, count) in the unit of `low`.
 
     They are Gauss points in t, crowded about 0 by x = scale sinh(t).
@@ -149,7 +149,7 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
     return ordered[:-1], ordered[1:], owner
 
 
-def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
     """Return Neumann's integral (over the length `unit`) of two spirals of the same sense, over their angles.
 
     Notes
@@ -179,7 +179,7 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     smallest = 0.02 * (first.width / unit) ** 2
     # 1 / distance falls by a root of two if the arc between both is as long as their least distance.
     scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
-    v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
+    v, weight = _graded_points(low - centres[owner], high - centres[owner], scale, resolution.around)
     u = v + centres[owner][:, None]
     start, end = np.maximum(0.0, -u), np.minimum(spans[0], spans[1] - u)
     nodes, node_weights = gauss(resolution.along)
@@ -267,13 +267,13 @@ def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tup
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
 
 
-def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
     """Return Neumann's integral (over the length `unit`) of two spirals of opposite sense, which cross each other.
 
     Notes
     -----
     Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand's peak is
-    at a gap of 0. The product of the elements is that in `_along_each_other` with the sign of one angle reversed.
+    at a gap of 0. The product of the elements is that in `_parallel_integral` with the sign of one angle reversed.
     """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
@@ -290,15 +290,15 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
     low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
-    v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
-                        resolution.around)
+    v, weight = _graded_points(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
+                               resolution.around)
     total_angle = v + centres[owner][:, None]
     # Range of the gap of radii for a given sum of both angles, each of which runs from 0 to its span.
     least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
     most = b * (2.0 * np.minimum(total_angle, spans[1]) - total_angle)
     width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
     apart = ra - rb
-    gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
+    gap, gap_weight = _graded_points(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
     shape = (*width.shape, 2 * resolution.along)
     # the area element of both angles is the element of their sum and the gap, divided by 2 b
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)

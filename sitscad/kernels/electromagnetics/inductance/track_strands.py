@@ -134,7 +134,7 @@ def _mitre(incoming: Array, outgoing: Array) -> Array:
 
 
 @record(eq=False)
-class Bundle:
+class StrandPairs:
     """All pairs of strands of two tracks.
 
     `offsets` (m) and `shares` (k; weights) are by pair of strands, `heights` (m) are between the tracks. `clearances`
@@ -180,7 +180,7 @@ class Bundle:
         return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
-def bundle(first: Track, second: Track, count: int, levels: int) -> Bundle:
+def strand_pairs(first: Track, second: Track, count: int, levels: int) -> StrandPairs:
     """Return all pairs of `count` strands per track, at the Gauss points of its width (m).
 
     The pairs are at `levels` heights (m), with clearances from `mean_distance.strand_clearance`.
@@ -188,17 +188,18 @@ def bundle(first: Track, second: Track, count: int, levels: int) -> Bundle:
     heights = level_heights(first.z - second.z, (first.thickness, second.thickness), levels)
     widths, thicknesses = (first.width, second.width), (first.thickness, second.thickness)
     clearances = clearance_table(abs(first.z - second.z), widths, thicknesses, count, levels)
-    return Bundle(*_strands(*widths, count), np.array(heights), clearances)
+    return StrandPairs(*_strands(*widths, count), np.array(heights), clearances)
 
 
-def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
+def distant_strand_pairs(width: float, count: int, squares: Array) -> StrandPairs:
     """Return the pairs of strands of distant pieces, for which squared heights (m2) represent the thickness completely.
 
     For one filament per track, the width's second moments, w^2 / 12 each, are subtracted: the first term of the mean
     logarithm (`mean_distance`).
     """
     less = width**2 / 6.0 if count == 1 else 0.0
-    return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)), (np.zeros(1), np.full(1, -less)))
+    return StrandPairs(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
+                       (np.zeros(1), np.full(1, -less)))
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
@@ -239,7 +240,7 @@ AT_ONCE = 500_000
 
 
 @record(eq=False)
-class Kinds:
+class PieceKinds:
     """Numbers (n) that describe each piece: kind, kind of the mirror image, direction and layer.
 
     Pieces of one kind are equal up to a rotation about the centre.
@@ -264,7 +265,7 @@ class Turns:
     opposite: Index
 
 
-def pool(tracks: Sequence[Track]) -> Track:
+def pool_tracks(tracks: Sequence[Track]) -> Track:
     """Return all pieces of tracks (m) as a single track in one plane, about their common origin."""
     first = tracks[0]
     starts, ends, before, after, arcs, turnings = (
@@ -274,7 +275,7 @@ def pool(tracks: Sequence[Track]) -> Track:
     return Track(starts, ends, before, after, arcs, turnings, first.width, first.thickness, 0.0)
 
 
-def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
+def piece_kinds(tracks: Sequence[Track]) -> tuple[PieceKinds, PieceKinds, Turns]:
     """Return the kinds of all sides and of all arcs of tracks about their common centre.
 
     Lengths are relative to the tracks' size (no unit). The third result holds the turns between directions.
@@ -288,7 +289,7 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
     turn, between = np.unique((some[None, :] - some[:, None]) % CIRCLE, return_inverse=True)
     turns = Turns(between.reshape(some.size, some.size), np.searchsorted(turn, (CIRCLE - turn) % CIRCLE))
     split = sum(len(angle) for _, _, angle in sides)
-    return _numbered(sides, headings[:split]), _numbered(arcs, headings[split:]), turns
+    return _number_kinds(sides, headings[:split]), _number_kinds(arcs, headings[split:]), turns
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
@@ -325,7 +326,7 @@ def _arcs(track: Track) -> tuple[Array, Array, Array]:
             middle + 0.5 * math.pi)
 
 
-def _numbered(tables: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
+def _number_kinds(tables: Sequence[tuple[Array, Array, Array]], headings: Index) -> PieceKinds:
     """Return the kinds of pieces: rows (n, 5) that agree to DIGITS places have one kind.
 
     `tables` are the results of `_sides` or `_arcs` for each track, `headings` the numbers of the directions.
@@ -334,11 +335,11 @@ def _numbered(tables: Sequence[tuple[Array, Array, Array]], headings: Index) -> 
     all_rows = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
     number = np.unique(all_rows, axis=0, return_inverse=True)[1].reshape(-1)
     owner = np.repeat(np.arange(len(tables)), [len(part[0]) for part in tables])
-    return Kinds(number[: len(rows)], number[len(rows) :], headings, owner)
+    return PieceKinds(number[: len(rows)], number[len(rows) :], headings, owner)
 
 
 def distinct_pairs(
-    kinds: Kinds, other_kinds: Kinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
+    kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
 ) -> Pairs:
     """Return the distinct pairs of a piece of the first set and a piece of the second set, with their multiplicities.
 
@@ -358,7 +359,7 @@ def distinct_pairs(
         for i, j, often in layers:
             count[plans[i], other_plans[j]] = count.get((plans[i], other_plans[j]), 0.0) + often
     plan_pairs = dict.fromkeys(pair for count in tallied for pair in count)
-    tallies = {pair: list(_counted(kinds, other_kinds, turns, *pair)) for pair in plan_pairs}
+    tallies = {pair: list(_count_pairs(kinds, other_kinds, turns, *pair)) for pair in plan_pairs}
     entries = [(codes, where, often * counts, column) for column, count in enumerate(tallied)
              for pair, often in count.items() for codes, where, counts in tallies[pair]]
     codes, where, times = (np.concatenate([part[k] for part in entries]) for k in range(3))
@@ -369,7 +370,7 @@ def distinct_pairs(
     return Pairs(rows, columns, table.reshape(first.size, len(relations)))
 
 
-def _plans(kinds: Kinds, count: int) -> list[int]:
+def _plans(kinds: PieceKinds, count: int) -> list[int]:
     """Return, for each of `count` layers, the number of the first layer with the same pieces.
 
     Many coils repeat every other layer. Layers may have no pieces of the kind, such as arcs in a track that leads to a
@@ -382,8 +383,8 @@ def _plans(kinds: Kinds, count: int) -> list[int]:
             for k, members in enumerate(layers)]
 
 
-def _counted(
-    kinds: Kinds, other_kinds: Kinds, turns: Turns, first: int, second: int
+def _count_pairs(
+    kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, first: int, second: int
 ) -> Iterator[tuple[Index, Index, Array]]:
     """Yield codes (no unit) of the distinct pairs of two layers' pieces, their places and their multiplicities.
 
@@ -394,11 +395,11 @@ def _counted(
         here = rows[part, None]
         where = (here * len(other_kinds.number) + columns).ravel()
         codes, space = _codes(kinds, other_kinds, turns, here, columns)
-        distinct, index, counts = _tallied(codes.ravel(), space)
+        distinct, index, counts = _tally_codes(codes.ravel(), space)
         yield distinct, where[index], counts.astype(float)
 
 
-def _codes(kinds: Kinds, other_kinds: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
+def _codes(kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
     """Return codes that equivalent pairs share, and the number of possible codes.
 
     A code is the least number of the pair, its mirror image, and both with the pieces exchanged.
@@ -415,7 +416,7 @@ def _codes(kinds: Kinds, other_kinds: Kinds, turns: Turns, i: Index, j: Index) -
     return codes, count * other_count * angles
 
 
-def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
+def _tally_codes(codes: Index, space: int) -> tuple[Index, Index, Index]:
     """Return the distinct codes, the index of one occurrence of each in `codes`, and their counts (no unit).
 
     `space` is the number of possible codes.

@@ -31,16 +31,16 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nod
 from sitscad.kernels.electromagnetics.inductance.track_strands import (
     BLOCK,
     FLOOR,
-    Bundle,
     Pairs,
+    StrandPairs,
     Track,
-    bundle,
     common_levels,
     directions,
-    distant_bundle,
+    distant_strand_pairs,
     distinct_pairs,
-    kinds,
-    pool,
+    piece_kinds,
+    pool_tracks,
+    strand_pairs,
 )
 
 NEAR = 3.0
@@ -85,7 +85,7 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
     """
     is_distant = apart > FAR * track.width
     return math.fsum(
-        _sum(track, track, part, distant_bundle(track.width, strands, squares))
+        _sum(track, track, part, distant_strand_pairs(track.width, strands, squares))
         for chosen, strands in ((~is_distant, count), (is_distant, 1))
         for part in pairs.where(chosen).parts(BLOCK)
     )
@@ -102,23 +102,24 @@ def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
     return common_levels(first, second, count)
 
 
-def _part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+def _integral_part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides.
 
     Near pairs get more strands.
     """
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum(
-        first, second, pairs.where(~near), bundle(first, second, strands[0], _levels(first, second, strands[0], smooth))
+        first, second, pairs.where(~near), strand_pairs(first, second, strands[0],
+                                                        _levels(first, second, strands[0], smooth))
     )
     return usual + math.fsum(
         share * _sum(first, second, pairs.where(near),
-                     bundle(first, second, count, _levels(first, second, count, smooth)))
+                     strand_pairs(first, second, count, _levels(first, second, count, smooth)))
         for count, share in _near_strands(first, second, strands, smooth)
     )
 
 
-def _sum(first: Track, second: Track, pairs: Pairs, strands: Bundle) -> float:
+def _sum(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the sum (m) of Neumann's integrals over pairs of sides with one bundle of strands.
 
     Parallel and inclined sides are summed separately. Sides at right angles contribute nothing.
@@ -175,7 +176,7 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
     return least
 
 
-def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, strands: Bundle) -> float:
+def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of parallel sides, by the closed form of `parallel_filaments`.
 
     `tangents` (n, 2) are the first sides' directions.
@@ -197,7 +198,7 @@ def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, 
 
 
 def _inclined_sides(
-    first: Track, second: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle
+    first: Track, second: Track, pairs: Pairs, directions: tuple[Array, Array], strands: StrandPairs
 ) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of inclined sides, by the closed form of `inclined_integral`.
 
@@ -308,7 +309,7 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
     squares, which = np.unique(np.square(heights), return_inverse=True)
     square_weights = np.zeros((len(relations), squares.size))
     np.add.at(square_weights, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
-    total = math.fsum(_sums(_Stack(scaled, relations, pool(scaled), strands, squares, square_weights)))
+    total = math.fsum(_sums(_Stack(scaled, relations, pool_tracks(scaled), strands, squares, square_weights)))
     if strands[1] in (2, 3):
         total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
     return MU0 / (4.0 * math.pi) * size * total
@@ -358,16 +359,16 @@ def _sums(stack: _Stack) -> Iterator[float]:
 
     They are sides with sides, arcs with arcs, and arcs with sides.
     """
-    sides, arcs, turns = kinds(stack.tracks)
+    sides, arcs, turns = piece_kinds(stack.tracks)
     smooth = stack.is_smooth
     if len(stack.whole.starts):
         pairs = distinct_pairs(sides, sides, turns, stack.relations)
         apart = side_distances(stack.whole, stack.whole, pairs)
-        for (first, second, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+        for (first, second, strands), some in zip(stack.pieces(), _near_pairs(stack, pairs, apart), strict=True):
             # `strands` across the width: for distant pairs of sides, and for pairs that nearly touch. In a `smooth`
             # track, whose sides continue in arcs, all sides have the first number and a single height, like arcs
-            yield math.fsum(_part(first, second, part, strands, smooth) for part in some.parts(BLOCK))
-        for some, distances, squares in _distant(stack, pairs, apart):
+            yield math.fsum(_integral_part(first, second, part, strands, smooth) for part in some.parts(BLOCK))
+        for some, distances, squares in _distant_pairs(stack, pairs, apart):
             yield distant_sides(stack.whole, some, distances, min(stack.strands[0], 2), squares)
     if smooth:
         pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
@@ -383,21 +384,22 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
     `summed` is applied to near pairs of each relation, and to distant pairs of all layers together.
     """
-    for (first, second, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
-        yield summed(first, second, some, bundle(first, second, strands[0], common_levels(first, second, strands[0])))
-    for some, _, squares in _distant(stack, pairs, apart):
+    for (first, second, strands), some in zip(stack.pieces(), _near_pairs(stack, pairs, apart), strict=True):
+        yield summed(first, second, some, strand_pairs(first, second, strands[0],
+                                                       common_levels(first, second, strands[0])))
+    for some, _, squares in _distant_pairs(stack, pairs, apart):
         yield summed(stack.whole, stack.whole, some,
-                     distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))
+                     distant_strand_pairs(stack.whole.width, min(stack.strands[0], 2), squares))
 
 
-def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
+def _near_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
     """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) is their distance."""
     near = pairs.where(apart < stack.distant)
     for k in range(len(stack.relations)):
         yield near.at([k])
 
 
-def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
+def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
     """Yield the distant pairs, their distances (m), and squared heights (m2).
 
     The multiplicities (no unit) of the pairs are at as few heights as their distance allows.

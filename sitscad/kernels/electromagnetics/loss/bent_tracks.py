@@ -17,10 +17,16 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
-from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined, losses, mode_system, path_drive
+from sitscad.kernels.electromagnetics.loss.current_modes import (
+    ProximityLoss,
+    join_losses,
+    losses,
+    mode_system,
+    path_drive,
+)
 from sitscad.kernels.electromagnetics.loss.path_field import Filaments, box_of, path_field
 from sitscad.kernels.electromagnetics.loss.proximity import arc_field, smooth_rings
-from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, field_nodes, flux_to_points, points_of
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 BLOCK = math.radians(30.0)
@@ -47,7 +53,7 @@ TIGHTEST = 0.7
 """Least radius of an arc's centre line, in widths. Tighter arcs get the current distribution of this radius.
 
 At a radius of 0.5 the inner edge is a point that would take the whole current. Tighter arcs between straight sides are
-corners (`corners.mitred`).
+corners (`corners.with_mitred_arcs`).
 """
 
 CORNER = 0.4
@@ -141,7 +147,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
         if repetitions == 1 or sides.heading[key] < math.pi - 1e-3:
             half = key % 2 if repetitions == 4 else None
             parts += _group_losses(sides, index, cuts, conductivity, modes, steps, half)
-    loss = joined(parts)
+    loss = join_losses(parts)
     if repetitions == 1:
         return loss
     area = sides.section[:, 1] * sides.section[:, 2]
@@ -157,7 +163,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     spans = sides.end[index] - sides.start[index]
     corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
     straight = mode_system(_cut(sides, index, 0.5, 1.0), None, conductivity, modes)
-    fractions, weights = _crowded(cuts // 2, corner)
+    fractions, weights = _points_near_ends(cuts // 2, corner)
     if end is not None:
         chosen = (fractions > 0.5) == bool(end)
         fractions, weights = fractions[chosen], 2.0 * weights[chosen]
@@ -168,7 +174,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     return losses(systems, steps)
 
 
-def _crowded(count: int, scale: float) -> tuple[Array, Array]:
+def _points_near_ends(count: int, scale: float) -> tuple[Array, Array]:
     """Return points (2 count,) and weights of the mean over [0, 1], `count` on either half, denser towards the ends.
 
     Beyond `scale` from an end, x = scale sinh(u).
@@ -224,7 +230,8 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
         if track.turns[first]:
             while last < len(track.turns) and track.turns[last] * track.turns[first] > 0.0:
                 last += 1
-            yield from _run(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
+            yield from _arc_run_blocks(track.starts[first:last], track.ends[first:last], track.turns[first:last],
+                                       track.width)
         else:
             span = track.ends[first] - track.starts[first]
             nodes = np.array([track.starts[first], track.ends[first]])
@@ -232,29 +239,29 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
         first = last
 
 
-def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Yield the blocks into which consecutive arcs are divided (see `_curve`).
+def _arc_run_blocks(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    """Yield the blocks into which consecutive arcs are divided (see `_consecutive_arc_blocks`).
 
     A single arc is cached, because it is equal in every turn of a polygon.
     """
     if len(turns) > 1:
-        yield from _curve(starts, ends, turns, width)
+        yield from _consecutive_arc_blocks(starts, ends, turns, width)
         return
     x, y = ((ends[0] - starts[0]) / width).tolist()
-    for nodes, *rest in _alone(round(x, 9), round(y, 9), round(float(turns[0]), 9), width):
+    for nodes, *rest in _single_arc_blocks(round(x, 9), round(y, 9), round(float(turns[0]), 9), width):
         yield starts[0] + nodes, *rest
 
 
 @lru_cache(maxsize=64)
-def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
+def _single_arc_blocks(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
     """Return the blocks (m) of a single arc from the origin to a place (`x`, `y`), which is in track widths.
 
     `turn` (rad) is the angle by which the arc turns.
     """
-    return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
+    return tuple(_consecutive_arc_blocks(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
 
 
-def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+def _consecutive_arc_blocks(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
     """Yield the blocks into which consecutive arcs are divided.
 
     Each block has nodes (n, 2; m), length (m), turning angle (rad) and direction (rad). The direction is at the middle
@@ -341,11 +348,11 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
     point = tangential[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
-    chords, own_chords = _acting_chords(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
+    chords, own_chords = _source_chords(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
     filaments = _straight(chords, own_chords, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
     root = np.sqrt(cut.length)
     total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
-    flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
+    flux = flux_to_points(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
     return cut, flux
@@ -360,7 +367,7 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
     offset = points_of(cut, modes)[0] - cut.across[:, None]
-    flux = -bend * integrated(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
+    flux = -bend * flux_to_points(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
     factor = 1.0 + bend * offset
     flux += (factor - np.sqrt(factor)) * _straight_potential(cut, offset)
     radius = 1.0 / np.abs(cut.curvature)
@@ -377,10 +384,10 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
         angle = beta + (math.pi - beta) * (0.5 * (1.0 + t)) ** 2
         weights = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
         field[i] = arc_field(near[i], np.full(t.size, r), angle, weights, np.zeros(near.shape[1]))
-    return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
+    return np.asarray(flux - flux_to_points(np.sign(bend) * field * near / radius[:, None], cut, modes))
 
 
-def _acting_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
+def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     """Return the chords whose field acts on a cut at places (n, 2; m), and the indices of the cut's own chords.
 
     Blocks of arcs at a distance (`DISTANT`) have a third of their chords.

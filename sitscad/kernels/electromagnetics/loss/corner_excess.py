@@ -115,23 +115,24 @@ class Loops:
 
 
 @lru_cache(maxsize=256)
-def moment(turn: float, radius: float = 0.0) -> float:
+def corner_moment(turn: float, radius: float = 0.0) -> float:
     """Return the moment of a corner's loop over current and squared track width (`MOMENTS`).
 
     `turn` is in rad, `radius` is over the track width.
     """
-    return _tight(MOMENTS, turn, radius)
+    return _tight_bend_value(MOMENTS, turn, radius)
 
 
 @lru_cache(maxsize=256)
-def points(turn: float, radius: float = 0.0) -> Array:
+def corner_points(turn: float, radius: float = 0.0) -> Array:
     """Return places and weights (8, 3; widths) of the eight points that represent a corner's loop (`POINTS`).
 
     Columns are the distance from the corner of the centre lines to the inside, the distance to the left of this
     direction, and the weight. `turn` is in rad, `radius` is over the track width.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
-    half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
+    half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight_bend_value(INWARDS, turn, radius), 0.0,
+                                                                     0.0])
     rows = np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
     rows.setflags(write=False)
     return rows
@@ -143,7 +144,7 @@ def own_inductance(turn: float, width: float, thickness: float, radius: float = 
 
     Width and thickness in metres, the radius over the width.
     """
-    return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
+    return MU0 * width * _sharp_corner_inductance(turn, thickness / width) * _tight_bend_value(ROUNDED, turn, radius)
 
 
 @lru_cache(maxsize=256)
@@ -152,7 +153,7 @@ def tight_squares(turn: float, radius: float) -> float:
 
     The turn is in rad; the radius is over the width, up to the last of `TIGHT`. By the tables of `corner_flow.py`.
     """
-    return _tight(SQUARES, turn, radius)
+    return _tight_bend_value(SQUARES, turn, radius)
 
 
 def gentle_squares(turn: float, radius: float) -> float:
@@ -177,11 +178,13 @@ def gentle_inductance(turn: float, width: float, thickness: float, radius: float
     Turn in rad, width and thickness in m, radius over the width. It is 0.0086 (turn / 90 degrees)^2 radius^-2.2 mu0
     widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0 widths.
     """
-    profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)
+    profile = _sharp_corner_inductance(math.pi / 2, thickness / width) / _sharp_corner_inductance(math.pi / 2, 0.1)
     return -0.0086 * MU0 * width * profile * (2.0 * turn / math.pi) ** 2 * radius**-2.2
 
 
-def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
+def lost_inductance(
+    turn: float, width: float, thickness: float, radius: float, conductivity: float
+) -> tuple[float, float]:
     """Return the inductance (H) that a bend loses to alternating current, and its relaxation time tau (s).
 
     At the angular frequency w, the inductance falls by the first value times (w tau)^2 / (1 + (w tau)^2), by the table
@@ -197,13 +200,13 @@ def relaxation(turn: float, width: float, thickness: float, radius: float, condu
     return MU0 * width * drop, scale / float(np.interp(abs(turn), TURNS[1:], half))
 
 
-def _sharp(turn: float, aspect: float) -> float:
+def _sharp_corner_inductance(turn: float, aspect: float) -> float:
     """Return the inductance of a sharp corner's loop (mu0 widths) at a turn (rad) and an aspect ratio."""
     row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
     return float(np.interp(abs(turn), TURNS, row))
 
 
-def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
+def _tight_bend_value(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
     """Return the value of a table with rows `TIGHT` and columns `TURNS`, linearly interpolated.
 
     `turn` is in rad, `radius` is over the track width. The result has the table's unit.

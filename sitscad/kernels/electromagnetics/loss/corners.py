@@ -23,12 +23,12 @@ from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corner_excess import (
     TIGHT,
     Loops,
+    corner_moment,
+    corner_points,
     gentle_inductance,
     gentle_squares,
-    moment,
+    lost_inductance,
     own_inductance,
-    points,
-    relaxation,
     tight_squares,
 )
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
@@ -115,7 +115,7 @@ class MitredFilaments:
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
     """Return the loss of a winding with the effect of its corners on direct and on alternating current.
 
-    `loss` is for the `mitred` tracks, and `tracks` are the real tracks. The conductivity is in S/m.
+    `loss` is for the `with_mitred_arcs` tracks, and `tracks` are the real tracks. The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     counts: dict[tuple[float, float, float, float], int] = {}
@@ -124,7 +124,8 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
             if bend.is_between_sides:
                 key = round(abs(bend.turn), 6), track.width, track.thickness, round(bend.radius, 6)
                 counts[key] = counts.get(key, 0) + 1
-    rows = [(count * lost, time) for key, count in counts.items() for lost, time in [relaxation(*key, conductivity)]]
+    rows = [(count * lost, time) for key, count in counts.items() for lost,
+            time in [lost_inductance(*key, conductivity)]]
     lost, times = np.array(rows).reshape(-1, 2).T
     return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
                    direct_change=loss.direct_change + corner_inductance(tracks),
@@ -153,7 +154,7 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
     return length / (conductivity * track.width * track.thickness)
 
 
-def mitred(track: BentTrack) -> BentTrack:
+def with_mitred_arcs(track: BentTrack) -> BentTrack:
     """Return the track (m) with arcs that are tight enough to count as corners replaced by corners."""
     starts, ends, is_side = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
     for bend in _bends(track):
@@ -163,7 +164,7 @@ def mitred(track: BentTrack) -> BentTrack:
     return replace(track, starts=starts[is_side], ends=ends[is_side], turns=track.turns[is_side])
 
 
-def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
+def enclosing_tracks(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
     """Return two variants of tracks (m) that enclose arcs between `TIGHT` and `OPEN`, and the weight of the second.
 
     In the first, each such arc is a corner. In the second, it has the radius `OPEN`. The weight (0 to 1) follows from
@@ -174,15 +175,15 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
     if not radii:
         return 0.0, tuple(tracks), tuple(tracks)
     share = (float(np.mean(radii)) - TIGHT[-1]) / (OPEN - TIGHT[-1])
-    cornered = tuple(_rounded(t, bends, TIGHT[-1] * (1.0 - 1e-9)) for t, bends in zip(tracks, between, strict=True))
-    wide = tuple(_rounded(t, bends, OPEN) for t, bends in zip(tracks, between, strict=True))
+    cornered = tuple(_with_radius(t, bends, TIGHT[-1] * (1.0 - 1e-9)) for t, bends in zip(tracks, between, strict=True))
+    wide = tuple(_with_radius(t, bends, OPEN) for t, bends in zip(tracks, between, strict=True))
     # straight sides must keep their directions
     forwards = all(np.all(np.sum((a.ends - a.starts) * (b.ends - b.starts), axis=1)[a.turns == 0.0] > 0.0)
                    for a, b in zip(tracks, wide, strict=True))
     return (share, cornered, wide) if forwards else (0.0, cornered, cornered)
 
 
-def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
+def _with_radius(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
     """Return the track (m) with some bends rounded by another radius (widths).
 
     The tangents of a bend are r tan(turn / 2) long.
@@ -231,7 +232,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
         i, j = first[part], second[part]
         np.add.at(field, i, _from_near(filaments, corners, i, j))
     through = 2.0 * float(np.sum(corners.moment * field))
-    return arcs + float(np.sum(corners.own)) + through + _between(corners)
+    return arcs + float(np.sum(corners.own)) + through + _mutual_inductances(corners)
 
 
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
@@ -319,10 +320,10 @@ def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Ar
     incoming, outgoing = here - track.starts[bend.piece - 1], track.ends[after] - here
     inwards = outgoing / np.hypot(*outgoing) - incoming / np.hypot(*incoming)
     inwards = inwards / np.hypot(*inwards)
-    table = points(bend.turn, bend.radius)
+    table = corner_points(bend.turn, bend.radius)
     places = here + w * (table[:, :1] * inwards + table[:, 1:2] * np.array([-inwards[1], inwards[0]]))
     # to the left the loop runs clockwise, seen from above
-    size = -math.copysign(moment(bend.turn, bend.radius), bend.turn) * w * w
+    size = -math.copysign(corner_moment(bend.turn, bend.radius), bend.turn) * w * w
     own_part = own_inductance(bend.turn, w, track.thickness, bend.radius)
     return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own_part
 
@@ -377,7 +378,7 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
             field = normal_field(here, corners.height[i], start, end, filaments.height[j])
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
             for arms, far_ends, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
-                field[arms] = sign * _onwards(here[arms], far_ends[arms], far_ends[arms] - inner[arms])
+                field[arms] = sign * _half_infinite_field(here[arms], far_ends[arms], far_ends[arms] - inner[arms])
             field[within] = 0.0
             total += 0.5 * weight * share[i] * field
     return total
@@ -404,7 +405,7 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
     return np.asarray(MU0 / (4.0 * math.pi) * lateral * (beside - ends))
 
 
-def _onwards(point: Array, end: Array, way: Array) -> Array:
+def _half_infinite_field(point: Array, end: Array, way: Array) -> Array:
     """Return the field (n; T/A) in its own plane of a half-infinite filament from `end` (n, 2; m) along `way`.
 
     The current runs along `way` (Biot and Savart).
@@ -417,7 +418,7 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
     return np.asarray(MU0 / (4.0 * math.pi) * lateral / (distance * (distance + back)))
 
 
-def _between(corners: Corners) -> float:
+def _mutual_inductances(corners: Corners) -> float:
     """Return twice the mutual inductances (H) of different loops, as dipoles.
 
     The height between dipoles (Jackson, Classical Electrodynamics, equation 5.56) is lengthened so that coaxial loops

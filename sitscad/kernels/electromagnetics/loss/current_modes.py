@@ -108,7 +108,7 @@ class ProximityLoss:
         )
 
 
-def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
+def join_losses(parts: Sequence[ProximityLoss]) -> ProximityLoss:
     """Return the loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
     conducting = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
@@ -275,7 +275,7 @@ def _lanczos(
         diagonal[:, k] = np.sum(basis[:, k] * image, axis=1)
         length[going] = k + 1
         if k + 2 >= FEWEST_STEPS:
-            previous_effect, effect = effect, _effect(diagonal[:, : k + 1], beside[:, :k])
+            previous_effect, effect = effect, _relative_effects(diagonal[:, : k + 1], beside[:, :k])
             if k + 1 >= FEWEST_STEPS and np.all(np.abs(effect - previous_effect) <= SETTLED * np.abs(effect)):
                 break
         for vectors_so_far, residual in zip(basis[:, : k + 1], image, strict=True):
@@ -286,10 +286,11 @@ def _lanczos(
         if not going.any():
             break
         basis[going, k + 1] = image[going] / beside[going, k, None]
-    return [_measured(diagonal[i, :m], beside[i, : max(0, m - 1)], float(norms[i])) for i, m in enumerate(length)]
+    return [_spectral_measure(diagonal[i, :m], beside[i, : max(0, m - 1)], float(norms[i])) for i,
+            m in enumerate(length)]
 
 
-def _effect(diagonal: Array, beside: Array) -> Array:
+def _relative_effects(diagonal: Array, beside: Array) -> Array:
     """Return the relative effects on R and L at `SETTLED_AT` (2, k) from matrices of relaxation times (s).
 
     The k symmetric tridiagonal matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both effects are for a
@@ -305,7 +306,7 @@ def _effect(diagonal: Array, beside: Array) -> Array:
     return np.stack([np.sum(weights, axis=1), np.sum(weights * omega * rates, axis=1)])
 
 
-def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
+def _spectral_measure(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
     """Return nodes (s) and weights of a symmetric tridiagonal matrix, for a vector of this norm.
 
     Golub and Welsch 1969.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sitscad.basics.arrays import Array, Flags, Index, slices
 from sitscad.basics.record import record
-from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_counts, shares
+from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points, node_counts
 
 Single = NDArray[np.float32]
 
@@ -91,12 +91,12 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
     near_filaments = replace(filaments.some(near), own=own_numbers)
     twice = np.repeat(2.0 * ratio, nodes, axis=0).astype(np.float32)
     blocks = np.repeat(block, nodes) if filaments.block[0] >= 0 else None
-    total = _summed(near_filaments, where, twice, blocks)
-    _spread(filaments.some(~near), where, np.arange(len(where)), total)
+    total = _total_field(near_filaments, where, twice, blocks)
+    _add_field(filaments.some(~near), where, np.arange(len(where)), total)
     return total.reshape(point.shape[:2])
 
 
-def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> None:
+def _add_field(filaments: Filaments, where: Array, index: Index, total: Array) -> None:
     """Add the field (1/m) of filaments to `total` at the points with numbers `index`.
 
     `where` (n, 3; m) are all points.
@@ -109,13 +109,13 @@ def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> N
         box = box_of(points)
         if WORTH * math.prod(box.counts) <= len(points):
             distant = box.distance(filaments.start, filaments.end) >= APART * box.half[0]
-            total[index] += box.weights(points) @ _summed(filaments.some(distant), box.nodes)
+            total[index] += box.weights(points) @ _total_field(filaments.some(distant), box.nodes)
             is_left = (points - box.centre) @ box.axes[0] < 0.0
             rest = filaments.some(~distant)
-            _spread(rest, where, index[is_left], total)
-            _spread(rest, where, index[~is_left], total)
+            _add_field(rest, where, index[is_left], total)
+            _add_field(rest, where, index[~is_left], total)
             return
-    total[index] += _summed(filaments, points)
+    total[index] += _total_field(filaments, points)
 
 
 @record(eq=False)
@@ -144,7 +144,8 @@ class PointBox:
     def weights(self, points: Array) -> Array:
         """Return interpolation weights (n, nodes) of the nodes at points (n, 3; m)."""
         at = (points - self.centre) @ self.axes.T / np.maximum(self.half, 1e-300)
-        x, y, z = (shares(chebyshev_points(-1.0, 1.0, count), at[:, k]) for k, count in enumerate(self.counts))
+        x, y, z = (barycentric_weights(chebyshev_points(-1.0, 1.0, count), at[:, k]) for k,
+                   count in enumerate(self.counts))
         return np.asarray(np.einsum("na,nb,nc->nabc", x, y, z).reshape(len(at), -1))
 
     def distance(self, start: Array, end: Array) -> Array:
@@ -178,7 +179,7 @@ def box_of(points: Array) -> PointBox:
     return PointBox(0.5 * (low + high) @ axes, axes, 0.5 * (high - low))
 
 
-def _summed(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
+def _total_field(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
     """Return the field (n; 1/m) of all filaments at points (n, 3; m): Biot and Savart, integrated along each filament.
 
     It is the distance to the right of the filament over the squared distance, times the difference of the cosines at

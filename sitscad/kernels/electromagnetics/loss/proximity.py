@@ -19,16 +19,16 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
 from sitscad.kernels.electromagnetics.inductance.rings import radii_at
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
-from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, ProximityLoss, joined, mode_system
+from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, ProximityLoss, join_losses, mode_system
 from sitscad.kernels.electromagnetics.loss.track_modes import (
     Cut,
     ModeSet,
-    few_points,
     field_nodes,
+    flux_to_points,
     from_few_points,
-    integrated,
     points_of,
     rough_modes,
+    smooth_nodes,
     suited_modes,
 )
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
@@ -103,7 +103,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)
-    return joined([cut.system.loss(resolution.steps) for cut in winding_cuts(layers, conductivity, resolution)])
+    return join_losses([cut.system.loss(resolution.steps) for cut in winding_cuts(layers, conductivity, resolution)])
 
 
 @record(eq=False)
@@ -257,7 +257,7 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
     It is Maxwell's (1873, art. 701), without the logarithm of straight tracks.
     """
-    r, z = points_of(cut, few_points(modes))
+    r, z = points_of(cut, smooth_nodes(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
     tracks = np.arange(cut.across.size)
     squared[tracks, :, tracks] = 1.0
@@ -304,7 +304,7 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
             weight = (high - low) * weights * crowd
             source = layer.radius - layer.pitch / (2.0 * math.pi) * np.clip(theta, 0.0, layer.span)
             field += arc_field(radius, source, theta - first, weight, clearance[:, None])
-    return integrated(field * radius * cut.curvature[:, None], cut, modes)
+    return flux_to_points(field * radius * cut.curvature[:, None], cut, modes)
 
 
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:

@@ -100,11 +100,11 @@ def points_of(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
 
 
 def field_nodes(modes: ModeSet) -> Array:
-    """Return nodes across a track, in half widths, at which `integrated` needs the normal field of distant currents."""
+    """Return nodes across a track (half widths) at which `flux_to_points` needs the field of distant currents."""
     return gauss(min(FIELD_POINTS, modes.points[0]))[0]
 
 
-def integrated(field: Array, cut: Cut, modes: ModeSet) -> Array:
+def flux_to_points(field: Array, cut: Cut, modes: ModeSet) -> Array:
     """Return the flux (tracks, points; Wb/m/A) between a track's centre line and its points.
 
     It is the integral of the polynomial through the field at the nodes (tracks, nodes; T/A).
@@ -123,7 +123,7 @@ def _integrals(modes: ModeSet) -> Array:
     return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, local_points(modes)[0]).T)
 
 
-def few_points(modes: ModeSet) -> ModeSet:
+def smooth_nodes(modes: ModeSet) -> ModeSet:
     """Return the mode set with at most `SMOOTH_POINTS`, which are enough for a smooth function on a cross-section.
 
     See `from_few_points`.
@@ -133,11 +133,11 @@ def few_points(modes: ModeSet) -> ModeSet:
 
 @lru_cache(maxsize=16)
 def from_few_points(modes: ModeSet) -> Array:
-    """Return the matrix (few points, points) that interpolates from the points of `few_points` to all points.
+    """Return the matrix (few points, points) that interpolates from the points of `smooth_nodes` to all points.
 
     It evaluates the polynomial through the few points.
     """
-    few = few_points(modes)
+    few = smooth_nodes(modes)
     across, through = (
         np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,
                         legendre(few.points[k] - 1, gauss(modes.points[k])[0]).T) for k in (0, 1)

@@ -32,7 +32,7 @@ class Rows:
         `wave` (2, directions) is in 1/m. About the middle of a row the sum is sin(count x / 2) / sin(x / 2), with the
         phase x between places (Dirichlet kernel, textbook).
         """
-        waves = turned(self.middles @ wave)
+        waves = phase_factors(self.middles @ wave)
         longer = self.counts > 1.0
         # sin(count x / 2) / sin(x / 2) from quarters of the phase x between places, by tangents, which cost a tenth
         # of sines
@@ -44,7 +44,7 @@ class Rows:
 
 
 @record(eq=False)
-class Figures:
+class Patterns:
     """Points grouped into patterns that repeat.
 
     A pattern is the points between two steps that occur only once. `kinds` (point numbers) and `inner` (m; position
@@ -73,7 +73,7 @@ class Figures:
         begins = []
         for low, high in pairwise([*self.begins.tolist(), len(self.places)]):
             begins.append(len(rows))
-            rows += _in_rows(self.places[low:high], self.same)
+            rows += _rows_of_places(self.places[low:high], self.same)
         middles, steps, counts = zip(*rows, strict=True)
         return Rows(np.array(middles), np.array(steps), np.array(counts, dtype=float)), np.array(begins)
 
@@ -83,11 +83,11 @@ class Figures:
         The result (..., directions) has the factors' unit. `wave` (2, directions) is in 1/m.
         """
         if len(self.places) == len(self.begins):  # no pattern repeats: sum over all points
-            phases = turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
+            phases = phase_factors((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
             return np.asarray(np.einsum("...kd,kd->...d", factors, phases))
         figure = factors  # patterns of a single point each
         if len(self.first) < len(self.kinds):
-            figure = np.add.reduceat(factors * turned(self.inner @ wave), self.first, axis=-2)
+            figure = np.add.reduceat(factors * phase_factors(self.inner @ wave), self.first, axis=-2)
         rows, begins = self._rows
         places = rows.sums(wave)
         if len(begins) < len(places):
@@ -95,7 +95,7 @@ class Figures:
         return np.asarray(np.einsum("...kd,kd->...d", figure, places))
 
 
-def figures(points: Array, labels: Array, same: float) -> Figures:
+def repeating_patterns(points: Array, labels: Array, same: float) -> Patterns:
     """Return the patterns of points (n, 2; m).
 
     Points of a pattern have equal steps within `same` (m) and equal labels (n, any).
@@ -111,11 +111,11 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
     numbers = [np.arange(runs[0], runs[0] + size) for runs, size in zip(patterns.values(), sizes, strict=True)]
     kinds, anchors = np.concatenate(numbers), np.repeat([runs[0] for runs in patterns.values()], sizes)
     begins = np.cumsum([0, *(len(runs) for runs in patterns.values())])
-    return Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
-                   points[[run for runs in patterns.values() for run in runs]], begins[:-1], same)
+    return Patterns(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
+                    points[[run for runs in patterns.values() for run in runs]], begins[:-1], same)
 
 
-def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
+def _rows_of_places(places: Array, same: float) -> list[tuple[Array, Array, int]]:
     """Return rows of consecutive places (n, 2; m) with equal steps: (middle (2,; m), step (2,; m), number of places).
 
     A place that continues no row is a row of its own.
@@ -137,7 +137,7 @@ def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
     return rows
 
 
-def turned(phase: Array) -> ComplexArray:
+def phase_factors(phase: Array) -> ComplexArray:
     """Return exp(-i phase) (no unit) for phases in radians.
 
     It is 2 / (1 + t^2) - 1 and 2 t / (1 + t^2) with t the tangent of half the phase (textbook), at a tenth of the cost

@@ -26,7 +26,7 @@ import numpy as np
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1
-from sitscad.kernels.solve_cache import solved
+from sitscad.kernels.solve_cache import cached_solution
 
 Source = tuple[Array, Array, Array]
 
@@ -102,7 +102,7 @@ class FinitePlate:
     is_round: bool = False
 
 
-def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
+def plate_ratio(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
     """Return the ratio of the plate's change of inductance to an infinite plate's (n,; no unit).
 
     Parameters
@@ -133,12 +133,12 @@ def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
     return changes / front
 
 
-def plate_loss_share(
+def plate_loss_ratio(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
     """Return the ratio of the loss in the plate's skin to an infinite plate's loss (n,; no unit), by Wheeler's rule.
 
-    Arguments as in `plate_share`.
+    Arguments as in `plate_ratio`.
 
     Notes
     -----
@@ -164,7 +164,7 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
         rings = (part.tobytes() for part in (coil.radii, coil.heights, coil.turns))
         return (plate, *rings, places.tobytes(), gap, floor)
 
-    changes, front = solved(question, lambda: _solved_changes(plate, coil, places, gap, floor))
+    changes, front = cached_solution(question, lambda: _solved_changes(plate, coil, places, gap, floor))
     return changes, float(front)
 
 
@@ -177,9 +177,9 @@ def _solved_changes(
     depth, reach = _depth_and_reach(coil, offsets, gap)
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(11.0 / depth, reach)
-    front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor)
+    front = _infinite_plate_change(k, weights, coil.spectrum(k, gap, floor), gap - floor)
     spectrum, room = coil.spectrum(k, middle, floor), middle - floor
-    sheet = _endless(k, weights, spectrum, room)
+    sheet = _infinite_plate_change(k, weights, spectrum, room)
     detail = min(depth, 0.5 * outer)
     planes = k, weights, spectrum[None]
     changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, np.array([room]), MOST_MODES, 16)[0]
@@ -197,17 +197,17 @@ def _sheet_changes(
     (m). A rectangle has at most `most` functions along a side, and `nodes` in a panel of its energies.
     """
     if is_round:
-        return _disc(float(half[0]), offsets, source, detail, rooms)
+        return _disc_change(float(half[0]), offsets, source, detail, rooms)
     counts = min(_modes(half[0], detail), most), min(_modes(half[1], detail), most)
     return _sheet_energies(half, counts, rooms, _fluxes(half, offsets, source, counts), nodes)
 
 
-def magnetic_share(
+def magnetic_ratio(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
     """Return the ratio for a plate of very high permeability that does not conduct, like ferrite.
 
-    The plate attracts the field. Arguments as in `plate_share`.
+    The plate attracts the field. Arguments as in `plate_ratio`.
 
     Notes
     -----
@@ -230,12 +230,13 @@ def magnetic_share(
     growth = thick / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * width / thick))
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
     k, weights = _wave_numbers(11.0 / depth, reach)
-    front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor, poles=True)
+    front = _infinite_plate_change(k, weights, coil.spectrum(k, gap, floor), gap - floor, poles=True)
     spectrum, room = coil.spectrum(k, middle, floor), middle - floor
     source = k, weights, spectrum
-    sheet = _endless(*source, room, poles=True)
+    sheet = _infinite_plate_change(*source, room, poles=True)
     detail = min(depth, 0.5 * outer)
-    change = _disc(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]), poles=True)[0]
+    change = _disc_change(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]),
+                          poles=True)[0]
     # The deficit falls with the cube of the size, like the coil's field outside, so no more functions are needed.
     share = 1.0 - (1.0 - change / sheet) * min(1.0, reach / radius) ** 3
     half = np.minimum(0.5 * np.array(plate.size), reach)
@@ -243,7 +244,7 @@ def magnetic_share(
     return np.asarray((share * sheet + 0.5 * (front - sheet) * (led + share)) / front)
 
 
-def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
+def magnetic_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Return the relative error (no unit) of a magnetic ratio, from boxes of poles (tests/validation).
 
     It depends on the plate's shorter side over the coil's diameter. Plates longer than twice their width were not
@@ -251,9 +252,9 @@ def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
-    rod = eased(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
-    error_steps = stepped(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
-    return eased(longest / short, 2.1 / EASED, error_steps, max(error_steps, 0.4))
+    rod = eased_error(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
+    error_steps = stepped_error(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
+    return eased_error(longest / short, 2.1 / EASED, error_steps, max(error_steps, 0.4))
 
 
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
@@ -293,23 +294,23 @@ def _counted_thickness(plate: FinitePlate, outer: float) -> float:
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 
-def share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
+def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Return the relative error (no unit) of a ratio, by thickness and width over the coil's diameter.
 
     From the comparison with boxes of surface loops and discs of rings (tests/validation).
     """
     thick, wide = _slenderness(plate, coil)
-    narrow, broad = eased(thick, 0.03 / EASED, 0.05, 0.12), eased(thick, 0.055, 0.03, 0.05)
-    return stepped(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
+    narrow, broad = eased_error(thick, 0.03 / EASED, 0.05, 0.12), eased_error(thick, 0.055, 0.03, 0.05)
+    return stepped_error(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
 
 
-def loss_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
+def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Return the relative error (no unit) of a loss ratio, mostly from discs.
 
     The ratio is too large for small thick plates.
     """
     thick, wide = _slenderness(plate, coil)
-    return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
+    return stepped_error(wide, ((0.2, 0.5), (0.6, 0.4)), eased_error(thick, 0.03 / EASED, 0.15, 0.2))
 
 
 EASED = 1.4
@@ -319,20 +320,20 @@ Errors are known at some sizes. The stated error is nowhere below a known error,
 """
 
 
-def eased(value: float, limit: float, before: float, after: float) -> float:
+def eased_error(value: float, limit: float, before: float, after: float) -> float:
     """Return an error (no unit): `before` up to a limit, `after` from EASED times the limit, smooth between them."""
     part = min(max((value / limit - 1.0) / (EASED - 1.0), 0.0), 1.0)
     return before + (after - before) * part * part * (3.0 - 2.0 * part)
 
 
-def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
+def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
     """Return an error (no unit) with a value up to each limit of `steps`, then `last`, with smooth transitions.
 
     `steps` are pairs (limit, value) with rising limits.
     """
     error = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
-        error = eased(value, limit, error, after)
+        error = eased_error(value, limit, error, after)
     return error
 
 
@@ -342,7 +343,7 @@ def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
     return plate.thickness / diameter, min(plate.size) / diameter
 
 
-def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
+def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
     """Return the size of the change of inductance by an infinite plate, in units of mu0 pi (m).
 
     It is the integral of the spectrum's square (Dodd and Deeds 1968). `room` (m) is the plate's distance from the
@@ -478,10 +479,10 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
     return values
 
 
-def sheet_shares(
+def sheet_ratios(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
 ) -> Array:
-    """Return approximate `plate_share` (gaps, offsets; no unit) at several gaps (m) at once, for screening.
+    """Return approximate `plate_ratio` (gaps, offsets; no unit) at several gaps (m) at once, for screening.
 
     Only the sheet is solved, with few waves and functions. The field excluded by the thickness is weighted like the
     sheet's effect.
@@ -492,7 +493,8 @@ def sheet_shares(
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(ROUGH_TOP / depth, reach, ROUGH_PANELS)
     spectra = coil.spectra(k, middles, floor)
-    whole = np.array([_endless(k, weights, spectrum, z - floor) for spectrum, z in zip(spectra, middles, strict=True)])
+    whole = np.array([_infinite_plate_change(k, weights, spectrum, z - floor) for spectrum,
+                      z in zip(spectra, middles, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
     planes, rooms = (k, weights, spectra), middles - floor
     changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
@@ -551,7 +553,9 @@ def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
 # The disc -----------------------------------------------------------------------------------------------------------
 
 
-def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False) -> Array:
+def _disc_change(
+    radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False
+) -> Array:
     """Return the size (s, places; m, times mu0 pi: H) of the change by a disc for s spectra (s, k).
 
     The planes have distances `rooms` (m) from a mirror. Each angular order is solved separately.

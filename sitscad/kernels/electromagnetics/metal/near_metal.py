@@ -71,11 +71,11 @@ class _ReflectedCuts:
     def carriers(self) -> Array:
         """Carriers of all cuts (cuts, tracks, modes of a track) from `ModeSystem`."""
         most = max(len(system.carrier) for system in self.systems)
-        return np.stack([_filled(system.carrier, most) for system in self.systems])
+        return np.stack([_zero_padded(system.carrier, most) for system in self.systems])
 
     def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
         """Return the vector that `of` takes from each system, padded with zeros to (cuts, modes, 1), in its unit."""
-        return np.stack([_filled(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
+        return np.stack([_zero_padded(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
 
     def project(self, vectors: Array) -> Array:
         """Return `ModeSystem.project` of vectors (cuts, modes, n), in their unit."""
@@ -102,7 +102,7 @@ class _ReflectedCuts:
         return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
 
 
-def _filled(rows: Array, count: int) -> Array:
+def _zero_padded(rows: Array, count: int) -> Array:
     """Return rows padded with zeros to `count` rows, in their unit."""
     return np.concatenate([rows, np.zeros((count - len(rows), *rows.shape[1:]))])
 
@@ -148,13 +148,14 @@ class CrowdingNearMetal:
                 pairs = dict.fromkeys([about, *(self._representatives(*pair) for pair in expected)])
                 missing = [pair for pair in pairs if pair not in self.known and pair != (None, None)]
                 middles = [_Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *pair))) for pair in missing]
-                self.known.update(zip(missing, _reduced(self.cuts, middles, self.bends, self.steps), strict=True))
+                self.known.update(zip(missing, _reduce_modes(self.cuts, middles, self.bends, self.steps), strict=True))
             self.changed[key] = self.known[about].changes(frequencies, self._waves(frequencies, above, below))
         return self.changed[key]
 
     def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
-        """Return the representatives (`_stand_in`) of both reflectors, for which a subspace is computed."""
-        return _stand_in(above, self.levels[1], self.nearest), _stand_in(below, -self.levels[0], self.nearest)
+        """Return the representatives (`_equivalent_mirror`) of both reflectors, for which a subspace is computed."""
+        return _equivalent_mirror(above, self.levels[1], self.nearest), _equivalent_mirror(below, -self.levels[0],
+                                                                                           self.nearest)
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
         """Return weights (H) of products of waves (frequencies, wave numbers).
@@ -165,7 +166,7 @@ class CrowdingNearMetal:
         return [0.5 * MU0 * self.weights * part for part in coefficients]
 
 
-def _stand_in(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
+def _equivalent_mirror(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
     """Return the reflector that represents a reflector in the search of the subspace.
 
     It is a mirror, unless the reflector is magnetic, at about the same distance from the nearest mid-plane (`level`,
@@ -307,7 +308,7 @@ class _Reduced:
         return np.asarray(np.sum(uneven + lag[..., 0] * (alone - with_metal), axis=1))
 
 
-def _reduced(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: bool, steps: int) -> list[_Reduced]:
+def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: bool, steps: int) -> list[_Reduced]:
     """Return the modes of all cuts on small subspaces for each of some surroundings: relaxation times (s), couplings.
 
     Rayleigh-Ritz projection on the block Krylov space of the drives (textbook).

@@ -68,7 +68,7 @@ def gained_inductance(
     Derived here: see the module. The energy that the opening adds is mu0 times the flux through its mouth times the
     coil's potential there.
     """
-    borders = [_borders(side, gap) for side in opening.size]
+    borders = [_panel_borders(side, gap) for side in opening.size]
     middles = np.stack(np.meshgrid(*(0.5 * (b[1:] + b[:-1]) for b in borders), indexing="ij"), axis=-1).reshape(-1, 2)
     area = np.outer(*(np.diff(b) for b in borders)).ravel()
     corners = np.stack(np.meshgrid(*borders, indexing="ij"), axis=-1)
@@ -90,7 +90,7 @@ def gained_inductance(
     decayed = np.exp(-decay * opening.depth)
     direct = (shape.T * ((1.0 + decayed**2) / (1.0 - decayed**2) / decay)) @ (shape * area)
     across = (shape.T * (2.0 * decayed / (1.0 - decayed**2) / decay)) @ (shape * area)
-    driven = 2.0 * sum(_driven(track, middles, gap, room, echo) for track in tracks)
+    driven = 2.0 * sum(_track_potential(track, middles, gap, room, echo) for track in tracks)
     n, closed = area.size, np.zeros((2, 2 * area.size))
     closed[0, :n], closed[1, n:] = area, area
     system = np.block([[before + direct, -across], [-across, outside + direct]])
@@ -100,7 +100,7 @@ def gained_inductance(
     return float(MU0 * np.sum(area * flux * driven))
 
 
-def _borders(side: float, gap: float) -> Array:
+def _panel_borders(side: float, gap: float) -> Array:
     """Return borders (n; m) of panels along a side (m). Panels at its ends are about half as wide as in the middle."""
     count = min(LEAST + math.ceil(side / gap), MOST)
     t = np.arange(count + 1) / count
@@ -121,21 +121,22 @@ def _image_potential(middles: Array, area: Array, room: float, echo: float) -> A
     return total * area / math.pi
 
 
-def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
+def _track_potential(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
     """Return half the potential (points; A) of a track with 1 A on the slab's face without an opening.
 
     It includes images in a mirror `room` (m) above the face and is up to a constant.
     """
     height = gap + track.z
-    potential = _potential(track.corners, points, height)
+    potential = _loop_potential(track.corners, points, height)
     if math.isfinite(room):
         for n in range(1, IMAGES + 1):
-            before, behind = (_potential(track.corners, points, 2.0 * n * room + way * height) for way in (-1.0, 1.0))
+            before, behind = (_loop_potential(track.corners, points, 2.0 * n * room + way * height)
+                              for way in (-1.0, 1.0))
             potential = potential + echo**n * (behind - before)
     return potential
 
 
-def _potential(corners: Array, points: Array, height: float) -> Array:
+def _loop_potential(corners: Array, points: Array, height: float) -> Array:
     """Return the magnetic potential (points; A) of a closed flat loop with 1 A at a `height` (m) over points (n, 2; m).
 
     It is the solid angle over 4 pi (Jackson, Classical Electrodynamics, problem 5.1). Each side has a closed form,

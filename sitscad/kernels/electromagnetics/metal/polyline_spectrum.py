@@ -23,7 +23,7 @@ from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corner_excess import Loops
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum, thickness_waves, wave_numbers
-from sitscad.kernels.electromagnetics.metal.figures import figures
+from sitscad.kernels.electromagnetics.metal.figures import repeating_patterns
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SAME = 1e-9
@@ -87,7 +87,7 @@ class TrackImage:
         return np.asarray(self.sense * np.exp(-1j * phase) * np.tensordot(self.matrix, needed, axes=1))
 
 
-def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
+def track_images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
     """Return for each track its description as an image of an earlier track about the centre (m), or None.
 
     The first suitable track is taken. Loops, if any, must be images as well.
@@ -111,13 +111,13 @@ def _image(of: int, source: Array, target: Array) -> TrackImage | None:
         return None
     for sense, aim in ((1.0, target), (-1.0, target[::-1])):
         for mirror in (False, True):
-            matrix, offset = _fitted(source, aim, mirror)
+            matrix, offset = _fit_rigid_motion(source, aim, mirror)
             if np.abs(source @ matrix.T + offset - aim).max() < SAME:
                 return TrackImage(of, matrix, offset, sense)
     return None
 
 
-def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
+def _fit_rigid_motion(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
     """Return the rotation or mirror (2, 2; no unit) and the shift (2; m) that map points (n, 2; m) to others.
 
     Least squares: Procrustes' problem, whose angle has a closed form in the plane (textbook).
@@ -179,7 +179,7 @@ There the difference of the waves of the side's ends is lost in rounding.
 """
 
 
-def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
+def with_chords(track: BentTrack, nearest: float) -> PolylineTrack:
     """Return a track (m) with every arc as a few chords, for metal no nearer than `nearest` (m).
 
     The chords enclose the area of the arc. The corners of chords that span an angle a lie a^2 / 12 of the radius
@@ -231,7 +231,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     directions = _Directions.of([track.corners for track in distinct])
     used = [loops[owner.index(n)] for n in range(len(distinct))] if loops else []
     shapes = [_Mitred(track, centre, used[n] if used else None) for n, track in enumerate(distinct)]
-    follows = images(distinct, used, centre)
+    follows = track_images(distinct, used, centre)
     sides = np.concatenate([shape.after for shape in shapes])
     tangents = np.unique(np.round(sides[sides.any(axis=1)], 9), axis=0)
     power = np.empty((k.size, len(tracks), len(tracks)))
@@ -348,13 +348,13 @@ class _Mitred:
         tangents = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
         none = np.zeros((1, 2))
         after, before = np.concatenate([tangents, none]), np.concatenate([none, tangents])
-        self.nodes = figures(corners, np.concatenate([before, after], axis=1), same)
+        self.nodes = repeating_patterns(corners, np.concatenate([before, after], axis=1), same)
         self.after, self.before = after[self.nodes.kinds], before[self.nodes.kinds]
         self.mitres = (track.strand(0.5 * track.width) - track.corners)[self.nodes.kinds]
         self.spread, self.moments = 0.0, np.zeros(0)
         if loops is not None and loops.moments.size:
             size = float(np.abs(loops.moments).max())
-            self.loops = figures(loops.places - centre, loops.moments[:, None] / size, same)
+            self.loops = repeating_patterns(loops.places - centre, loops.moments[:, None] / size, same)
             self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
 
     def waves(self, numbers: Array, unit: Array) -> ComplexArray:
@@ -364,7 +364,7 @@ class _Mitred:
         the curl of their moments, i k times the moment across the wave.
         """
         wave = numbers * unit
-        factors = _share(self.after, wave) - _share(self.before, wave)
+        factors = _side_transform(self.after, wave) - _side_transform(self.before, wave)
         x = self.mitres @ wave
         # sin(x) / x by the tangent of x / 2, which costs a tenth of the sine
         half = np.where(x == 0.0, 1e-20, 0.5 * x)
@@ -377,7 +377,7 @@ class _Mitred:
         return np.asarray(transform + 1j * size * amount * np.stack([unit[1], -unit[0]]))
 
 
-def _share(tangents: Array, wave: Array) -> Array:
+def _side_transform(tangents: Array, wave: Array) -> Array:
     """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 if a track has no side."""
     components = tangents @ wave
     components[~tangents.any(axis=1)] = np.inf
