@@ -314,7 +314,7 @@ DRAWN_COIL = (
     Quantity("low_frequency_inductance_H", "inductance, direct current"),
     Quantity("low_frequency_inductance_error", "its error, at most", 2, is_share=True),
     Quantity("direct_current_resistance_ohm", "resistance, direct current"),
-    Quantity("track_length_m", "length of the track"),
+    *LONE_COIL[3:],
 )
 """Quantities of a coil that a user drew (`DrawnCoil`)."""
 

@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from sitscad.apps.coil.drawn import drawn_coil
+from sitscad.apps.coil.drawn import DrawnCoil, drawn_coil
 from sitscad.apps.coil.spiral import spiral
 from sitscad.apps.coil.text import COIL_FORMATS, DRAWN_COIL_FORMATS
 from sitscad.cli.measured import measured_options, print_comparison
@@ -119,11 +119,19 @@ def coil(
     dimensions = {key: value for key, value in section.items() if value is not None}
     if overlay and not measured:
         raise click.UsageError("--overlay goes with --measured DATA")
-    if file is not None and measured:
-        raise click.UsageError("--measured goes with the coil's dimensions, or with a spec (sitscad estimate)")
     if file is not None:
-        return _print_drawn(file, net, start, end, dimensions, stackup, frequencies, temperature, format_name, svg,
-                            kicad_mod)
+        if dimensions or kicad_mod:
+            options = [*dimensions, *(["kicad_mod"] if kicad_mod else [])]
+            names = ", ".join("--" + name.replace("_", "-") for name in options)
+            raise click.UsageError(f"{names} cannot change the coil that is drawn in {file}")
+        drawn = _drawn(file, net, start, end, stackup, frequencies, temperature)
+        if drawn is None:
+            return 2
+        if measured:
+            return print_comparison(drawn, measured, None, meter_error, format_name, overlay)
+        print_result(row_of(DRAWN_COIL_FORMATS, format_name, "--format")(drawn, coloured(sys.stdout)))
+        _write({} if svg is None else {svg: drawn.picture()})
+        return 0
     if net or start or end:
         raise click.UsageError("--net, --from and --to go with a FILE: sitscad coil board.kicad_pcb --net COIL")
     if "outer_diameter" not in dimensions:
@@ -150,29 +158,20 @@ def coil(
     return 0
 
 
-def _print_drawn(
-    file: str, net: str, start: str, end: str, dimensions: dict[str, object], stackup: str | None,
-    frequencies: tuple[str, ...], temperature: float, format_name: str, svg: str | None, kicad_mod: str | None,
-) -> int:
-    """Print the figures of a coil drawn in a file. Return the exit code."""
-    if dimensions or kicad_mod:
-        options = [*dimensions, *(["kicad_mod"] if kicad_mod else [])]
-        names = ", ".join("--" + name.replace("_", "-") for name in options)
-        raise click.UsageError(f"{names} cannot change the coil that is drawn in {file}")
+def _drawn(
+    file: str, net: str, start: str, end: str, stackup: str | None, frequencies: tuple[str, ...], temperature: float
+) -> DrawnCoil | None:
+    """Return the coil that is drawn in a file. None if there is none; a message then gives the reason."""
     if bool(start) != bool(end):
         raise click.UsageError("--from and --to go together")
-    show = row_of(DRAWN_COIL_FORMATS, format_name, "--format")
     try:
-        result = drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
-                           temperature=temperature)
+        return drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
+                          temperature=temperature)
     except DrawnCoilError as error:
         print_message(f"{file}: {error}" if not str(error).startswith(file) else str(error))
-        return 2
+        return None
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
-    print_result(show(result, coloured(sys.stdout)))
-    _write({} if svg is None else {svg: result.picture()})
-    return 0
 
 
 def _write(files: dict[str, str]) -> None:

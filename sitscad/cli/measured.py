@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from sitscad.apps.coil.comparison import compare
+from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.measurement import MeasurementError
 from sitscad.apps.coil.spiral import Spiral
 from sitscad.apps.coil.text import COMPARISON_FORMATS, comparison_picture
@@ -33,7 +34,8 @@ def measured_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def print_comparison(
-    coil: Spiral | Layout, data: str, name: str | None, meter_error: float, format_name: str, overlay: str | None
+    coil: Spiral | DrawnCoil | Layout, data: str, name: str | None, meter_error: float, format_name: str,
+    overlay: str | None,
 ) -> int:
     """Print the comparison of a coil with the measurement in a file. Return the exit code."""
     show = row_of(COMPARISON_FORMATS, format_name, "--format")

@@ -86,6 +86,39 @@ def test_board_with_two_layers_is_followed_through_its_via(tmp_path):
     assert not drawn.notes
 
 
+def test_drawn_coil_has_the_capacitance_of_its_spec_with_a_named_stackup(tmp_path):
+    file = tmp_path / "coil.kicad_mod"
+    spiral = sitscad.coil(**TWO)
+    file.write_text(spiral.footprint())
+    drawn = sitscad.drawn_coil(str(file), stackup=spiral.stackup)
+    assert drawn.capacitance == approx(spiral.capacitance, rel=1e-4)
+    assert (drawn.capacitance_error, drawn.self_resonance_error) == (spiral.capacitance_error, 0.1)
+    assert drawn.self_resonance == approx(spiral.self_resonance, rel=0.02)
+    assert drawn.document()["capacitance_F"] == drawn.capacitance
+
+
+def test_drawn_coil_of_no_known_shape_has_a_note_in_place_of_its_capacitance(tmp_path):
+    file = tmp_path / "coil.kicad_mod"
+    file.write_text(sitscad.coil(**{**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}).footprint())
+    drawn = sitscad.drawn_coil(str(file), stackup="flex-2l-30um")
+    assert (drawn.capacitance, drawn.layout) == (None, None)
+    assert any("capacitance" in note for note in drawn.notes)
+
+
+def test_measured_drawn_coil_has_the_cause_of_its_spec(root, tmp_path):
+    file, data = tmp_path / "coil.kicad_mod", root / "docs/examples/meter.csv"
+    spiral = sitscad.coil(**TWO)
+    file.write_text(spiral.footprint())
+    drawn = sitscad.drawn_coil(str(file), stackup=spiral.stackup)
+    ours, theirs = (sitscad.compare(each, str(data)) for each in (spiral, drawn))
+    assert ours.cause.cause == theirs.cause.cause == "etched width"
+    assert theirs.cause.values[0] == approx(ours.cause.values[0], rel=0.01)
+    run = CliRunner().invoke(cli, ["coil", str(file), "--stackup", spiral.stackup, "--measured", str(data)],
+                             standalone_mode=False)
+    assert run.return_value == 0
+    assert theirs.verdict in run.output
+
+
 def test_layer_that_turns_the_other_way_is_remarked_on_and_cancels(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers(sense=-1))

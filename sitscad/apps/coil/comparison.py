@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, causes_of, explain
+from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.measurement import Measurement, MeasurementError, read_measurement
 from sitscad.apps.coil.spiral import Spiral
 from sitscad.apps.coil.variants import CoilVariants, Impedance
@@ -164,7 +165,7 @@ MOST_ALTERNATIVES = 3
 @one_thread
 @checked_arguments
 def compare(
-    coil: Spiral | Layout, measured: str | os.PathLike[str] | Measurement, name: str | None = None,
+    coil: Spiral | DrawnCoil | Layout, measured: str | os.PathLike[str] | Measurement, name: str | None = None,
     meter_error: float = METER_ERROR,
 ) -> Comparison:
     """Compare a measured coil with the computed one, and find the cause of a difference.
@@ -172,8 +173,8 @@ def compare(
     Parameters
     ----------
     coil
-        A spiral without leads, or the layout of a sensor. The coil is measured alone: no target, no metal, its
-        neighbours open.
+        A spiral without leads, a drawn coil, or the layout of a sensor. The coil is measured alone: no target, no
+        metal, its neighbours open. A drawn coil needs a named stack-up.
     measured
         A file with the measured impedance, or a `Measurement`. A file is Touchstone of one port (``.s1p``), or a table
         (CSV). The table's head names the frequency and R and X, L and R, L and Q, or Z and phase, with units. The coils
@@ -204,7 +205,10 @@ def compare(
     parameter (Akaike 1974, doi:10.1109/TAC.1974.1100705).
     """
     measurement = measured if isinstance(measured, Measurement) else read_measurement(measured)
-    layout = coil.layout if isinstance(coil, Spiral) else coil
+    layout = coil if isinstance(coil, Layout) else coil.layout
+    if layout is None:
+        raise MeasurementError("the drawn coil has no capacitance to compare with: name a stack-up (--stackup); turns "
+                               "that wind no known shape have none")
     names = [each.name for each in layout.coils]
     if name is not None and name not in names:
         raise ValueError(f"there is no coil {name}: {', '.join(names)}")

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.apps.coil.drawn_layout import layout_of_drawing, terminal_capacitance
 from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
+from sitscad.apps.coil.spiral import lumped_limit
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
@@ -18,6 +20,11 @@ from sitscad.basics.version import __version__
 from sitscad.estimates.states.at_frequency import FrequencyError, SeriesImpedance
 from sitscad.estimates.windings.losses import bent_loss
 from sitscad.estimates.windings.methods import bent_path, mitred_path, track_of
+from sitscad.estimates.windings.own_capacitance import (
+    CAPACITANCE_ERROR,
+    FEW_TURNS,
+    FEW_TURNS_CAPACITANCE_ERROR,
+)
 from sitscad.files.drawing.frame import View
 from sitscad.files.drawing.pictures.layout_picture import COLOURS, RING
 from sitscad.files.drawing.sheet import Pen, Sheet
@@ -27,8 +34,10 @@ from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductanc
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.proximity import least_gap, resolution_for
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
+from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, circle
+from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.drawn.arcs import with_arcs
 from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
@@ -79,6 +88,11 @@ class DrawnCoil(CoilResult):
         remarks on the drawing: layers that turn the other way, dead ends, unequal turns
     stackup : str
         name of the stack-up that gave the heights; empty if the board's own stack-up did
+    layout : Layout or None
+        the coil on its board. None without a named stack-up, or if the turns wind no known shape
+    capacitance, self_resonance : float or None
+        capacitance (F) between the terminals, and the frequency (Hz) at which the coil resonates with it. None without
+        a layout. The self-resonance is also None if the track is longer than a tenth of a wavelength there
     """
 
     conductor: DrawnConductor
@@ -89,6 +103,22 @@ class DrawnCoil(CoilResult):
     at: tuple[DrawnAtFrequency, ...]
     notes: tuple[str, ...]
     stackup: str = ""
+    layout: Layout | None = None
+    capacitance: float | None = None
+    self_resonance: float | None = None
+
+    @property
+    def capacitance_error(self) -> float | None:
+        """Relative error of the capacitance. None if it is unknown."""
+        if self.layout is None:
+            return None
+        few = min(self.layout.spec.coil.layer_turns) < FEW_TURNS
+        return FEW_TURNS_CAPACITANCE_ERROR if few else CAPACITANCE_ERROR
+
+    @property
+    def self_resonance_error(self) -> float | None:
+        """Relative error of the self-resonance: half of the capacitance's error."""
+        return None if self.self_resonance is None else 0.5 * (self.capacitance_error or 0.0)
 
     @property
     def track_length(self) -> float:
@@ -322,8 +352,20 @@ def drawn_coil(
     """
     frequencies = hertz_of(frequency)
     copper, conductor = read_drawn_coil(path, net, start, end)
-    return replace(estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature),
-                   stackup=stackup)
+    coil = estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature)
+    return _with_capacitance(replace(coil, stackup=stackup), copper) if stackup else coil
+
+
+def _with_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
+    """Return the coil with its layout, capacitance and self-resonance, or with a note if it winds no known shape."""
+    try:
+        layout = layout_of_drawing(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
+    except DrawnCoilError as error:
+        return replace(coil, notes=(*coil.notes, f"capacitance and self-resonance are not computed: {error}"))
+    capacitance = terminal_capacitance(layout)
+    resonance = resonance_frequency(coil.low_frequency_inductance, capacitance)
+    return replace(coil, layout=layout, capacitance=capacitance,
+                   self_resonance=resonance if resonance < lumped_limit(layout.coils[0]) else None)
 
 
 def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:

@@ -76,7 +76,8 @@ def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
     tables = (
         Table(("layer", "turns"), runs, notes=["counter-clockwise positive, seen from the top, along the current"]),
         by_result(coil.at, DRAWN_COIL_AT_FREQUENCY)._replace(notes=[
-            "the coil's own capacitance is not computed: the figures hold far below its self-resonance"]),
+            "L and R are those without the coil's own capacitance" if coil.capacitance is not None else
+            "the coil's own capacitance is not computed (--stackup): the figures hold far below its self-resonance"]),
         Table(("", ""), by_quantity([coil], DRAWN_COIL), f"At {coil.temperature:g} C"),
     )
     return _joined(styled(escape_controls(first), "bold", colour), remarks, tables, colour)
