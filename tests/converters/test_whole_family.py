@@ -55,7 +55,7 @@ def test_the_header_has_words_of_its_own_registers_alone(xdc2214):
 def test_a_module_of_registers_has_every_name_that_is_asked_of_it(xdc2214, monkeypatch):
     found: RegisterMap = ldc_registers
     names = {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER", "data_addresses",
-             "registers", "said_of_results"}
+             "registers", "results_text"}
     assert set(names_of(RegisterMap)) == names <= set(vars(found))
     without = {name: value for name, value in vars(xdc_registers).items() if name not in ("STATUS", "registers")}
     monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.xdc_registers", SimpleNamespace(**without))

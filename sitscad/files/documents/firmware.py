@@ -257,7 +257,7 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate, text: Firmwar
         first, second = word_names
         how = f"read {first} before {second}; DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}"
     cited = converter.source_of("cite_results"), converter.source_of("cite_errors")
-    description = registers.said_of_results(converter.bits, word_names, *cited)
+    description = registers.results_text(converter.bits, word_names, *cited)
     lines = f"/* Results: {how}, {converter.bits} bits, {description} */".replace("\n", "\n * ").splitlines()
     for channel in range(converter.channels):
         for word, address in zip(word_names, converter.data_addresses(channel), strict=True):

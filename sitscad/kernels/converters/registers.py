@@ -97,7 +97,7 @@ class RegisterMap(Protocol):
         ValueError if a setting does not fit its field.
         """
 
-    def said_of_results(self, bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
+    def results_text(self, bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
         """Return the header's text on results, in lines: their range, and the conditions of the flags.
 
         `bits` is the size of a result. `names` name the registers of a result. `results_by` and `errors_by` cite the

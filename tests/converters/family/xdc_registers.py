@@ -20,7 +20,7 @@ def data_addresses(channel: int, words: int) -> tuple[int, ...]:
     return tuple(0x40 + 2 * channel + word for word in range(words))
 
 
-def said_of_results(bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
+def results_text(bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
     """What the header says of results."""
     return f"all of them counts ({results_by}).\nFaults stand in the upper bits of {words[0]} ({errors_by})."
 
